@@ -129,8 +129,8 @@ def __getattr__(name: str) -> Any:
     """Load a public name, so that importing forcelab itself loads nothing."""
     if name not in _HOMES:
         raise AttributeError(f"module 'forcelab' has no attribute '{name}'")
-    module, there = _HOMES[name]
-    return getattr(import_module(f"forcelab.{module}"), there)
+    module, attribute = _HOMES[name]
+    return getattr(import_module(f"forcelab.{module}"), attribute)
 
 
 def __dir__() -> list[str]:

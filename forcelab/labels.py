@@ -26,12 +26,13 @@ __all__ = [
     "Track",
     "check_action_name",
     "check_name",
+    "check_within",
+    "first_beyond",
     "from_codes",
     "is_model",
     "means_unlabelled",
     "model_author",
     "ordered",
-    "overhang",
     "to_codes",
 ]
 
@@ -107,9 +108,28 @@ def means_unlabelled(name: str) -> bool:
     return " ".join(name.lower().replace("_", " ").split()) in _UNLABELLED_NAMES
 
 
-def overhang(duration: float) -> float:
-    """How many seconds labels may reach beyond a recording that lasts `duration` seconds."""
-    return max(1.0, OVERHANG * duration)
+def first_beyond(segments: Iterable[Segment], start: float, end: float) -> Segment | None:
+    """The first segment that lies farther beyond a recording from `start` to `end` s than allowed.
+
+    Labels may begin earlier and end later than it by 5 % of it or by one second.
+    """
+    slack = max(1.0, OVERHANG * (end - start))
+    return next((s for s in segments if s.start < start - slack or s.end > end + slack), None)
+
+
+def check_within(segments: Iterable[Segment], start: float, end: float, cure: str) -> None:
+    """Refuse labels beyond their recording from `start` to `end` s; `cure` says what to do.
+
+    Raises
+    ------
+    InputError
+        If a segment does.
+    """
+    if (segment := first_beyond(segments, start, end)) is not None:
+        raise InputError(
+            f"'{segment.action}' from {segment.start:.6g} to {segment.end:.6g} s lies beyond its "
+            f"recording, which goes from {start:.6g} to {end:.6g} s{cure}"
+        )
 
 
 def check_name(name: str) -> None:

@@ -1,4 +1,4 @@
-"""A job done by a process of its own, with progress as it comes back."""
+"""A job run in a process of its own, with its progress and result passed back."""
 
 from __future__ import annotations
 
@@ -20,45 +20,44 @@ from forcelab.errors import ForcelabError
 from forcelab.jobs import Progress, finish
 from forcelab.parallel import ENDED
 
-#: How much it stands back behind the window, in Unix's levels of niceness.
+#: Priority behind the window, in Unix's levels of niceness.
 NICENESS = 10
 
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """What a job does in here is cleaned up as after an exception when it is cancelled.
+    """Raise SystemExit in this block when the job is cancelled, so that it can clean up.
 
     For short work that leaves something half done, such as files: it has a tenth of a second.
     """
     if threading.current_thread() is not threading.main_thread():
-        yield  # no job of elsewhere
+        yield  # a job in this process
         return
-    before = signal.signal(signal.SIGTERM, _leave)
+    before = signal.signal(signal.SIGTERM, _exit)
     try:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
 
 
-def _leave(*_: object) -> None:
-    """End by an exception."""
+def _exit(*_: object) -> None:
     raise SystemExit(1)
 
 
-def working(
+def _run(
     work: Callable[..., Generator[Progress, None, object]],
-    given: tuple[object, ...],
+    arguments: tuple[object, ...],
     sender: Connection,
 ) -> None:
-    """Do a job in the process made for it, and send what comes of it."""
+    """The main function of a job's process: run the job and send its progress and outcome."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     if hasattr(os, "nice"):
         os.nice(NICENESS)
     _end_with_parent()
-    # Nobody is there any more to send it to: then it is over as well.
+    # A receiver that is gone ends the job as well.
     with suppress(BrokenPipeError):
-        outcome = _outcome(work, given, sender)
+        outcome = _outcome(work, arguments, sender)
         try:
             sender.send(outcome)
         except (AttributeError, PicklingError, TypeError) as error:  # it cannot travel
@@ -67,31 +66,29 @@ def working(
 
 def _outcome(
     work: Callable[..., Generator[Progress, None, object]],
-    given: tuple[object, ...],
+    arguments: tuple[object, ...],
     sender: Connection,
-) -> tuple[Literal["made", "refused", "failed"], object]:
-    """What comes of a job, whose progress is sent."""
+) -> tuple[Literal["result", "refused", "failed"], object]:
     from threadpoolctl import threadpool_limits
 
     try:
         with threadpool_limits(1, user_api="blas"):
-            made = finish(work(*given), lambda progress: sender.send(("progress", progress)))
-        return "made", made
+            result = finish(work(*arguments), lambda progress: sender.send(("progress", progress)))
+        return "result", result
     except BrokenPipeError:
         raise
     except ForcelabError as error:
         return "refused", error
-    except Exception as error:  # noqa: BLE001 - told where somebody sees it
+    except Exception as error:  # noqa: BLE001 - raised again in the other process
         return _failure(error)
 
 
 def _failure(error: Exception) -> tuple[Literal["failed"], tuple[str, str]]:
-    """An exception that is being handled, as it is told."""
     return "failed", (f"{type(error).__name__}: {error}", traceback.format_exc())
 
 
 def _end_with_parent() -> None:
-    """End this process when the one that asked for it has ended, even if that was killed."""
+    """End this process when its parent has ended, even if that was killed."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     sentinel = parent.sentinel
@@ -103,13 +100,13 @@ def _end_with_parent() -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-MadeT = TypeVar("MadeT")
+ResultT = TypeVar("ResultT")
 
-#: Seconds between two yields of a job that is done elsewhere, at most.
+#: Seconds between two yields of a job in another process, at most.
 SLICE = 0.02
-#: Seconds that a process gets to end by itself before it is made to.
+#: Seconds that a process gets to end before it is killed.
 GRACE = 0.1
-#: What takes long to import, loaded once where processes come from.
+#: What takes long to import, loaded once in the fork server.
 HEAVY = (
     "numpy",
     "scipy.fft",
@@ -126,51 +123,29 @@ HEAVY = (
 )
 
 
-def elsewhere(
-    work: Callable[..., Generator[Progress, None, MadeT]], *given: object
-) -> Generator[Progress, None, MadeT]:
-    """Run a job in a process of its own, and tell its progress here.
+def run_in_process(
+    work: Callable[..., Generator[Progress, None, ResultT]], *arguments: object
+) -> Generator[Progress, None, ResultT]:
+    """Run the job ``work(*arguments)`` in a process of its own; yields and returns what it does.
 
     It leaves this process's interpreter alone, which a job in a thread would hold up, and its
-    memory is gone with it. To close the generator ends the process at once, even in the middle of
-    what cannot be interrupted; see :func:`interruptible` for what must not be broken off. The
-    process ends with this one, is nice to it, and hears no Ctrl+C.
+    memory is gone with it. The process runs at niceness 10, ignores SIGINT and ends with this one.
+    Closing the generator ends it at once, even in the middle of what cannot be interrupted; see
+    :func:`interruptible`. While there is no new progress the last one is yielded every 20 ms.
 
-    Parameters
-    ----------
-    work : callable
-        A function of a module, which gives the job: a generator of progress.
-    *given : object
-        What it is called with; travels to the process, as progress and result travel back.
-
-    Yields
-    ------
-    Progress
-        Everything that the job yields, once; while there is nothing new, the same object again
-        every 20 ms, so that closing is never far.
-
-    Returns
-    -------
-    object
-        What the job returns.
-
-    Raises
-    ------
-    ForcelabError
-        What the job raises; or if its process was ended from outside.
-    RuntimeError
-        For every other exception of the job, caused by one whose text is the trace from there.
+    Raises ForcelabError if the job does or its process was killed, and RuntimeError, caused by the
+    trace from there, for every other exception.
     """
     context = _context(work.__module__)
     receiver, sender = context.Pipe(duplex=False)
-    process = context.Process(target=working, args=(work, given, sender), daemon=True)
-    # What is run as a program need not be there, unless the work is part of it.
+    process = context.Process(target=_run, args=(work, arguments, sender), daemon=True)
+    # The main program need not be imported, unless the work is part of it.
     alone = _without_program() if work.__module__ != "__main__" else nullcontext()
-    beginning = _Beginning(process, sender, alone)
+    start = _ProcessStart(process, sender, alone)
     latest = Progress(0, 1, "starting")
     try:
         yield latest
-        while not beginning.done(SLICE):
+        while not start.done(SLICE):
             yield latest
         while True:
             if not receiver.poll(SLICE):
@@ -183,24 +158,23 @@ def elsewhere(
             if kind == "progress":
                 latest = what
                 yield latest
-            elif kind == "made":
+            elif kind == "result":
                 process.join(GRACE)
                 return what
             elif kind == "refused":
                 raise what
             else:
                 text, trace = what
-                raise RuntimeError(text) from _ThereError(trace)
+                raise RuntimeError(text) from _RemoteTracebackError(trace)
     finally:
-        beginning.end()
+        start.end()
         receiver.close()
 
 
 def warm_up(work: Callable[..., object]) -> None:
-    """Load what :func:`elsewhere` needs for some work, so that it begins at once.
+    """Start the fork server with what some work imports, so that its process starts at once.
 
-    It takes no time here and two seconds elsewhere. Where processes come from nowhere but
-    themselves, as on Windows, there is nothing to load before.
+    It takes two seconds in the background. Without a fork server, as on Windows, it does nothing.
     """
     if _context(work.__module__).get_start_method() != "forkserver":
         return
@@ -214,23 +188,17 @@ def warm_up(work: Callable[..., object]) -> None:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-class _ThereError(Exception):
+class _RemoteTracebackError(Exception):
     """The trace of an exception in another process, as text."""
 
     def __str__(self) -> str:
         return f"\n{self.args[0]}"
 
 
-class _Beginning:
-    """A process that is being started, which waits for modules to be loaded the first time.
+class _ProcessStart:
+    """A process being started in a thread: the first start waits for modules to be loaded.
 
-    Parameters
-    ----------
-    process : Process
-    sender : Connection
-        Its end of the pipe; closed here once it has it.
-    stands_alone : context manager
-        Around its start.
+    Its end of the pipe, `sender`, is closed here once the process has it.
     """
 
     def __init__(
@@ -240,14 +208,14 @@ class _Beginning:
         self._sender = sender
         self._stands_alone = stands_alone
         self._lock = threading.Lock()
-        self._begun = False
-        self._unwanted = False
+        self._started = False
+        self._ended = False
         self._error: Exception | None = None
-        self._thread = threading.Thread(target=self._begin, name="forcelab process", daemon=True)
+        self._thread = threading.Thread(target=self._start, name="forcelab process", daemon=True)
         self._thread.start()
 
     def done(self, seconds: float) -> bool:
-        """Whether it has been started within that time; raises why it could not be."""
+        """Whether it has started within that time; raises the error if it could not."""
         self._thread.join(seconds)
         if self._thread.is_alive():
             return False
@@ -258,12 +226,11 @@ class _Beginning:
     def end(self) -> None:
         """End the process, however far it is."""
         with self._lock:
-            self._unwanted = True
-            if self._begun:
+            self._ended = True
+            if self._started:
                 _end(self._process)
 
-    def _begin(self) -> None:
-        """Start it. Runs in a thread: the first one waits, and what waits cannot be cancelled."""
+    def _start(self) -> None:
         if hasattr(signal, "pthread_sigmask"):
             # Whatever is started from here inherits it: Ctrl+C is for this process alone.
             signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -276,8 +243,8 @@ class _Beginning:
         finally:
             self._sender.close()
         with self._lock:
-            self._begun = True
-            if self._unwanted:
+            self._started = True
+            if self._ended:
                 _end(self._process)
 
 
@@ -287,7 +254,7 @@ _STARTING = threading.Lock()
 
 @contextmanager
 def _without_program() -> Iterator[None]:
-    """Processes started here do not import what was run as a program.
+    """Keep processes started here from importing the main program.
 
     multiprocessing lets them do that by default, in case that work is defined there. It takes its
     time, ends badly where a script has no ``if __name__ == "__main__"``, and is impossible where
@@ -303,7 +270,6 @@ def _without_program() -> Iterator[None]:
 
 
 def _end(process: Any) -> None:
-    """End a process and leave nothing of it."""
     process.terminate()
     process.join(GRACE)
     if process.is_alive():
@@ -314,12 +280,9 @@ def _end(process: Any) -> None:
 
 @cache
 def _context(module: str) -> Any:
-    """Where processes come from; never a plain fork, which a program with threads must not do.
+    """The context that starts processes; never a plain fork, which is unsafe with threads.
 
-    Parameters
-    ----------
-    module : str
-        Loaded there besides what is heavy, if it is asked for first.
+    The fork server imports what is heavy and `module`, if it is asked for first.
     """
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")

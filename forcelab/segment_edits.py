@@ -53,10 +53,10 @@ def spliced(segments: Segments, position: int, removed: Segments, inserted: Segm
         the track is not the one that the replacement was made for.
     """
     end = position + len(removed)
-    there = position >= 0 and end <= len(segments) and segments[position:end] == removed
-    result = segments[:position] + inserted + segments[end:] if there else ()
+    fits = position >= 0 and end <= len(segments) and segments[position:end] == removed
+    result = segments[:position] + inserted + segments[end:] if fits else ()
     around = result[max(position - 1, 0) : position + len(inserted) + 1]
-    if not there or any(b.start < a.end for a, b in pairwise(around)):
+    if not fits or any(b.start < a.end for a, b in pairwise(around)):
         raise StaleTrackError(
             "The track was changed since it was read, so the edit was left out; look at the track "
             "as it is now and repeat the edit."
@@ -64,18 +64,18 @@ def spliced(segments: Segments, position: int, removed: Segments, inserted: Segm
     return result
 
 
-def _agreeing(one: Segments, other: Segments, count: int) -> int:
+def _agreeing(old: Segments, new: Segments, count: int) -> int:
     """How many segments are equal before the first that is not, out of `count`."""
     # Most segments of an edited track are the very same object: whole blocks of them are compared
     # faster than a loop looks at one.
     same = 0
-    while same < count and one[same : same + BLOCK] == other[same : same + BLOCK]:
+    while same < count and old[same : same + BLOCK] == new[same : same + BLOCK]:
         same += BLOCK
     # The first that differs lies in the half whose slices do.
     width = BLOCK
     while width > 1:
         width //= 2
-        if one[same : same + width] == other[same : same + width]:
+        if old[same : same + width] == new[same : same + width]:
             same += width
     return min(same, count)
 

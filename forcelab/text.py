@@ -38,11 +38,11 @@ def there_are(number: int) -> str:
     return f"there {'is' if number == 1 else 'are'} {number or 'none'}"
 
 
-def unknown_word(what: str, given: object, known: Collection[str]) -> str:
-    """What to say of a word that is none of those one may choose from."""
-    near = get_close_matches(str(given), known, n=1)
-    meant = f"did you mean '{near[0]}'? Choose" if near else "choose"
-    return f"There is no {what} '{given}'; {meant} from {', '.join(known)}."
+def unknown_word(what: str, word: object, known: Collection[str]) -> str:
+    """The sentence on a word that is not among those to choose from."""
+    near = get_close_matches(str(word), known, n=1)
+    hint = f"did you mean '{near[0]}'? Choose" if near else "choose"
+    return f"There is no {what} '{word}'; {hint} from {', '.join(known)}."
 
 
 def tidy_name(name: str) -> str:
@@ -51,15 +51,9 @@ def tidy_name(name: str) -> str:
 
 
 def name_alike(name: str, known: Iterable[str]) -> str | None:
-    """The known name that differs from a new one only by case or spaces.
-
-    Returns
-    -------
-    str or None
-        None where `name` itself is known, or nothing is like it.
-    """
+    """The known name that differs from a new one only by case or spaces, if there is one."""
     names = list(known)
     if name in names:
         return None
-    wanted = name.casefold().split()
-    return next((one for one in names if one.casefold().split() == wanted), None)
+    folded = name.casefold().split()
+    return next((other for other in names if other.casefold().split() == folded), None)

@@ -90,12 +90,12 @@ class Action:
 
 
 def _first_twice(values: Iterable[object]) -> object | None:
-    """The first value that was there before, if any."""
-    seen = set()
+    """The first value that is a repetition, if any."""
+    previous = set()
     for value in values:
-        if value in seen:
+        if value in previous:
             return value
-        seen.add(value)
+        previous.add(value)
     return None
 
 
@@ -123,8 +123,8 @@ class Vocabulary:
         if (key := _first_twice(a.key for a in self.actions if a.key)) is not None:
             raise InputError(f"Two actions have the key '{key}'; give one of them another key.")
         if (look := _first_twice(a.look for a in self.actions)) is not None:
-            one, other, *_ = (a.name for a in self.actions if a.look == look)
-            raise InputError(f"'{one}' and '{other}' look the same; give one another colour.")
+            first, second, *_ = (a.name for a in self.actions if a.look == look)
+            raise InputError(f"'{first}' and '{second}' look the same; give one another colour.")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -160,18 +160,18 @@ class Vocabulary:
         """
         actions = list(self.actions)
         known = set(self.names)
-        looks = {action.look for action in actions}
+        styles = {action.look for action in actions}
         keys = {action.key for action in actions}
-        wanted = {action.name: action.look for action in like}
+        preferred = {action.name: action.look for action in like}
         for name in names:
             if name in known:
                 continue
-            look = wanted.get(name)
-            colour, texture = _free_look(looks) if look is None or look in looks else look
+            look = preferred.get(name)
+            colour, texture = _free_look(styles) if look is None or look in styles else look
             key = _free_key(keys)
             actions.append(Action(name, colour, key, texture))
             known.add(name)
-            looks.add((colour, texture))
+            styles.add((colour, texture))
             keys.add(key)
         return Vocabulary(tuple(actions))
 

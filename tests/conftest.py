@@ -31,7 +31,7 @@ LONG = (
     "cli/test_capture.py",
     "cli/test_simulate.py",
     "cli/test_gui.py",
-    "cli/test_stopping.py",
+    "cli/test_interrupts.py",
     "e2e/test_kills.py",
     "measure/test_recognition_swapped.py",
     "recognition/test_storage.py",
@@ -40,7 +40,7 @@ LONG = (
     "measure/test_capture.py",
     "recognition/test_classifiers.py",
     "formats/test_broken_input.py",
-    "formats/pdl/test_restricted_pickle.py",
+    "formats/test_pdl.py",
     "signals/test_scalogram.py",
 )
 #: Waits for what has gone on beside all others.

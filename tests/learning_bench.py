@@ -110,7 +110,7 @@ class FakeWork:
         yield None
         return self.outcomes[number]
 
-    def listed(self, _path):
+    def list_runs(self, _path):
         yield None
         return self.kept
 
@@ -120,7 +120,7 @@ class FakeWork:
             project.runs.remove(number)
         self.kept = tuple(kept for kept in self.kept if kept.number != number)
 
-    def edits(self, project, outcome):
+    def count_edits(self, project, outcome):
         """Every edit of the labels that were used, one by one."""
         return sum(
             edit.id > used.edit

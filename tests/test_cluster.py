@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-import processes_work
+import parallel_work
 import pytest
 
 pytest.importorskip("distributed")
@@ -15,7 +15,7 @@ from synthetic import synthetic_set
 from forcelab import preset
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.parallel import shared
+from forcelab.parallel import map_in_processes
 from forcelab.recognition.cross_validation import leave_one_out
 from forcelab.recognition.examples import Labelled
 
@@ -42,15 +42,19 @@ def test_an_evaluation_is_the_same_on_a_cluster_as_here(cluster):
 
 
 def test_work_is_done_by_the_workers_and_comes_in_order(cluster):
-    made = list(shared(processes_work.doubled, range(6), 2))
+    made = list(map_in_processes(parallel_work.doubled, range(6), 2))
     assert [number for number, _ in made] == [0, 2, 4, 6, 8, 10]
     assert os.getpid() not in {process for _, process in made}
 
 
 def test_an_error_arrives_as_it_was_raised_and_stopping_early_leaves_a_cluster_that_works(cluster):
     with pytest.raises(InputError, match=r"^Number 2 cannot be done; leave it out\.$"):
-        list(shared(processes_work.refused, range(4), 2))
-    making = shared(processes_work.doubled, range(1000), 2)
+        list(map_in_processes(parallel_work.refused, range(4), 2))
+    making = map_in_processes(parallel_work.doubled, range(1000), 2)
     assert next(making)[0] == 0
     making.close()
-    assert [number for number, _ in shared(processes_work.doubled, range(3), 2)] == [0, 2, 4]
+    assert [number for number, _ in map_in_processes(parallel_work.doubled, range(3), 2)] == [
+        0,
+        2,
+        4,
+    ]

@@ -9,14 +9,14 @@ import time
 from itertools import pairwise
 from pathlib import Path
 
-import elsewhere_work
+import process_jobs
 import psutil
 import pytest
 from fake_devices import eventually
 
 from forcelab.errors import ForcelabError, InputError
 from forcelab.jobs import finish
-from forcelab.process import GRACE, elsewhere
+from forcelab.process import GRACE, run_in_process
 
 
 def begun(job):
@@ -26,7 +26,7 @@ def begun(job):
 
 def test_a_job_elsewhere_gives_all_its_progress_and_its_result():
     told = []
-    made = finish(elsewhere(elsewhere_work.counted, 5), told.append)
+    made = finish(run_in_process(process_jobs.counted, 5), told.append)
     assert made["sum"] == 10
     assert made["process"] != os.getpid()
     distinct = [told[0], *(p for before, p in pairwise(told) if p is not before)]
@@ -36,14 +36,14 @@ def test_a_job_elsewhere_gives_all_its_progress_and_its_result():
 
 
 def test_a_second_job_elsewhere_begins_at_once():
-    finish(elsewhere(elsewhere_work.counted, 1))
-    made = finish(elsewhere(elsewhere_work.counted, 1))
+    finish(run_in_process(process_jobs.counted, 1))
+    made = finish(run_in_process(process_jobs.counted, 1))
     # What the process computed, however busy the machine is: 0.02 s; 2 s to load it all.
     assert made["cpu"] < 0.5
 
 
 def test_a_job_elsewhere_keeps_to_the_background():
-    manners = finish(elsewhere(elsewhere_work.manners))
+    manners = finish(run_in_process(process_jobs.manners))
     if hasattr(os, "nice"):
         assert manners["nice"] > min(os.nice(0), 18)  # 19 is the end of the scale
     assert manners["interrupt"]
@@ -53,23 +53,23 @@ def test_a_job_elsewhere_keeps_to_the_background():
 
 def test_a_job_elsewhere_refuses_in_its_own_words():
     with pytest.raises(InputError, match=r"^Nothing is labelled yet; label at least two actions"):
-        finish(elsewhere(elsewhere_work.refused))
+        finish(run_in_process(process_jobs.refused))
 
 
 def test_a_fault_elsewhere_is_told_with_the_trace_from_there():
     with pytest.raises(RuntimeError, match="KeyError: 'no such key'") as caught:
-        finish(elsewhere(elsewhere_work.broken))
-    assert "elsewhere_work.py" in str(caught.value.__cause__)
+        finish(run_in_process(process_jobs.broken))
+    assert "process_jobs.py" in str(caught.value.__cause__)
 
 
 def test_a_result_that_cannot_travel_is_a_fault_and_not_a_lack_of_memory():
     with pytest.raises(RuntimeError, match="lambda") as caught:
-        finish(elsewhere(elsewhere_work.untellable))
+        finish(run_in_process(process_jobs.untellable))
     assert "dumps" in str(caught.value.__cause__)
 
 
 def test_a_job_whose_process_is_killed_is_told_in_a_sentence():
-    job = elsewhere(elsewhere_work.silent)
+    job = run_in_process(process_jobs.silent)
     os.kill(begun(job), signal.SIGKILL)
     with pytest.raises(ForcelabError, match=r"ended from outside.* short of memory"):
         finish(job)
@@ -81,7 +81,7 @@ def test_closing_ends_a_job_in_the_middle_of_what_hears_nothing(monkeypatch, dea
     # is made to after GRACE, however long it would go on.
     assert GRACE <= 0.1
     monkeypatch.setattr("forcelab.process.GRACE", 0.01 if deaf else 20.0)
-    job = elsewhere(elsewhere_work.silent, None, deaf)
+    job = run_in_process(process_jobs.silent, None, deaf)
     process = begun(job)
     computing(process)
     threads = threading.enumerate()
@@ -101,7 +101,7 @@ def computing(process):
 
 def test_closing_lets_what_is_interruptible_clean_up(tmp_path, monkeypatch):
     monkeypatch.setattr("forcelab.process.GRACE", 60.0)  # the machine may be busy
-    job = elsewhere(elsewhere_work.silent, tmp_path / "half")
+    job = run_in_process(process_jobs.silent, tmp_path / "half")
     begun(job)
     eventually((tmp_path / "half").exists)
     job.close()
@@ -109,7 +109,7 @@ def test_closing_lets_what_is_interruptible_clean_up(tmp_path, monkeypatch):
 
 
 def test_a_job_can_be_closed_before_its_process_is_there():
-    job = elsewhere(elsewhere_work.silent)
+    job = run_in_process(process_jobs.silent)
     assert next(job).text == "starting"
     job.close()
     eventually(lambda: all(one.name != "forcelab process" for one in threading.enumerate()), 60)
@@ -124,15 +124,15 @@ def busy():
 
 WARM = """
 import time
-from elsewhere_work import counted, silent
+from process_jobs import counted, silent
 from forcelab.jobs import finish
-from forcelab.process import elsewhere, warm_up
+from forcelab.process import run_in_process, warm_up
 begun = time.monotonic()
 warm_up(counted)
 warm = time.monotonic()
-finish(elsewhere(counted, 2))
+finish(run_in_process(counted, 2))
 print((warm - begun) / (time.monotonic() - begun))
-job = elsewhere(silent)
+job = run_in_process(silent)
 while not next(job).text.startswith('process '): pass
 """
 
@@ -151,11 +151,11 @@ def test_warming_up_keeps_nobody_waiting_and_at_the_end_of_a_program_nothing_is_
 
 
 LEFT = """
-from elsewhere_work import silent
+from process_jobs import silent
 from forcelab import process as there
-from forcelab.process import elsewhere
+from forcelab.process import run_in_process
 there.HEAVY = ()  # what takes long to import makes no difference here
-for progress in elsewhere(silent):
+for progress in run_in_process(silent):
     if progress.text.startswith("process "):
         print(progress.text.split()[1], flush=True)
 """

@@ -272,7 +272,7 @@ class Stream:
         assert self._unwrapper is not None
         arrived = np.concatenate([when for _, when in pieces])
         unwrapped = self._unwrapper.feed(np.concatenate([p.counts for p, _ in pieces]), arrived)
-        kept = unwrapped.kept
+        kept = unwrapped.is_new
         if not kept.any():
             return None
         counts = np.concatenate([p.values for p, _ in pieces])[kept]

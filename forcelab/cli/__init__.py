@@ -60,19 +60,11 @@ CURES = {UnclearAuthorError: "--author", UnclearRateError: "--rate"}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command.
+    """Run one command; gives the exit status.
 
-    Parameters
-    ----------
-    argv : sequence of str, optional
-        Arguments after the program's name; the process's own by default. None at all, or a
-        project's folder first, mean the window.
-
-    Returns
-    -------
-    int
-        0 when all went well, 1 when a file or a project stands in the way, 2 when the command
-        line itself is wrong, 130 after Ctrl+C, 128 and the signal's number after another one.
+    No arguments at all, or a project's folder first, mean the window. The status is 0 when all went
+    well, 1 when a file or a project stands in the way, 2 when the command line itself is wrong, 130
+    after Ctrl+C, 128 and the signal's number after another one.
     """
     _open_streams()
     try:
@@ -108,7 +100,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(argv: Sequence[str]) -> int:
-    """Do what the words say; gives the exit status."""
+    """Run what the arguments say; gives the exit status."""
     with interruptible():
         try:
             arguments = build_parser(argv).parse_args(argv)
@@ -169,7 +161,7 @@ def _add_command(
 
 
 def _for_the_window(argv: Sequence[str]) -> list[str]:
-    """The arguments, where somebody names a project, nothing, or asks for help in another way."""
+    """The arguments, with what stands for a command (a project, nothing, ``help``) spelt out."""
     if not argv:
         return ["gui"]
     first = argv[0]
@@ -200,11 +192,11 @@ def _qt_sentence(error: ImportError) -> str | None:
 
 
 def _open_streams() -> None:
-    """Have streams that take whatever is said.
+    """Make sure that everything can be printed.
 
-    What is said to one that was closed from the beginning goes nowhere: Python leaves None there,
+    What goes to a stream that was closed from the beginning is dropped: Python leaves None there,
     and what is printed to None goes to standard output. A character that the terminal's encoding
-    has not got is printed as JSON escapes it, so that JSON stays JSON.
+    lacks is printed as JSON escapes it, so that JSON stays JSON.
     """
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
@@ -222,5 +214,5 @@ def _escaped(error: UnicodeError) -> tuple[str, int]:
 
 
 def _drop_output() -> None:
-    """Let what is still to be written go nowhere; Python would complain again when it closes."""
+    """Drop all further output; Python would complain again when it closes."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -13,13 +13,7 @@ SIGNALS = ("SIGTERM", "SIGHUP")
 
 
 class Interrupted(KeyboardInterrupt):
-    """A signal asked to stop; what was begun is cleaned up as after Ctrl+C.
-
-    Attributes
-    ----------
-    number : int
-        Of the signal.
-    """
+    """A signal asked to stop; everything is cleaned up as after Ctrl+C."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -28,7 +22,7 @@ class Interrupted(KeyboardInterrupt):
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Within the block, signals to end raise `Interrupted` once: cleaning up is not cut."""
+    """Within the block, signals to end raise `Interrupted` once: cleaning up is not interrupted."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -39,32 +33,32 @@ def interruptible() -> Iterator[None]:
 
     known = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
     # One that is ignored already stays so: that is how nohup keeps a program alive.
-    heard = [number for number in known if signal.getsignal(number) is signal.SIG_DFL]
-    for number in heard:
+    handled = [number for number in known if signal.getsignal(number) is signal.SIG_DFL]
+    for number in handled:
         signal.signal(number, stop)
     try:
         yield
     finally:
-        for number in heard:
+        for number in handled:
             signal.signal(number, signal.SIG_DFL)
 
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Within the block Ctrl+C waits: what would be left half done is done first."""
+    """Within the block Ctrl+C waits, so that nothing is left half done."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    heard: list[int] = []
+    received: list[int] = []
     known = [signal.SIGINT, *(getattr(signal, name) for name in SIGNALS if hasattr(signal, name))]
     before = {number: signal.getsignal(number) for number in known}
     waiting = [number for number, handler in before.items() if callable(handler)]
     for number in waiting:
-        signal.signal(number, lambda number, _: heard.append(number))
+        signal.signal(number, lambda number, _: received.append(number))
     try:
         yield
     finally:
         for number in waiting:
             signal.signal(number, before[number])
-    for number in heard[:1]:
+    for number in received[:1]:
         signal.raise_signal(number)

@@ -1,4 +1,4 @@
-"""What several commands have in common: their manual, ``--json``, and the settings."""
+"""The parser, and the options that several commands have in common."""
 
 from __future__ import annotations
 
@@ -13,18 +13,6 @@ from typing import Any, NoReturn
 
 from forcelab.errors import InputError
 from forcelab.text import tidy_name
-
-__all__ = [
-    "PROJECT",
-    "Formatter",
-    "Parser",
-    "UsageError",
-    "add_project",
-    "column_options",
-    "json_flag",
-    "name_of",
-    "path_of",
-]
 
 
 class UsageError(InputError):
@@ -60,29 +48,29 @@ class Parser(argparse.ArgumentParser):
     """Says in one sentence what is wrong, where a dozen lines of usage would bury it."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """What was said, and the words that mean nothing.
+        """The arguments, and the words that mean nothing.
 
         Where there may be none of the last words, those behind an option are taken too, which
         argparse does not do: ``remove lab.forcelab --yes pull-03``.
         """
         self._given = list(sys.argv[1:] if args is None else args)
-        said, words = super().parse_known_args(args, namespace)
+        parsed, words = super().parse_known_args(args, namespace)
         if (unknown := self._unknown(words)) is not None:
             self.error(unknown)
-        last = next((one for one in reversed(self._actions) if not one.option_strings), None)
+        last = next((a for a in reversed(self._actions) if not a.option_strings), None)
         if last is None or any(word.startswith("-") for word in words):
-            return said, words
-        known: Any = getattr(said, last.dest, None)
-        read = last.type if callable(last.type) else str
+            return parsed, words
+        value: Any = getattr(parsed, last.dest, None)
+        convert = last.type if callable(last.type) else str
         if last.nargs == "*":
-            setattr(said, last.dest, [*known, *map(read, words)])
+            setattr(parsed, last.dest, [*value, *map(convert, words)])
             words = []
-        elif last.nargs == "?" and len(words) == 1 and known == last.default:
-            setattr(said, last.dest, read(words.pop()))
-        return said, words
+        elif last.nargs == "?" and len(words) == 1 and value == last.default:
+            setattr(parsed, last.dest, convert(words.pop()))
+        return parsed, words
 
     def _print_message(self, message: str, file: Any = None) -> None:
-        """Print; that standard output takes no more argparse would keep to itself."""
+        """Print; argparse alone would hide that standard output takes no more."""
         if file is sys.stdout:
             file.write(message)
         else:
@@ -101,33 +89,45 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {message}; see '{self.prog} --help'.\n")
 
     def _unknown(self, words: Sequence[str]) -> str | None:
-        """What is wrong with the first word that looks like an option and is none, if there is."""
+        """What is wrong with the first word that looks like an option and is none."""
         known = list(self._option_string_actions)
         for word in words:
             name = word.partition("=")[0]
-            if re.match(r"--?[^\W\d]", name) and not any(one.startswith(name) for one in known):
+            looks_like_option = re.match(r"--?[^\W\d]", name)
+            if looks_like_option and not any(option.startswith(name) for option in known):
                 near = get_close_matches(name, known, n=1)
                 cure = f"; did you mean '{near[0]}'" if near else ""
                 return f"'{word}' means nothing here{cure}"
         return None
 
 
-def _no_choice(given: str, choices: str) -> str:
-    """What to say of a word that is none of those one may choose from."""
+def _no_choice(word: str, choices: str) -> str:
+    """The sentence for a word that is none of the choices."""
     known = [choice.strip("' ") for choice in choices.split(",")]
-    near = get_close_matches(given, known, n=1)
-    return f"there is no '{given}'; " + (
+    near = get_close_matches(word, known, n=1)
+    return f"there is no '{word}'; " + (
         f"did you mean '{near[0]}'" if near else f"choose from {', '.join(known)}"
     )
 
 
 def add_project(parser: argparse.ArgumentParser) -> None:
-    """The project that a command works on, its first word."""
     parser.add_argument("project", metavar="PROJECT", type=path_of, help=PROJECT)
 
 
+def add_demonstration(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+
+
+def add_task(parser: argparse._ActionsContainer, help_: str, **more: Any) -> None:
+    parser.add_argument("--task", metavar="TASK", type=name_of, help=help_, **more)
+
+
+def add_author(parser: argparse._ActionsContainer, help_: str, **more: Any) -> None:
+    parser.add_argument("--author", metavar="NAME", type=name_of, help=help_, **more)
+
+
 def path_of(text: str) -> Path:
-    """A file or folder from the command line; ``-`` means standard input or output, and is none."""
+    """A file or folder from the command line; ``-``, standard input or output, is none."""
     if text == "-":
         raise argparse.ArgumentTypeError("'-' names no file or folder; give it a name")
     return Path(text)
@@ -140,13 +140,12 @@ def name_of(text: str) -> str:
     raise argparse.ArgumentTypeError("a name cannot be empty")
 
 
-def json_flag(parser: argparse.ArgumentParser) -> None:
-    """The option of commands that print their result."""
+def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
 
 
-def column_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says which columns of a table hold times and counts, and which are signals."""
+def add_column_options(parser: argparse.ArgumentParser) -> None:
+    """Options for the columns of a table: times, counters, signals."""
     parser.add_argument("--time", metavar="COL", help="name or number of the column of times")
     parser.add_argument(
         "--jitter",

@@ -16,15 +16,7 @@ WIDTH = 24
 
 
 def table(rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> str:
-    """Align rows in columns.
-
-    Parameters
-    ----------
-    rows : sequence of rows of str
-        The first is the header.
-    right : sequence of int
-        Columns aligned right, for numbers.
-    """
+    """Align rows in columns; the first is the header, and columns `right` are aligned right."""
     shown = [[printable(cell) for cell in row] for row in rows]
     widths = [max(len(row[c]) for row in shown) for c in range(len(rows[0]))]
     lines = []
@@ -57,36 +49,24 @@ def json_path(json_file: Path | None) -> Path | None:
     return None if json_file == Path("-") else json_file
 
 
-def report(told: str, content: Any, json_file: Path | None) -> None:
-    """Print a report and write it as JSON to a file, or print the JSON alone where that is ``-``.
+def print_result(as_json: bool, content: Any, text: str) -> None:
+    """Print a text, or the same as JSON where ``--json`` asks for that."""
+    print(json_text(content) if as_json else text)
 
-    Parameters
-    ----------
-    told : str
-        For people.
-    content : object
-        The same as plain values.
-    json_file : Path, optional
-        What ``--json`` names; None where it was not given.
-    """
-    text = json_text(content)
+
+def report(text: str, content: Any, json_file: Path | None) -> None:
+    """Print a text, and write it as JSON to a file; where that is ``-``, print the JSON alone."""
     path = json_path(json_file)
     try:
         if path is not None:
-            write_atomically(path, (text + "\n").encode())
+            write_atomically(path, (json_text(content) + "\n").encode())
     finally:  # what took hours is told, even where the disk is full
-        print(told if path == json_file else text)
+        print_result(path != json_file, content, text)
 
 
 @contextmanager
 def progress_bar(title: str = "") -> Iterator[Callable[[Progress], None]]:
-    """A bar on standard error while a job runs; nothing at all where that is no terminal.
-
-    Yields
-    ------
-    callable
-        Takes each progress of the job.
-    """
+    """A bar on standard error while a job runs, if that is a terminal; gives its update."""
     shown = sys.stderr.isatty()
 
     def watch(progress: Progress) -> None:

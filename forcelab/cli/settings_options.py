@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from forcelab.cli.options import UsageError, name_of
+from forcelab.cli.options import UsageError, add_author, add_task
 from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
 from forcelab.recognition.presets import preset
@@ -16,8 +16,6 @@ from forcelab.recognition.settings import Settings, obstacle
 
 if TYPE_CHECKING:
     from forcelab.recognition.dataset import Choice
-
-__all__ = ["add_changes", "add_settings", "choice_from", "settings_from"]
 
 _PRESETS = (
     "paper: the published method (default); released: what its authors' code does; fast; best: "
@@ -31,21 +29,10 @@ _UNITS = {"Hz": "HZ", "s": "SECONDS", "samples": "SAMPLES", "of the shortest": "
 
 
 def add_settings(parser: argparse.ArgumentParser) -> None:
-    """Options that change a preset's settings, for training and evaluating alike."""
+    """Options that choose demonstrations and change a preset, for training and evaluating alike."""
     which = parser.add_argument_group("which demonstrations")
-    which.add_argument(
-        "--task",
-        action="append",
-        type=name_of,
-        metavar="TASK",
-        help="task to use; given several times, the tasks are joined",
-    )
-    which.add_argument(
-        "--author",
-        metavar="NAME",
-        type=name_of,
-        help="whose labels, where there are several coders",
-    )
+    add_task(which, "task to use; given several times, the tasks are joined", action="append")
+    add_author(which, "whose labels, where there are several coders")
     which.add_argument(
         "--apart",
         action="store_true",
@@ -102,19 +89,11 @@ def _metavar(field: SettingField) -> str:
 
 
 def settings_from(arguments: argparse.Namespace) -> Settings:
-    """A preset's settings with what the command line changes; what counts for nothing is told.
-
-    Raises
-    ------
-    UsageError
-        If a value is out of its range.
-    InputError
-        If the file of spellings cannot be used.
-    """
+    """The settings that the command line means; warns of those that have no effect."""
     changes: dict[str, Any] = {
-        field.name: _value(field, given)
+        field.name: _value(field, value)
         for field in _FIELDS
-        if (given := getattr(arguments, field.name)) is not None
+        if (value := getattr(arguments, field.name)) is not None
     }
     if arguments.merge is not None:
         changes["merge"] = MergeMap.read(arguments.merge)
@@ -130,25 +109,25 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     return settings
 
 
-def _value(field: SettingField, given: Any) -> Any:
-    """What an option means to the setting."""
+def _value(field: SettingField, text: Any) -> Any:
+    """The value of a setting from that of its option."""
     if field.kind == "windows":
-        return _windows(given)
+        return _windows(text)
     if field.kind == "channels":
-        return tuple(name.strip() for name in given.split(","))
+        return tuple(name.strip() for name in text.split(","))
     if field.default is None:
-        return given
-    if given == "off":
+        return text
+    if text == "off":
         return None
     try:
-        return _NUMBERS[field.kind](given)
+        return _NUMBERS[field.kind](text)
     except ValueError as error:
         what = "a whole number" if field.kind == "whole" else "a number"
-        raise UsageError(f"--{field.name} takes {what} or 'off', not '{given}'.") from error
+        raise UsageError(f"--{field.name} takes {what} or 'off', not '{text}'.") from error
 
 
 def _windows(text: str) -> tuple[float, ...]:
-    """Windows in seconds, as they are written with commas between them."""
+    """Windows in seconds, written with commas between them."""
     try:
         return tuple(float(part) for part in text.split(","))
     except ValueError as error:
@@ -156,7 +135,7 @@ def _windows(text: str) -> tuple[float, ...]:
 
 
 def choice_from(arguments: argparse.Namespace) -> Choice:
-    """Which demonstrations the command line means."""
+    """The demonstrations that the command line means."""
     # Loads what trains and evaluates; the settings alone, which plan reads, need none of that.
     from forcelab.recognition.dataset import Choice
 

@@ -27,35 +27,24 @@ HEAD_BYTES: Final = 64 * 1024
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """One format that can be read.
+    """A format that can be read."""
 
-    Parameters
-    ----------
-    name : str
-        Its short name, unique.
-    description : str
-        What such files are, in a few words that may follow "can read".
-    module : str
-        The module that reads it, imported when it is needed.
-    starts : tuple of bytes
-        First bytes that make it worth importing the module; empty means any that do not announce
-        another kind of file.
-    """
-
-    name: str
-    description: str
-    module: str
+    name: str  #: unique
+    description: str  #: a few words that may follow "can read"
+    module: str  #: reads it; imported when it is needed
+    #: first bytes that make it worth importing the module; empty: any that do not announce another
+    #: kind of file
     starts: tuple[bytes, ...] = ()
 
 
 class _Reader(Protocol):
-    """What the module of a format offers."""
+    """The interface of a format's module."""
 
     def sniff(self, path: Path, head: bytes) -> bool:
-        """Whether the file, whose first bytes are `head`, is of this format."""
+        """Whether the file (or bag folder), whose first 64 KiB are `head`, is of this format."""
 
     def read(self, path: Path, options: ReadOptions) -> list[Recording]:
-        """Read the whole file."""
+        """Read the whole file; errors are :class:`InputError`."""
 
 
 #: In the order in which they are tried; those of other packages come next, then `_LATE`.
@@ -96,13 +85,7 @@ _LATE: Final = (
 
 @cache
 def all_formats() -> tuple[Format, ...]:
-    """All formats that can be read, in the order in which they are tried.
-
-    Raises
-    ------
-    InputError
-        If another package that brings a format cannot be imported, or names one there is already.
-    """
+    """All readable formats, in the order in which they are tried; other packages may add some."""
     found = {known.name: known for known in (*_EARLY, *_LATE)}
     added: list[Format] = []
     for entry in entry_points(group=ENTRY_POINTS):
@@ -124,24 +107,11 @@ def all_formats() -> tuple[Format, ...]:
 
 
 def format_names() -> tuple[str, ...]:
-    """The short names of all formats that can be read."""
     return tuple(known.name for known in all_formats())
 
 
 def identify(path: str | os.PathLike[str]) -> Format:
-    """Tell a file's format by its content.
-
-    Parameters
-    ----------
-    path : path-like
-        An existing file.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be opened or is of no format that can be read. The sentence says what
-        it seems to be and what can be read.
-    """
+    """Tell an existing file's format by its content; the error says what the file seems to be."""
     path = Path(path)
     with _naming_file(path):
         head = _head(path)
@@ -191,7 +161,7 @@ def read(path: str | os.PathLike[str], options: ReadOptions | None = None) -> li
 
 
 def _named_format(path: Path, name: str) -> Format:
-    """The format of that name, for a file that can be opened."""
+    """The format of that name, once the file is known to be readable."""
     with _naming_file(path):
         _head(path)
         for known in all_formats():
@@ -217,13 +187,12 @@ def _head(path: Path) -> bytes:
 
 
 def _module(known: Format) -> _Reader:
-    """The module that reads a format."""
     return cast(_Reader, import_module(known.module))
 
 
 @contextlib.contextmanager
 def _naming_file(path: Path) -> Iterator[None]:
-    """Turn what fails inside into one line that names the file."""
+    """Re-raise errors as one line that names the file."""
     try:
         yield
     except InputError as error:
@@ -240,5 +209,5 @@ def _naming_file(path: Path) -> Iterator[None]:
 
 
 def _one_line(text: str) -> str:
-    """The text with escapes for whatever a terminal would not show as a character."""
+    """Escape whatever a terminal would not show as a character."""
     return "".join(char if char.isprintable() else ascii(char)[1:-1] for char in text)

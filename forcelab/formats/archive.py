@@ -37,7 +37,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from datetime import datetime
 from pathlib import Path
-from typing import IO, Any, BinaryIO
+from typing import IO, Any, BinaryIO, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +47,7 @@ from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError, StaleTrackError
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.io import atomic_file
-from forcelab.labels import Segment, Segments, Track, check_name, overhang
+from forcelab.labels import Segment, Segments, Track, check_name, check_within
 from forcelab.project import (
     AssignmentEvent,
     DemonstrationInfo,
@@ -58,7 +58,6 @@ from forcelab.project import (
     Project,
     StoredRecogniser,
     StoredRun,
-    StoredVerdict,
     Verdict,
 )
 from forcelab.project.records import (
@@ -77,19 +76,61 @@ PROPOSALS = VERDICTS = 3
 FIRST_YEAR, LAST_YEAR = 1970, 2300
 
 
-def field(record: object, name: str, kind: type | tuple[type, ...], where: str) -> Any:
-    """One value of a JSON object; refused if it is not of that kind."""
-    kinds = kind if isinstance(kind, tuple) else (kind,)
-    # type() and not isinstance(): true and false are no numbers.
-    if not isinstance(record, dict) or name not in record or type(record[name]) not in kinds:
-        raise InputError(f"'{name}' is missing or wrong in {where}.")
-    if isinstance(record[name], str) and "\0" in record[name]:
-        raise InputError(f"'{name}' holds a NUL, which no table can hold, in {where}.")
-    return record[name]
+class Record:
+    """A JSON object of an archive; each value is checked when it is taken."""
+
+    def __init__(self, value: object, where: str) -> None:
+        self._value = value if isinstance(value, dict) else {}
+        self.where = where
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._value
+
+    def get(self, name: str, *kinds: type) -> Any:
+        """A value, which must be of one of the types."""
+        # type() and not isinstance(): true and false are no numbers.
+        if name not in self._value or type(self._value[name]) not in kinds:
+            raise InputError(f"'{name}' is missing or wrong in {self.where}.")
+        value = self._value[name]
+        if isinstance(value, str) and "\0" in value:
+            raise InputError(f"'{name}' holds a NUL, which no table can hold, in {self.where}.")
+        return value
+
+    def text(self, name: str) -> str:
+        text: str = self.get(name, str)
+        return text
+
+    def records(self, name: str) -> list[Record]:
+        return [Record(item, self.where) for item in self.get(name, list)]
+
+    def number(self, name: str) -> float:
+        return _number(self.get(name, int, float), self.where)
+
+    def time(self, name: str) -> datetime:
+        """A time, which must have a zone."""
+        try:
+            value = datetime.fromisoformat(self.text(name))
+        except ValueError as error:
+            raise InputError(f"'{name}' is no time in {self.where}.") from error
+        if not FIRST_YEAR <= value.year <= LAST_YEAR:
+            raise InputError(f"'{name}' is of the year {value.year} in {self.where}.")
+        if value.tzinfo is None:
+            raise InputError(f"'{name}' has no time zone in {self.where}.")
+        return value
+
+    def segments(self, name: str) -> Segments:
+        """A list of ``[start, end, action]``."""
+        segments = []
+        for item in self.get(name, list):
+            if not isinstance(item, list) or len(item) != 3 or not isinstance(item[2], str):
+                raise InputError(f"A segment is not start, end and action in {self.where}.")
+            check_name(item[2])
+            start, end = (_number(value, self.where) for value in item[:2])
+            segments.append(Segment(start, end, item[2]))
+        return tuple(segments)
 
 
-def number(value: object, where: str) -> float:
-    """A JSON number as a float."""
+def _number(value: object, where: str) -> float:
     if type(value) not in (int, float):
         raise InputError(f"{value!r} is not a number in {where}.")
     try:
@@ -98,176 +139,88 @@ def number(value: object, where: str) -> float:
         raise InputError(f"A number is too large in {where}.") from error
 
 
-def edit_of(item: object, where: str, version: int) -> Edit:
-    """An edit of a JSON object, as that version of the archive has it."""
-    kind = field(item, "kind", str, where)
+def _to_json(record: object, names: Sequence[str], **replaced: object) -> dict[str, Any]:
+    """Some attributes as a JSON object, times as text."""
+    values = {name: replaced.get(name, getattr(record, name)) for name in names}
+    return {k: v.isoformat() if isinstance(v, datetime) else v for k, v in values.items()}
+
+
+_EDIT: Final = (
+    *("id", "demonstration", "author", "kind", "time", "what", "position", "removed", "inserted"),
+    *("reverts", "proposed_by"),
+)
+_ASSIGNMENT_EVENT: Final = ("demonstration", "author", "kind", "time")
+#: Notes stand in the records of their demonstrations.
+_NOTE: Final = ("author", "text", "time")
+_VERDICT: Final = (
+    *("demonstration", "author", "coder", "start", "end", "human", "predicted", "verdict", "run"),
+    "time",
+)
+_PROVENANCE: Final = ("time", "settings", "seed", "labels", "versions")
+
+
+def _edit_to_json(edit: Edit) -> dict[str, Any]:
+    segments = {name: segments_to_json(getattr(edit, name)) for name in ("removed", "inserted")}
+    return _to_json(edit, _EDIT, **segments)
+
+
+def _edit_of(record: Record, version: int) -> Edit:
+    """Parse an edit as archives of that version hold it."""
+    kind = record.text("kind")
     if kind not in EDIT_KINDS:
-        raise InputError(f"'{kind}' is no kind of edit in {where}.")
-    reverts = field(item, "reverts", (int, type(None)), where)
+        raise InputError(f"'{kind}' is no kind of edit in {record.where}.")
+    reverts = record.get("reverts", int, type(None))
     if (reverts is None) != (kind not in ("undo", "redo")):
-        raise InputError(f"'reverts' is missing or wrong in {where}.")
+        raise InputError(f"'reverts' is missing or wrong in {record.where}.")
     proposed_by = None
     if version >= PROPOSALS:
-        proposed_by = field(item, "proposed_by", (str, type(None)), where)
+        proposed_by = record.get("proposed_by", str, type(None))
         if proposed_by is not None and (kind != "paint" or not proposed_by.strip()):
-            raise InputError(f"'proposed_by' is missing or wrong in {where}.")
+            raise InputError(f"'proposed_by' is missing or wrong in {record.where}.")
     return Edit(
-        id=field(item, "id", int, where),
-        demonstration=field(item, "demonstration", str, where),
-        author=field(item, "author", str, where),
+        id=record.get("id", int),
+        demonstration=record.text("demonstration"),
+        author=record.text("author"),
         kind=kind,
-        time=_time(item, "time", where),
-        what=field(item, "what", str, where),
-        position=field(item, "position", int, where),
-        removed=segments_of(field(item, "removed", list, where), where),
-        inserted=segments_of(field(item, "inserted", list, where), where),
+        time=record.time("time"),
+        what=record.text("what"),
+        position=record.get("position", int),
+        removed=record.segments("removed"),
+        inserted=record.segments("inserted"),
         reverts=reverts,
         proposed_by=proposed_by,
     )
 
 
-def edit_to_json(edit: Edit) -> dict[str, Any]:
-    """An edit as a JSON object."""
-    return {
-        "id": edit.id,
-        "demonstration": edit.demonstration,
-        "author": edit.author,
-        "kind": edit.kind,
-        "time": edit.time.isoformat(),
-        "what": edit.what,
-        "position": edit.position,
-        "removed": segments_to_json(edit.removed),
-        "inserted": segments_to_json(edit.inserted),
-        "reverts": edit.reverts,
-        "proposed_by": edit.proposed_by,
-    }
-
-
-def event_of(item: object, where: str) -> AssignmentEvent:
-    """An event of an assignment of a JSON object."""
-    kind = field(item, "kind", str, where)
+def _event_of(record: Record) -> AssignmentEvent:
+    kind = record.text("kind")
     if kind not in ASSIGNMENT_KINDS:
-        raise InputError(f"'{kind}' is nothing that befalls an assignment in {where}.")
+        raise InputError(f"'{kind}' is nothing that befalls an assignment in {record.where}.")
     return AssignmentEvent(
-        demonstration=field(item, "demonstration", str, where),
-        author=field(item, "author", str, where),
+        demonstration=record.text("demonstration"),
+        author=record.text("author"),
         kind=kind,
-        time=_time(item, "time", where),
+        time=record.time("time"),
     )
 
 
-def event_to_json(event: AssignmentEvent) -> dict[str, Any]:
-    """An event of an assignment as a JSON object."""
-    return {
-        "demonstration": event.demonstration,
-        "author": event.author,
-        "kind": event.kind,
-        "time": event.time.isoformat(),
-    }
-
-
-def note_of(item: object, demonstration: str, where: str) -> Note:
-    """A note on a demonstration of a JSON object."""
-    author, text = field(item, "author", str, where), field(item, "text", str, where)
-    return Note(demonstration, author, text, _time(item, "time", where))
-
-
-def note_to_json(note: Note) -> dict[str, Any]:
-    """A note as a JSON object, in the record of its demonstration."""
-    return {"author": note.author, "text": note.text, "time": note.time.isoformat()}
-
-
-def verdict_of(item: object, where: str) -> Verdict:
-    """A verdict of a JSON object; the run is the one with that place in the list of runs."""
-    text = (str, type(None))
-    kind = field(item, "verdict", str, where)
+def _verdict_of(record: Record) -> Verdict:
+    """Parse a verdict; its run is a place in the list of runs, counted from 1."""
+    kind = record.text("verdict")
     if kind not in VERDICT_KINDS:
-        raise InputError(f"'{kind}' is no verdict in {where}.")
+        raise InputError(f"'{kind}' is no verdict in {record.where}.")
     return Verdict(
-        demonstration=field(item, "demonstration", str, where),
-        author=field(item, "author", str, where),
-        coder=field(item, "coder", str, where),
-        start=number(field(item, "start", (int, float), where), where),
-        end=number(field(item, "end", (int, float), where), where),
-        human=field(item, "human", text, where),
-        predicted=field(item, "predicted", text, where),
+        demonstration=record.text("demonstration"),
+        author=record.text("author"),
+        coder=record.text("coder"),
+        start=record.number("start"),
+        end=record.number("end"),
+        human=record.get("human", str, type(None)),
+        predicted=record.get("predicted", str, type(None)),
         verdict=kind,
-        run=field(item, "run", (int, type(None)), where),
-        time=_time(item, "time", where),
+        run=record.get("run", int, type(None)),
+        time=record.time("time"),
     )
-
-
-def verdict_to_json(verdict: StoredVerdict, runs: Mapping[int, int]) -> dict[str, Any]:
-    """A verdict as a JSON object; `runs` gives the place of each run in the list of runs."""
-    assert verdict.time is not None
-    return {
-        "demonstration": verdict.demonstration,
-        "author": verdict.author,
-        "coder": verdict.coder,
-        "start": verdict.start,
-        "end": verdict.end,
-        "human": verdict.human,
-        "predicted": verdict.predicted,
-        "verdict": verdict.verdict,
-        "run": None if verdict.run is None else runs[verdict.run],
-        "time": verdict.time.isoformat(),
-    }
-
-
-def provenance_of(item: object, where: str) -> dict[str, Any]:
-    """How a recogniser or a run was made."""
-    versions = field(item, "versions", dict, where)
-    if not all(isinstance(text, str) for text in versions.values()):
-        raise InputError(f"'versions' is wrong in {where}.")
-    return {
-        "time": _time(item, "time", where),
-        "settings": field(item, "settings", dict, where),
-        "seed": field(item, "seed", (int, type(None)), where),
-        "labels": [
-            LabelsUsed(
-                demonstration=field(used, "demonstration", str, where),
-                author=field(used, "author", str, where),
-                edit=field(used, "edit", int, where),
-            )
-            for used in field(item, "labels", list, where)
-        ],
-        "versions": versions,
-    }
-
-
-def provenance_to_json(made: StoredRecogniser | StoredRun) -> dict[str, Any]:
-    """How a recogniser or a run was made, as a JSON object."""
-    return {
-        "time": made.time.isoformat(),
-        "settings": made.settings,
-        "seed": made.seed,
-        "labels": [asdict(used) for used in made.labels],
-        "versions": made.versions,
-    }
-
-
-def segments_of(items: list[Any], where: str) -> Segments:
-    """Segments of a JSON list of ``[start, end, action]``."""
-    segments = []
-    for item in items:
-        if not isinstance(item, list) or len(item) != 3 or not isinstance(item[2], str):
-            raise InputError(f"A segment is not start, end and action in {where}.")
-        check_name(item[2])
-        segments.append(Segment(number(item[0], where), number(item[1], where), item[2]))
-    return tuple(segments)
-
-
-def _time(record: object, name: str, where: str) -> datetime:
-    """A time with its zone."""
-    try:
-        value = datetime.fromisoformat(field(record, name, str, where))
-    except ValueError as error:
-        raise InputError(f"'{name}' is no time in {where}.") from error
-    if not FIRST_YEAR <= value.year <= LAST_YEAR:
-        raise InputError(f"'{name}' is of the year {value.year} in {where}.")
-    if value.tzinfo is None:
-        raise InputError(f"'{name}' has no time zone in {where}.")
-    return value
 
 
 #: The member that tells a project archive from every other zip; the first one written.
@@ -297,22 +250,20 @@ _FOLDER = re.compile(rf"demonstrations/({_ID}/)?|recognisers/")
 
 
 class ArchiveWriter:
-    """Writes members that depend on nothing but their content: no times, no users, no rights."""
+    """Writes members that depend on nothing but their content: no times, users or permissions."""
 
     def __init__(self, stream: BinaryIO) -> None:
         self._zip = zipfile.ZipFile(stream, "w")
 
     def close(self) -> None:
-        """Write the table of contents."""
         self._zip.close()
 
     def json(self, name: str, value: object) -> None:
-        """Write a value as text, compressed."""
         text = json.dumps(value, ensure_ascii=False, indent=1) + "\n"
         self._zip.writestr(_member_info(name, zipfile.ZIP_DEFLATED), text.encode())
 
     def json_list(self, name: str, values: Iterable[object]) -> None:
-        """Write values as a list in text, compressed, holding one of them at a time."""
+        """Write a JSON list, holding one value at a time in memory."""
         info = _member_info(name, zipfile.ZIP_DEFLATED)
         with self._zip.open(info, "w", force_zip64=True) as member:
             before = "["
@@ -323,12 +274,10 @@ class ArchiveWriter:
             member.write(b"[]\n" if before == "[" else b"\n]\n")
 
     def array(self, name: str, array: NDArray[np.float64]) -> None:
-        """Write an array in NumPy's format, as it is."""
         with self._zip.open(_member_info(name), "w", force_zip64=True) as member:
             np.lib.format.write_array(member, array, version=(1, 0), allow_pickle=False)
 
     def file(self, name: str, path: Path) -> None:
-        """Write a file as it is."""
         with (
             path.open("rb") as read,
             self._zip.open(_member_info(name), "w", force_zip64=True) as member,
@@ -337,7 +286,7 @@ class ArchiveWriter:
 
 
 class ArchiveReader:
-    """The members of an archive whose names and sizes were found harmless."""
+    """The members of an archive, once their names and sizes were found harmless."""
 
     def __init__(self, path: Path, archive: zipfile.ZipFile) -> None:
         self.path = path
@@ -350,26 +299,44 @@ class ArchiveReader:
         return name in self._names
 
     def ids(self) -> list[str]:
-        """The ids of all demonstrations, sorted."""
         return sorted({n.split("/")[1] for n in self._names if n.startswith("demonstrations/")})
 
     def content(self, name: str) -> bytes:
-        """The content of a member."""
         with self._opened(name) as member:
             return member.read()
 
     def json(self, name: str) -> Any:
-        """The value of a member of JSON."""
         try:
             return json.loads(self.content(name))
         except (ValueError, RecursionError) as error:
             raise InputError(f"{self.where(name)} is no valid JSON.") from error
 
-    def objects(self, name: str) -> Iterator[Any]:
-        """The objects of a member that is a list of JSON, held one at a time.
+    def object(self, name: str) -> dict[str, Any]:
+        """The value of a member that must be a JSON object."""
+        value = self.json(name)
+        if not isinstance(value, dict):
+            raise InputError(f"{self.where(name)} is not an object.")
+        return value
 
-        So where each ends on a line of its own, as :class:`ArchiveWriter` has it; else all at once.
+    def record(self, name: str) -> Record:
+        return Record(self.json(name), self.where(name))
+
+    def records(self, name: str) -> list[Record]:
+        """The objects of a member that must be a JSON list."""
+        value = self.json(name)
+        if not isinstance(value, list):
+            raise InputError(f"{self.where(name)} is not a list.")
+        return [Record(item, self.where(name)) for item in value]
+
+    def each_record(self, name: str) -> Iterator[Record]:
+        """The objects of a JSON list, held one at a time where possible.
+
+        That is where each ends on a line of its own, as :class:`ArchiveWriter` has it.
         """
+        for value in self._each(name):
+            yield Record(value, self.where(name))
+
+    def _each(self, name: str) -> Iterator[Any]:
         part, more, several = "", True, False
         try:
             with self._opened(name) as member, io.TextIOWrapper(member, "utf-8") as lines:
@@ -410,7 +377,7 @@ class ArchiveReader:
             raise InputError(f"{self.where(name)} is no array of 64-bit numbers.") from error
 
     def extract(self, name: str, folder: Path) -> Path:
-        """Write a video into a folder, under the name of its content."""
+        """Write a video into a folder, and check it against the digest in its name."""
         target = folder / name.rpartition("/")[2]
         digest = hashlib.sha256()
         with self._opened(name) as member, target.open("xb") as write:
@@ -428,7 +395,7 @@ class ArchiveReader:
 
     @contextlib.contextmanager
     def _opened(self, name: str) -> Iterator[IO[bytes]]:
-        """A member open for reading; whatever is wrong with it is one sentence."""
+        """Open a member for reading; whatever is wrong with it is one sentence."""
         if name not in self._names:
             raise InputError(f"The archive '{self.path}' lacks '{name}'; it is not complete.")
         self.unread.discard(name)
@@ -438,15 +405,14 @@ class ArchiveReader:
 
 @contextlib.contextmanager
 def open_archive(path: Path) -> Iterator[ArchiveReader]:
-    """Open an archive, and refuse it before anything is read if it is none of ours or unsafe."""
+    """Open an archive, and refuse it before reading if it is not one of ours or is unsafe."""
     with contextlib.ExitStack() as stack:
         with _quoted_name(path):
             archive = stack.enter_context(zipfile.ZipFile(path))
         members = ArchiveReader(path, archive)
         if MANIFEST not in members:
             raise InputError(f"'{path}' is not a forcelab archive: it holds no {MANIFEST}.")
-        manifest = members.json(MANIFEST)
-        version = field(manifest, "version", int, members.where(MANIFEST))
+        version = members.record(MANIFEST).get("version", int)
         if version > VERSION:
             raise InputError(
                 f"The archive '{path}' was written by a newer forcelab (version {version}, this "
@@ -457,7 +423,6 @@ def open_archive(path: Path) -> Iterator[ArchiveReader]:
 
 
 def _member_info(name: str, compression: int = zipfile.ZIP_STORED) -> zipfile.ZipInfo:
-    """The header of a member to write."""
     info = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
     info.compress_type = compression
     info.create_system = 3
@@ -466,7 +431,7 @@ def _member_info(name: str, compression: int = zipfile.ZIP_STORED) -> zipfile.Zi
 
 
 def _checked_name(path: Path, archive: zipfile.ZipFile) -> set[str]:
-    """The names of all members, after a look at every one of them."""
+    """The names of all members, each of which has been checked."""
     names: set[str] = set()
     for info in archive.infolist():
         name = info.orig_filename
@@ -502,7 +467,7 @@ def _checked_name(path: Path, archive: zipfile.ZipFile) -> set[str]:
 
 
 def _largest(name: str) -> float:
-    """How many bytes a member may have by itself: text takes many times its length when parsed."""
+    """Most bytes of one member: text takes many times its length when parsed."""
     if name == "runs.json" or not name.endswith(".json"):
         return math.inf
     return LARGEST_EDITS if name == "edits.json" else LARGEST_TEXT
@@ -510,7 +475,7 @@ def _largest(name: str) -> float:
 
 @contextlib.contextmanager
 def _quoted_name(path: Path) -> Iterator[None]:
-    """Turn a failure to read a zip into one sentence."""
+    """Re-raise a failure to read a zip as one sentence."""
     try:
         yield
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
@@ -520,14 +485,7 @@ def _quoted_name(path: Path) -> Iterator[None]:
 
 
 def write_archive(project: Project, path: str | Path) -> None:
-    """Write everything that a project holds into one file, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written or a file of the project is missing or damaged; what was
-        there before is untouched.
-    """
+    """Write everything that a project holds into one file, whole or not at all."""
     with (
         project.snapshot(),
         atomic_file(path) as stream,
@@ -542,37 +500,43 @@ def write_archive(project: Project, path: str | Path) -> None:
             for author in info.authors:
                 edits += project.tracks.history(info.id, author)
         edits.sort(key=lambda edit: edit.id)
-        out.json("edits.json", [edit_to_json(edit) for edit in edits])
+        out.json("edits.json", [_edit_to_json(edit) for edit in edits])
         events = project.coding.assignment_events()
-        out.json("assignments.json", [event_to_json(event) for event in events])
+        out.json("assignments.json", [_to_json(event, _ASSIGNMENT_EVENT) for event in events])
         numbers = [run.id for run in project.runs.summaries()]
         places = {number: place for place, number in enumerate(numbers, 1)}
         verdicts = project.coding.verdict_events()
-        out.json("verdicts.json", [verdict_to_json(verdict, places) for verdict in verdicts])
+        out.json(
+            "verdicts.json",
+            [
+                _to_json(
+                    verdict, _VERDICT, run=None if verdict.run is None else places[verdict.run]
+                )
+                for verdict in verdicts
+            ],
+        )
         recognisers = project.runs.recognisers()
-        there = {info.id for info in project.demonstrations.infos()}
-        named = [{"id": r.id, "name": r.name, **_provenance(r, there)} for r in recognisers]
+        ids = {info.id for info in project.demonstrations.infos()}
+        named = [{"id": r.id, "name": r.name, **_provenance(r, ids)} for r in recognisers]
         out.json("recognisers.json", named)
         for recogniser in recognisers:
-            path_ = project.runs.recogniser_path(recogniser.id)
-            out.file(f"recognisers/{recogniser.id}.skops", path_)
+            skops = project.runs.recogniser_path(recogniser.id)
+            out.file(f"recognisers/{recogniser.id}.skops", skops)
         # What hundreds of runs found is more than there is room for at once.
         runs = map(project.runs.get, numbers)
         out.json_list(
             "runs.json",
-            ({"kind": r.kind, **_provenance(r, there), "result": r.result} for r in runs),
+            ({"kind": r.kind, **_provenance(r, ids), "result": r.result} for r in runs),
         )
 
 
-def _provenance(made: StoredRecogniser | StoredRun, there: set[str]) -> dict[str, Any]:
-    """How a thing was made; labels of demonstrations that were removed since cannot be told."""
-    plain = provenance_to_json(made)
-    labels = [used for used in plain["labels"] if used["demonstration"] in there]
-    return {**plain, "labels": labels}
+def _provenance(record: StoredRecogniser | StoredRun, ids: set[str]) -> dict[str, Any]:
+    """How it was made, without labels of demonstrations that were removed since."""
+    labels = [asdict(used) for used in record.labels if used.demonstration in ids]
+    return _to_json(record, _PROVENANCE, labels=labels)
 
 
 def _write_demonstration(project: Project, info: DemonstrationInfo, out: ArchiveWriter) -> None:
-    """Write one demonstration's members."""
     home = f"demonstrations/{info.id}"
     d = project.demonstrations.load(info.id)
     if d.fingerprint() != info.id:
@@ -595,7 +559,7 @@ def _write_demonstration(project: Project, info: DemonstrationInfo, out: Archive
     }
     # Here older programs pass them over; a member of their own they would refuse.
     if notes := project.coding.note_events(info.id):
-        record["notes"] = [note_to_json(note) for note in notes]
+        record["notes"] = [_to_json(note, _NOTE) for note in notes]
     out.json(f"{home}/demonstration.json", record)
     out.array(f"{home}/times.npy", d.times)
     out.array(f"{home}/signals.npy", d.signals)
@@ -629,15 +593,7 @@ _NOT_IMPORTED = (
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """Whether a file is a project archive, whatever its name.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    head : bytes
-        Its first bytes; 64 are enough for an archive as this program writes it.
-    """
+    """Whether a file is a project archive, whatever its name."""
     if not head.startswith(b"PK\x03\x04"):
         return False
     if head[30 : 30 + len(MANIFEST)] == MANIFEST.encode():
@@ -650,21 +606,7 @@ def sniff(path: Path, head: bytes) -> bool:
 
 
 def read_archive(path: str | Path, project_path: str | Path) -> Project:
-    """Make a new project of an archive and open it.
-
-    Parameters
-    ----------
-    path : path-like
-        The archive.
-    project_path : path-like
-        The project's folder; must not exist, or be empty.
-
-    Raises
-    ------
-    InputError
-        If the archive is damaged, unsafe or of a newer version, or the folder is taken. Nothing is
-        left of the new project then.
-    """
+    """Make a new project of an archive and open it; after an error nothing of it is left."""
     bounds: dict[str, tuple[float, float]] = {}
     with open_archive(Path(path)) as members, Project.creating(project_path) as project:
         with tempfile.TemporaryDirectory(dir=project.path) as scratch:
@@ -688,7 +630,7 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
             ):
                 where = members.where(f"demonstrations/{id_}/tracks.json")
                 raise InputError(f"The edits do not lead to the segments of {where}.")
-        known = _object(members, "vocabularies.json")
+        known = members.object("vocabularies.json")
         if len(known) > MOST_TASKS:
             where = members.where("vocabularies.json")
             raise InputError(f"There are {len(known):,} tasks in {where}; {MOST_TASKS:,} at most.")
@@ -700,10 +642,9 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
             project.actions.set_vocabulary(task, vocabulary)
         _read_assignments(members, project)
         _read_recognisers(members, project, numbers)
-        for run in members.objects("runs.json"):
-            where = members.where("runs.json")
-            kind, result = field(run, "kind", str, where), field(run, "result", dict, where)
-            project.runs.add(kind, result=result, **_check_provenance(run, where, numbers))
+        for run in members.each_record("runs.json"):
+            kind, result = run.text("kind"), run.get("result", dict)
+            project.runs.add(kind, result=result, **_provenance_of(run, numbers))
         _read_verdicts(members, project)
         if members.unread:
             raise InputError(f"The archive '{path}' holds '{min(members.unread)}' for no use.")
@@ -713,20 +654,9 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
 def read(path: Path, options: ReadOptions) -> list[Recording]:
     """Read the demonstrations of an archive with the labels of all coders.
 
-    Models' predictions stay in the archive, so that nobody takes them for labels.
-
-    Parameters
-    ----------
-    path : Path
-        The archive.
-    options : ReadOptions
-        `task` is that of demonstrations that have none; videos are unpacked into `unpack`, and
-        stay in the archive without one.
-
-    Raises
-    ------
-    InputError
-        If the archive is damaged, unsafe or of a newer version.
+    Models' predictions stay in the archive, so that they are not taken for labels. Videos are
+    unpacked into ``options.unpack``, and stay in the archive without one; ``options.task`` is the
+    task of demonstrations that have none.
     """
     recordings: list[Recording] = []
     with open_archive(path) as members:
@@ -739,15 +669,23 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
             truth = _truth(members, id_)
             notes = _notes(members, id_)
             recordings.append(
-                Recording(demonstration, tracks, (), source, truth, left=_NOT_IMPORTED, notes=notes)
+                Recording(
+                    demonstration,
+                    tracks,
+                    (),
+                    source,
+                    truth,
+                    not_imported=_NOT_IMPORTED,
+                    notes=notes,
+                )
             )
     return sorted(recordings, key=_new_folder)
 
 
 def _new_folder(recording: Recording) -> tuple[object, object]:
-    """Where a recording comes in a list, as in that of a project."""
-    one = recording.demonstration
-    return natural_order(one.task), natural_order(one.name)
+    """The place of a recording in a list, as in that of a project."""
+    demonstration = recording.demonstration
+    return natural_order(demonstration.task), natural_order(demonstration.name)
 
 
 def _demonstration(
@@ -755,161 +693,140 @@ def _demonstration(
 ) -> tuple[Demonstration, str]:
     """One demonstration and its source."""
     home = f"demonstrations/{id_}"
-    name = f"{home}/demonstration.json"
-    where = members.where(name)
-    record = members.json(name)
+    record = members.record(f"{home}/demonstration.json")
     channels = []
-    for item in field(record, "channels", list, where):
+    for item in record.get("channels", list):
         if not isinstance(item, list) or [type(part) for part in item] != [str, str]:
-            raise InputError(f"A channel needs a name and a unit in {where}.")
+            raise InputError(f"A channel needs a name and a unit in {record.where}.")
         channels.append(Channel(*item))
-    video, told = None, field(record, "video", (dict, type(None)), where)
-    if told is not None and unpack is not None:
-        offset, rate = (number(told.get(key), where) for key in ("offset", "rate"))
+    video, described = None, record.get("video", dict, type(None))
+    if described is not None and unpack is not None:
+        offset, rate = (_number(described.get(key), record.where) for key in ("offset", "rate"))
         folder = Path(tempfile.mkdtemp(dir=unpack))
-        file = members.extract(f"{home}/{field(told, 'file', str, where)}", folder)
-        video = VideoReference(file, ClockMap(offset, rate))
-    rate = field(record, "grid_rate", (int, float, type(None)), where)
+        name = Record(described, record.where).text("file")
+        video = VideoReference(members.extract(f"{home}/{name}", folder), ClockMap(offset, rate))
+    rate = record.get("grid_rate", int, float, type(None))
     demonstration = Demonstration(
-        name=field(record, "name", str, where),
-        task=field(record, "task", str, where) or task,
+        name=record.text("name"),
+        task=record.text("task") or task,
         times=members.array(f"{home}/times.npy"),
         signals=members.array(f"{home}/signals.npy"),
         channels=tuple(channels),
         video=video,
-        grid_rate=None if rate is None else number(rate, where),
+        grid_rate=None if rate is None else record.number("grid_rate"),
     )
     if demonstration.id != id_:
         raise InputError(f"The content of {members.where(home)} does not match its id.")
-    return demonstration, field(record, "source", str, where)
+    return demonstration, record.text("source")
 
 
 def _truth(members: ArchiveReader, id_: str) -> dict[str, Any] | None:
-    """What a simulation knows of a demonstration; None where nothing was told."""
+    """The truth of a simulated demonstration, if there is any."""
     name = f"demonstrations/{id_}/truth.json"
-    return _object(members, name) if name in members else None
+    return members.object(name) if name in members else None
 
 
 def _notes(members: ArchiveReader, id_: str) -> tuple[Note, ...]:
-    """What coders wrote about a demonstration; older archives hold nothing of it."""
-    name = f"demonstrations/{id_}/demonstration.json"
-    record, where = members.json(name), members.where(name)
-    items = field(record, "notes", list, where) if "notes" in record else []
-    return tuple(note_of(item, id_, where) for item in items)
+    """The notes on a demonstration; older archives hold none."""
+    record = members.record(f"demonstrations/{id_}/demonstration.json")
+    notes = record.records("notes") if "notes" in record else []
+    return tuple(
+        Note(id_, note.text("author"), note.text("text"), note.time("time")) for note in notes
+    )
 
 
 def _tracks(
     members: ArchiveReader, id_: str, bounds: tuple[float, float]
 ) -> list[tuple[Track, str]]:
-    """The tracks of a demonstration from and to these seconds, each with its author's kind."""
-    name = f"demonstrations/{id_}/tracks.json"
-    where = members.where(name)
+    """A demonstration's tracks, which must lie within `bounds` (s), each with its author's kind."""
     tracks = []
-    for item in _list(members, name):
-        kind = field(item, "kind", str, where)
+    for record in members.records(f"demonstrations/{id_}/tracks.json"):
+        kind = record.text("kind")
         if kind not in ("coder", "model"):
-            raise InputError(f"An author is neither coder nor model in {where}.")
-        segments = segments_of(field(item, "segments", list, where), where)
-        _check_bounds(segments, bounds, where)
-        tracks.append((Track(field(item, "author", str, where), segments), kind))
+            raise InputError(f"An author is neither coder nor model in {record.where}.")
+        segments = record.segments("segments")
+        check_within(segments, *bounds, _cure(record.where))
+        tracks.append((Track(record.text("author"), segments), kind))
     return tracks
 
 
 def _read_assignments(members: ArchiveReader, project: Project) -> None:
-    """Let what happened to assignments happen in the new project."""
+    """Replay the history of assignments in the new project."""
     name = "assignments.json"
     if name not in members and members.version < 2:
         return
-    where = members.where(name)
-    events = [event_of(item, where) for item in _list(members, name)]
-    _check_proposal(members, events, where)
+    events = [_event_of(record) for record in members.records(name)]
+    _check_demonstrations(members, events, name)
     project.coding.replay_assignments(events)
 
 
 def _read_verdicts(members: ArchiveReader, project: Project) -> None:
-    """Give every verdict again, on the runs as they are numbered in the new project."""
+    """Add all verdicts, on the runs as they are numbered in the new project."""
     name = "verdicts.json"
     if name not in members and members.version < VERDICTS:
         return
-    where = members.where(name)
-    verdicts = [verdict_of(item, where) for item in _list(members, name)]
-    _check_proposal(members, verdicts, where)
+    verdicts = [_verdict_of(record) for record in members.records(name)]
+    _check_demonstrations(members, verdicts, name)
     runs = dict(enumerate((run.id for run in project.runs.summaries()), 1))
     if unknown := {verdict.run for verdict in verdicts} - {None, *runs}:
-        raise InputError(f"The run {unknown.pop()} is told but missing in {where}.")
+        raise InputError(f"The run {unknown.pop()} is told but missing in {members.where(name)}.")
     numbered = (v if v.run is None else replace(v, run=runs[v.run]) for v in verdicts)
     project.coding.add_verdicts(numbered)
 
 
 def _read_recognisers(members: ArchiveReader, project: Project, numbers: dict[int, int]) -> None:
-    """Add every recogniser to the new project."""
-    where = members.where("recognisers.json")
-    for item in _list(members, "recognisers.json"):
-        id_, name = field(item, "id", str, where), field(item, "name", str, where)
+    for record in members.records("recognisers.json"):
+        id_, name = record.text("id"), record.text("name")
         data = members.content(f"recognisers/{id_}.skops")
-        if (
-            project.runs.add_recogniser(name, data, **_check_provenance(item, where, numbers))
-            != id_
-        ):
-            raise InputError(f"The content of recogniser '{id_}' does not match its id in {where}.")
+        if project.runs.add_recogniser(name, data, **_provenance_of(record, numbers)) != id_:
+            raise InputError(
+                f"The content of recogniser '{id_}' does not match its id in {record.where}."
+            )
 
 
 def _edits(members: ArchiveReader, bounds: Mapping[str, tuple[float, float]]) -> Iterator[Edit]:
-    """Every edit, each of a demonstration that is there; `bounds` gives their seconds."""
-    where = members.where("edits.json")
-    for item in members.objects("edits.json"):
-        edit = edit_of(item, where, members.version)
+    """Every edit, each of a demonstration in `bounds`, which gives start and end in seconds."""
+    for record in members.each_record("edits.json"):
+        edit = _edit_of(record, members.version)
         if edit.demonstration not in bounds:
             raise InputError(
-                f"The demonstration '{edit.demonstration}' is told but missing in {where}."
+                f"The demonstration '{edit.demonstration}' is told but missing in {record.where}."
             )
         # What an edit removed, an earlier one has inserted.
-        _check_bounds(edit.inserted, bounds[edit.demonstration], where)
+        check_within(edit.inserted, *bounds[edit.demonstration], _cure(record.where))
         yield edit
 
 
-def _check_bounds(segments: Segments, bounds: tuple[float, float], where: str) -> None:
-    """Refuse labels that lie beyond their recording."""
-    start, end = bounds
-    slack = overhang(end - start)
-    for segment in segments:
-        if segment.start < start - slack or segment.end > end + slack:
-            raise InputError(
-                f"'{segment.action}' from {segment.start:.6g} to {segment.end:.6g} s lies beyond "
-                f"its recording, which goes from {start:.6g} to {end:.6g} s, in {where}; erase it "
-                "there and export again."
-            )
+def _cure(where: str) -> str:
+    """What to do about labels of an archive that lie beyond their recording."""
+    return f", in {where}; erase it there and export again."
 
 
-def _check_proposal(
-    members: ArchiveReader, told: Sequence[AssignmentEvent | Verdict], where: str
+def _check_demonstrations(
+    members: ArchiveReader, events: Sequence[AssignmentEvent | Verdict], name: str
 ) -> None:
-    """Refuse what was done with a demonstration that is not there."""
-    if missing := {one.demonstration for one in told} - set(members.ids()):
-        raise InputError(f"The demonstration '{min(missing)}' is told but missing in {where}.")
+    """Refuse events of demonstrations that the archive lacks."""
+    if missing := {event.demonstration for event in events} - set(members.ids()):
+        raise InputError(
+            f"The demonstration '{min(missing)}' is told but missing in {members.where(name)}."
+        )
 
 
-def _check_provenance(item: object, where: str, numbers: dict[int, int]) -> dict[str, Any]:
-    """How a recogniser or a run was made, with the new numbers of the edits it names."""
-    made = provenance_of(item, where)
-    used: list[LabelsUsed] = made["labels"]
-    if missing := {one.edit for one in used} - {0, *numbers}:
-        raise InputError(f"The edit {min(missing)} is told but missing in {where}.")
-    made["labels"] = [replace(one, edit=numbers.get(one.edit, 0)) for one in used]
-    return made
-
-
-def _list(members: ArchiveReader, name: str) -> list[Any]:
-    """A member that must be a JSON list."""
-    value = members.json(name)
-    if not isinstance(value, list):
-        raise InputError(f"{members.where(name)} is not a list.")
-    return value
-
-
-def _object(members: ArchiveReader, name: str) -> dict[str, Any]:
-    """A member that must be a JSON object."""
-    value = members.json(name)
-    if not isinstance(value, dict):
-        raise InputError(f"{members.where(name)} is not an object.")
-    return value
+def _provenance_of(record: Record, numbers: dict[int, int]) -> dict[str, Any]:
+    """How a recogniser or run was made, with the new numbers of the edits it names."""
+    versions = record.get("versions", dict)
+    if not all(isinstance(text, str) for text in versions.values()):
+        raise InputError(f"'versions' is wrong in {record.where}.")
+    provenance = {
+        "time": record.time("time"),
+        "settings": record.get("settings", dict),
+        "seed": record.get("seed", int, type(None)),
+    }
+    labels = [
+        LabelsUsed(used.text("demonstration"), used.text("author"), used.get("edit", int))
+        for used in record.records("labels")
+    ]
+    if missing := {used.edit for used in labels} - {0, *numbers}:
+        raise InputError(f"The edit {min(missing)} is told but missing in {record.where}.")
+    labels = [replace(used, edit=numbers.get(used.edit, 0)) for used in labels]
+    return {**provenance, "labels": labels, "versions": versions}

@@ -26,80 +26,41 @@ PLAYERS = 8
 
 @dataclass(frozen=True, slots=True)
 class VideoFile:
-    """The video of an observation.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    clock : ClockMap
-        Its clock on that of the forces.
-    fps, seconds : float
-        Frames a second and length, as it says itself; 0 where that is not known.
-    """
+    """The video of an observation."""
 
     path: Path
-    clock: ClockMap
-    fps: float = 0.0
+    clock: ClockMap  #: maps force time to the video's
+    fps: float = 0.0  #: as the file states; 0 where it is not known, as `seconds` is
     seconds: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """What one coder labelled in one demonstration.
+    """What one coder labelled in one demonstration."""
 
-    Parameters
-    ----------
-    name : str
-        Of the demonstration; with the author's it is what BORIS lists.
-    task : str
-        Its task, which becomes the description.
-    track : Track
-        What was labelled.
-    film : Film, optional
-        Its video. Without one it is a live observation for BORIS.
-    begun : datetime, optional
-        When the coder began.
-    """
-
-    name: str
-    task: str
+    name: str  #: of the demonstration; BORIS lists it with the author's
+    task: str  #: becomes the description
     track: Track
-    film: VideoFile | None = None
-    begun: datetime | None = None
+    video: VideoFile | None = None  #: without one BORIS has a live observation
+    begun: datetime | None = None  #: when the coder began
 
 
 def to_boris(name: str, observations: Sequence[Observation], vocabulary: Vocabulary) -> bytes:
-    """A BORIS project of some tracks.
+    """A BORIS project: each observation of one, each segment a state event.
 
-    Parameters
-    ----------
-    name : str
-        Of the project.
-    observations : sequence of Observation
-        Each becomes an observation, each segment a state event. Times are seconds of the force
-        clock; where there is a video whose clock runs at another rate they go on at that one, so
-        that BORIS shows the right frames.
-    vocabulary : Vocabulary
-        Colours and keys of the actions, which become the ethogram.
-
-    Returns
-    -------
-    bytes
-        The file.
-
-    Raises
-    ------
-    InputError
-        If an action's name holds a ``|``, which BORIS keeps for itself.
+    Times are seconds of the force clock; where there is a video whose clock runs at another rate
+    they go on at that one, so that BORIS shows the right frames. The vocabulary's colours and keys
+    become the ethogram.
     """
-    painted = dict.fromkeys(s.action for one in observations for s in one.track.segments)
-    for action in painted:
-        if "|" in action:
+    labelled = dict.fromkeys(
+        s.action for observation in observations for s in observation.track.segments
+    )
+    for code in labelled:
+        if "|" in code:
             raise InputError(
-                f"The action {action!a} holds a '|', which BORIS cannot hold; rename it."
+                f"The action {code!a} holds a '|', which BORIS cannot hold; rename it."
             )
-    actions = [one for one in vocabulary.with_actions(*painted) if one.name in painted]
+    actions = [action for action in vocabulary.with_actions(*labelled) if action.name in labelled]
     content = {
         "time_format": "s",
         "project_date": _date(datetime.now().astimezone()),
@@ -123,7 +84,7 @@ def to_boris(name: str, observations: Sequence[Observation], vocabulary: Vocabul
 
 
 def _behaviour(code: str, key: str, colour: str) -> dict[str, Any]:
-    """An action as a line of the ethogram."""
+    """An action as an entry of the ethogram."""
     return {
         "type": "State event",
         "key": key,
@@ -138,30 +99,29 @@ def _behaviour(code: str, key: str, colour: str) -> dict[str, Any]:
 
 
 def _ids(observations: Iterable[Observation]) -> list[str]:
-    """What BORIS calls the observations: each otherwise."""
+    """Unique names of the observations."""
     ids: dict[str, None] = {}
-    for one in observations:
-        wanted = new = f"{one.name} - {one.track.author}".strip()
+    for observation in observations:
+        name = new = f"{observation.name} - {observation.track.author}".strip()
         number = 2
         while new in ids:
-            new, number = f"{wanted} ({number})", number + 1
+            new, number = f"{name} ({number})", number + 1
         ids[new] = None
     return list(ids)
 
 
-def _observation(one: Observation) -> dict[str, Any]:
-    """A track as an observation."""
-    clock = ClockMap() if one.film is None else one.film.clock
-    # Neither subject nor modifier nor comment; where there is a film its frame, which may be open.
-    rest = ["", ""] if one.film is None else ["", "", "NA"]
+def _observation(observation: Observation) -> dict[str, Any]:
+    clock = ClockMap() if observation.video is None else observation.video.clock
+    # Neither subject nor modifier nor comment; where there is a video its frame, which may be open.
+    rest = ["", ""] if observation.video is None else ["", "", "NA"]
     events = [
         [_video_events(time, clock), "", segment.action, *rest]
-        for segment, times in plain_times(one.track)
+        for segment, times in plain_times(observation.track)
         for time in times
     ]
     common = {
-        "date": _date(one.begun),
-        "description": one.task,
+        "date": _date(observation.begun),
+        "description": observation.task,
         "time offset": float(clock.offset),
         "events": events,
         "observation time interval": [0, 0],
@@ -173,16 +133,16 @@ def _observation(one: Observation) -> dict[str, Any]:
         "image_display_duration": 1,
         "close_behaviors_between_videos": False,
     }
-    if one.film is None:
+    if observation.video is None:
         live = {"scan_sampling_time": 0, "start_from_current_time": False}
         live["start_from_current_epoch_time"] = False
         return {"type": "LIVE", "file": {}, **common, **live}
-    file = str(one.film.path)
+    file = str(observation.video.path)
     files: dict[str, list[str]] = {str(player): [] for player in range(1, PLAYERS + 1)}
     files["1"] = [file]
     info = {
-        "length": {file: one.film.seconds},
-        "fps": {file: one.film.fps},
+        "length": {file: observation.video.seconds},
+        "fps": {file: observation.video.fps},
         "hasVideo": {file: True},
         "hasAudio": {file: False},
         "offset": {"1": 0.0},
@@ -192,12 +152,12 @@ def _observation(one: Observation) -> dict[str, Any]:
 
 
 def _video_events(time: float, clock: ClockMap) -> float:
-    """A force time, counted at the video's rate from where that begins."""
+    """A force time, counted at the video's rate from where the video begins."""
     return round(float(clock.to_device(time)) + float(clock.offset), 6)
 
 
 def _date(when: datetime | None) -> str:
-    """A date and time as BORIS keeps them, by the clock on the wall."""
+    """A local date and time as BORIS writes them."""
     if when is None:
         return ""
     with suppress(OverflowError, ValueError):  # a year that has no local time on this machine

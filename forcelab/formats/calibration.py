@@ -47,75 +47,47 @@ _SENSOR: Final = re.compile(r"sensor[1-9]\d?")
 
 @dataclass(frozen=True)
 class Calibration:
-    """What one count of each reading is worth.
+    """What one count of each reading is worth, for c readings."""
 
-    Parameters
-    ----------
-    source : str
-        The file and the table in it, for remarks.
-    positive, negative : ndarray of float64, shape (c,)
-        Newtons (or newton metres) per count above and below zero.
-    """
-
-    source: str
-    positive: NDArray[np.float64]
+    source: str  #: the file and the table in it, for remarks
+    positive: NDArray[np.float64]  #: newtons (or newton metres) per count above zero, shape (c,)
     negative: NDArray[np.float64]
 
     def apply(self, counts: NDArray[np.int16]) -> NDArray[np.float64]:
-        """Carry counts, shape (n, c), to newtons and newton metres of the same shape."""
+        """Convert counts, shape (n, c), to newtons and newton metres."""
         worth = np.where(counts < 0, self.negative, self.positive)
         return counts.astype(np.float64) * worth
 
 
 @dataclass(frozen=True)
 class Calibrations:
-    """A calibration file that was read and found right.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    tables : mapping of str to mapping
-        By serial number, then by sensor (``"sensor1"``), then by axis: newtons per count above
-        and below zero.
-    """
+    """A calibration file that was read and checked."""
 
     path: Path
+    #: by serial number, sensor ("sensor1") and axis: newtons per count above and below zero
     tables: Mapping[str, Mapping[str, Mapping[str, tuple[float, float]]]]
 
     def find(self, serial: str | None, kind: SensorKind) -> Calibration:
         """The calibration of a DAQ.
 
-        Parameters
-        ----------
-        serial : str or None
-            Its serial number; None where it is not known, which the table ``any`` is for, and the
-            only table of a file that has one.
-        kind : Kind
-            Of its packets.
-
-        Raises
-        ------
-        InputError
-            If the file has no table for it, or one that lacks a sensor or an axis. The sentence
-            names the file and what is missing.
+        Without a serial number it is that of the table ``any``, or the only one there is.
         """
         name = self._table(serial)
-        wanted = [
+        axes = [
             (f"sensor{number + 1}", axis) for number in range(kind.sensors) for axis in kind.axes
         ]
-        for sensor, axis in wanted:
+        for sensor, axis in axes:
             if axis not in self.tables[name].get(sensor, {}):
                 raise InputError(
                     f"'{self.path}' has no '{axis}' in [{name}.{sensor}], which the {kind.name} "
                     f"packets of {_sensor_name(serial)} need; add it, such as "
                     f"{axis} = {{ capacity = 40.0, counts = 16037 }}."
                 )
-        worth = np.array([self.tables[name][sensor][axis] for sensor, axis in wanted])
+        worth = np.array([self.tables[name][sensor][axis] for sensor, axis in axes])
         return Calibration(f"{self.path.name}, [{name}]", worth[:, 0], worth[:, 1])
 
     def _table(self, serial: str | None) -> str:
-        """The table that a DAQ's calibration stands in."""
+        """The name of the table that a DAQ's calibration stands in."""
         if serial is not None and serial in self.tables:
             return serial
         if ANY in self.tables:
@@ -134,17 +106,7 @@ class Calibrations:
 
 
 def channels_of(kind: SensorKind, *, calibrated: bool, first: int = 1) -> tuple[Channel, ...]:
-    """Channels of the readings in a packet, such as ``fx1 fy1 fz1``.
-
-    Parameters
-    ----------
-    kind : Kind
-        Of the packets.
-    calibrated : bool
-        Whether the readings are newtons and newton metres; counts have no unit.
-    first : int
-        Number of its first sensor, so that two DAQs can have different names.
-    """
+    """Channels of a packet, such as ``fx1 fy1 fz1`` for `first` = 1; counts have no unit."""
     return tuple(
         Channel(name, {"f": "N", "t": "Nm"}[name[0]] if calibrated else "")
         for name in kind.names(first)
@@ -152,18 +114,7 @@ def channels_of(kind: SensorKind, *, calibrated: bool, first: int = 1) -> tuple[
 
 
 def read_calibrations(path: Path) -> Calibrations:
-    """Read a calibration file.
-
-    Parameters
-    ----------
-    path : Path
-        A TOML file as shown above.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read or something in it is wrong; the sentence names the line.
-    """
+    """Read a calibration file; errors name the line."""
     try:
         text = small_text(path)
         content = tomllib.loads(text)
@@ -189,7 +140,7 @@ def read_calibrations(path: Path) -> Calibrations:
 
 @dataclass(frozen=True, slots=True)
 class _Location:
-    """Where in a file something stands."""
+    """A place in a calibration file, for error messages."""
 
     path: Path
     text: str
@@ -206,7 +157,7 @@ class _Location:
 
 
 def _table(place: _Location, value: Any) -> Mapping[str, Any]:
-    """The sensors of a serial number."""
+    """Check the sensors of a serial number."""
     if not isinstance(value, dict) or not value:
         raise place.refusal("must be a section of sensors, such as [any.sensor1].")
     for name in value:
@@ -246,7 +197,7 @@ def _pair(place: _Location, name: str, value: Any) -> tuple[float, float]:
 
 
 def _is_positive(number: object) -> bool:
-    """Whether something is a usable number; true and false are none."""
+    """Whether a TOML value is a finite number above zero; true and false are none."""
     return (
         isinstance(number, int | float)
         and not isinstance(number, bool)
@@ -256,5 +207,4 @@ def _is_positive(number: object) -> bool:
 
 
 def _sensor_name(serial: str | None) -> str:
-    """A DAQ for sentences."""
     return f"DAQ {serial}" if serial else "the DAQ"

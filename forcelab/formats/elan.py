@@ -25,27 +25,10 @@ _TYPE = "action"
 
 
 def to_elan(tracks: Iterable[Track], video: VideoReference | None, folder: Path) -> bytes:
-    """The segments of all tracks of a demonstration, for ELAN.
+    """All tracks of a demonstration as an ELAN file, with a link to its video.
 
-    Parameters
-    ----------
-    tracks : iterable of Track
-        Of one demonstration.
-    video : VideoReference or None
-        Its video, which is linked. Annotations are on the force clock; where in the video that
-        begins is told as the time origin of the media.
-    folder : Path
-        Where the file will lie, for the link to the video.
-
-    Returns
-    -------
-    bytes
-        The file.
-
-    Raises
-    ------
-    InputError
-        If a segment is shorter than a millisecond, or a name holds what XML cannot.
+    Annotations are on the force clock; its zero in the video is the time origin of the media. The
+    link starts from `folder`, where the file will lie.
     """
     root = ET.Element(
         "ANNOTATION_DOCUMENT",
@@ -107,12 +90,12 @@ def to_elan(tracks: Iterable[Track], video: VideoReference | None, folder: Path)
 
 
 def _milliseconds(seconds: float) -> int:
-    """The nearest whole number; halves go up, as to the even one 1.5 and 2.5 would be the same."""
+    """The nearest whole number; halves go up, as 1.5 and 2.5 would both round to the even 2."""
     return math.floor(round(1000 * seconds, 3) + 0.5)
 
 
 def _link(header: ET.Element, video: VideoReference, folder: Path) -> None:
-    """Say where the video lies, and at which of its times the force clock reads zero."""
+    """Link the video, with the video time at which the force clock reads zero."""
     path = video.path.resolve()
     link = {
         "MEDIA_URL": path.as_uri(),
@@ -130,7 +113,7 @@ def _link(header: ET.Element, video: VideoReference, folder: Path) -> None:
 
 
 def _plain(text: str) -> str:
-    """A text that XML can hold."""
+    """The text, once it is known that XML can hold it."""
     if _UNPRINTABLE.search(text):
         raise InputError(f"The name {text!a} holds a character that ELAN files cannot; rename it.")
     return text

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Generator
+from collections.abc import Callable, Collection, Generator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Final, Literal
 
 from forcelab.errors import InputError
+from forcelab.formats.archive import write_archive
 from forcelab.formats.boris import Observation, VideoFile, to_boris
 from forcelab.formats.elan import to_elan
 from forcelab.formats.output_folder import file_names, output_folder
@@ -16,105 +18,172 @@ from forcelab.io import write_atomically
 from forcelab.jobs import Progress
 from forcelab.labels import Track
 from forcelab.project import DemonstrationInfo, Project
+from forcelab.text import unknown_word
 from forcelab.video.index import told_length, told_rate
 from forcelab.vocabulary import joined
 
-Format = Literal["csv", "table", "elan", "boris", "audacity", "archive"]
 
-#: What labels are written as.
-FORMATS: tuple[Format, ...] = ("csv", "table", "elan", "boris", "audacity", "archive")
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Tracks of one demonstration, all that are written or one of them."""
+
+    project: Project
+    info: DemonstrationInfo
+    tracks: tuple[Track, ...]
+    title: str  #: what its file is called, without the suffix
+    folder: Path  #: where that will lie
+
+
+@dataclass(frozen=True, slots=True)
+class ExportFormat:
+    """What labels can be written as; command line and window offer what :data:`FORMATS` holds."""
+
+    label: str  #: in the window
+    suffix: str
+    per: Literal["demonstration", "track", "project"]  #: what a file is made of
+    #: A file's bytes; of a project's file, items to join; None: the project is archived.
+    convert: Callable[[Part], Any] | None = None
+    join: Callable[[Project, list[Any]], bytes] | None = None
+    prints: bool = True  #: whether a single file may go to standard output
+
+
+def _statistics_rows(part: Part) -> list[AnnotatedTrack]:
+    kinds = {author.name: author.kind for author in part.project.coding.authors()}
+    info = part.info
+    return [
+        AnnotatedTrack(info.name, info.task, info.duration, kinds.get(track.author, "coder"), track)
+        for track in part.tracks
+    ]
+
+
+def _elan(part: Part) -> bytes:
+    return to_elan(part.tracks, part.project.demonstrations.load(part.info.id).video, part.folder)
+
+
+def _observations(part: Part) -> list[Observation]:
+    """Tracks with what else is known of how they were observed: the video, and when."""
+    project, info = part.project, part.info
+    file, video = None, project.demonstrations.load(info.id).video if info.has_video else None
+    if video is not None:
+        file = VideoFile(video.path, video.clock, told_rate(video.path), told_length(video.path))
+    return [
+        Observation(
+            part.title,
+            info.task,
+            track,
+            file,
+            next((edit.time for edit in project.tracks.history(info.id, track.author)), None),
+        )
+        for track in part.tracks
+    ]
+
+
+FORMATS: Final[dict[str, ExportFormat]] = {
+    "csv": ExportFormat(
+        "CSV: start, end, action, author; one file per demonstration",
+        ".labels.csv",  # not .csv: that is what recordings are called
+        "demonstration",
+        lambda part: to_csv(part.tracks).encode(),
+    ),
+    "table": ExportFormat(
+        "One table for statistics: CSV, one row per segment",
+        ".segments.csv",
+        "project",
+        _statistics_rows,
+        lambda _project, rows: to_statistics_table(rows).encode(),
+    ),
+    "elan": ExportFormat(
+        "ELAN: one file per demonstration, one tier per coder, with the video",
+        ".eaf",
+        "demonstration",
+        _elan,
+        prints=False,  # the link to the video starts from the file's folder
+    ),
+    "boris": ExportFormat(
+        "BORIS: one project, one observation per coder and demonstration",
+        ".boris",
+        "project",
+        _observations,
+        lambda project, observations: to_boris(
+            project.path.resolve().stem, observations, joined(project.actions.vocabularies())
+        ),
+    ),
+    "audacity": ExportFormat(
+        "Audacity: one label track per coder and demonstration",
+        ".txt",
+        "track",
+        lambda part: to_audacity(part.tracks[0]).encode(),
+    ),
+    "archive": ExportFormat(
+        "Archive: the whole project as one file, to be imported again",
+        ".zip",
+        "project",
+        prints=False,
+    ),
+}
 
 
 def exporting(
     path: Path,
     out: Path,
-    kind: Format,
+    format_: str,
     ids: Collection[str] | None = None,
     viewer: str | None = None,
     replacing: bool = True,
     authors: Collection[str] | None = None,
 ) -> Generator[Progress, None, tuple[Path, ...]]:
-    """Write labels into a folder, as a job.
+    """Write labels into a folder, which is made if need be, as a job; gives the files.
 
-    Parameters
-    ----------
-    path : Path
-        The project's folder.
-    out : Path
-        The folder to write into; made unless it is there.
-    kind : "csv", "table", "elan", "boris", "audacity" or "archive"
-        csv and elan: a file a demonstration. table and boris: one file of all. audacity: a file a
-        track. archive: everything the project holds as one file.
-    ids : collection of str, optional
-        Only of these demonstrations; an archive always has all.
-    authors : collection of str, optional
-        Only tracks of these; an archive always has all.
-    viewer : str, optional
-        A coder from whom hidden tracks are left out; a project in which any are makes no archive.
-    replacing : bool
-        Whether files that are there are replaced.
-
-    Returns
-    -------
-    tuple of Path
-        What was written.
-
-    Raises
-    ------
-    InputError
-        If there is nothing to write, a file is there that is not to be replaced, or the folder
-        cannot be written into or lies in a project.
+    Only labels of the demonstrations `ids` and the `authors`, and without tracks that are hidden
+    from the coder `viewer`. An archive holds everything, and is refused where anything is hidden.
     """
+    if format_ not in FORMATS:
+        raise InputError(unknown_word("format", format_, tuple(FORMATS)))
+    chosen = FORMATS[format_]
     with Project.open(path) as project:
-        if kind == "archive":
-            return (yield from _archive(project, out, viewer, replacing))
-        chosen = _select(project, ids, viewer, authors)
-        if not chosen:
+        if chosen.convert is None:
+            file = out / f"{project.path.resolve().stem}{chosen.suffix}"
+            return (yield from _archive(project, file, viewer, replacing))
+        parts = _parts(project, out, ids, viewer, authors)
+        if not parts:
             if ids is not None or authors is not None:
                 raise InputError("What was chosen has no labels; export more, or label it first.")
             raise InputError(f"'{project.path}' has no labels to export; label something first.")
-        if kind in ("table", "boris"):
-            return (yield from _one_file(project, out, kind, chosen, replacing))
-        return (yield from _file_each(project, out, kind, chosen, replacing))
+        return (yield from _labels(project, out, chosen, parts, replacing))
 
 
 def _archive(
-    project: Project, out: Path, viewer: str | None, replacing: bool
+    project: Project, file: Path, viewer: str | None, replacing: bool
 ) -> Generator[Progress, None, tuple[Path, ...]]:
-    """Write the whole project as one zip named after it."""
-    from forcelab.formats.archive import write_archive
-
     if viewer is not None and project.coding.blind_to(viewer):
         raise InputError(
             f"An archive holds everybody's labels, and some are hidden from '{viewer}' until "
             f"blind coding is done; export tracks instead."
         )
-    written = out / f"{project.path.resolve().stem}.zip"
-    _check([written], replacing)
-    with output_folder(out, [project.path]):
-        yield Progress(0, 1, written.name)
-        write_archive(project, written)
-    return (written,)
+    _check_free([file], replacing)
+    with output_folder(file.parent, [project.path]):
+        yield Progress(0, 1, file.name)
+        write_archive(project, file)
+    return (file,)
 
 
-#: A demonstration with those of its tracks that are written.
-_Selection = tuple[DemonstrationInfo, tuple[Track, ...]]
-
-
-def _select(
+def _parts(
     project: Project,
+    out: Path,
     ids: Collection[str] | None,
     viewer: str | None,
     authors: Collection[str] | None,
-) -> list[_Selection]:
+) -> list[Part]:
     """The tracks to write, by demonstration."""
     known = [author.name for author in project.coding.authors()]
     for name in authors or ():
         if name not in known:
-            there = ", ".join(known) or "none at all"
-            raise InputError(f"Nobody called '{name}' labelled here; there are {there}.")
-    chosen = []
-    for info in project.demonstrations.infos():
+            others = ", ".join(known) or "none at all"
+            raise InputError(f"Nobody called '{name}' labelled here; there are {others}.")
+    infos = project.demonstrations.infos()
+    times = Counter(info.name.casefold() for info in infos)
+    parts = []
+    for info in infos:
         if not info.authors or (ids is not None and info.id not in ids):
             continue
         hidden = viewer is not None and project.coding.is_blind(info.id, viewer)
@@ -124,121 +193,52 @@ def _select(
             if (not hidden or track.author == viewer)
             and (authors is None or track.author in authors)
         )
+        # Its name alone where no other has it: beside its recording, it is read with that.
+        unique = not info.task or times[info.name.casefold()] == 1
+        title = info.name if unique else f"{info.task} - {info.name}"
         if tracks:
-            chosen.append((info, tracks))
-    return chosen
+            parts.append(Part(project, info, tracks, title, out))
+    return parts
 
 
-def _titles(project: Project) -> dict[str, str]:
-    """What files of each demonstration are called after: its name, if no other has the same.
-
-    So labels can be laid beside the recording that they are of, and are read with it.
-    """
-    infos = project.demonstrations.infos()
-    times = Counter(info.name.casefold() for info in infos)
-    return {
-        info.id: f"{info.task} - {info.name}"
-        if info.task and times[info.name.casefold()] > 1
-        else info.name
-        for info in infos
-    }
-
-
-def _one_file(
-    project: Project, out: Path, kind: Format, chosen: Collection[_Selection], replacing: bool
+def _labels(
+    project: Project, out: Path, format_: ExportFormat, parts: list[Part], replacing: bool
 ) -> Generator[Progress, None, tuple[Path, ...]]:
-    """Write all tracks into one file."""
-    name = project.path.resolve().stem
-    ending = ".segments.csv" if kind == "table" else ".boris"
-    written = out / f"{file_names([name])[0]}{ending}"
-    _check([written], replacing)
-    kinds = {author.name: author.kind for author in project.coding.authors()}
-    titles = _titles(project)
-    coded: list[AnnotatedTrack] = []
-    observed: list[Observation] = []
-    for done, (info, tracks) in enumerate(chosen):
-        yield Progress(done, len(chosen), info.name)
-        if kind == "boris":
-            observed += _observations(project, info, titles[info.id], tracks)
-        else:
-            coded += [
-                AnnotatedTrack(
-                    info.name, info.task, info.duration, kinds.get(track.author, "coder"), track
-                )
-                for track in tracks
-            ]
-    if kind == "boris":
-        content = to_boris(name, observed, joined(project.actions.vocabularies()))
-    else:
-        content = to_statistics_table(coded).encode("utf-8")
-    with output_folder(out, [project.path]):
-        write_atomically(written, content)
-    return (written,)
-
-
-def _observations(
-    project: Project, info: DemonstrationInfo, title: str, tracks: Collection[Track]
-) -> list[Observation]:
-    """Tracks with what else is known of how they were observed: the video, and when."""
-    video = project.demonstrations.load(info.id).video if info.has_video else None
-    film = None
-    if video is not None:
-        film = VideoFile(video.path, video.clock, told_rate(video.path), told_length(video.path))
-    return [
-        Observation(
-            title,
-            info.task,
-            track,
-            film,
-            next((e.time for e in project.tracks.history(info.id, track.author)), None),
-        )
-        for track in tracks
-    ]
-
-
-def _file_each(
-    project: Project, out: Path, kind: Format, chosen: Collection[_Selection], replacing: bool
-) -> Generator[Progress, None, tuple[Path, ...]]:
-    """Write a file a demonstration, for Audacity a file a track."""
-    titles, apart = _titles(project), kind == "audacity"
-    wanted = [
-        (info, part, f"{titles[info.id]} - {part[0].author}" if apart else titles[info.id])
-        for info, tracks in chosen
-        for part in ([(track,) for track in tracks] if apart else [tracks])
-    ]
-    # Not NAME.csv: that is what recordings are called.
-    suffix = {"csv": ".labels.csv", "elan": ".eaf", "audacity": ".txt"}[kind]
-    names = file_names([title for _, _, title in wanted])
-    written = tuple(out / f"{name}{suffix}" for name in names)
-    _check(written, replacing)
-    made = []
-    for done, (info, tracks, _) in enumerate(wanted):
-        yield Progress(done, len(wanted), written[done].name)
-        made.append(_content(project, info, kind, tracks, out))
+    """Write labels as one file, or one for each demonstration or track."""
+    if format_.per == "track":
+        parts = [
+            Part(project, part.info, (track,), f"{part.title} - {track.author}", out)
+            for part in parts
+            for track in part.tracks
+        ]
+    titles = [part.title for part in parts]
+    if format_.join is not None:
+        titles = [project.path.resolve().stem]
+    files = tuple(out / f"{name}{format_.suffix}" for name in file_names(titles))
+    _check_free(files, replacing)
+    contents: list[Any] = []
+    convert = format_.convert
+    assert convert is not None  # archives are written by _archive
+    for done, part in enumerate(parts):
+        yield Progress(done, len(parts), part.info.name if format_.join else files[done].name)
+        try:
+            contents.append(convert(part))
+        except InputError as error:
+            raise InputError(f"'{part.info.name}': {error}") from error
+    if format_.join is not None:
+        contents = [format_.join(project, [item for items in contents for item in items])]
     # All were made before: what a format cannot hold leaves no half of an export.
     with output_folder(out, [project.path]):
-        for file, content in zip(written, made, strict=True):
+        for file, content in zip(files, contents, strict=True):
             write_atomically(file, content)
-    return written
+    return files
 
 
-def _content(
-    project: Project, info: DemonstrationInfo, kind: Format, tracks: tuple[Track, ...], out: Path
-) -> bytes:
-    """What a file holds, or which demonstration it is that cannot be written so."""
-    try:
-        if kind == "elan":
-            return to_elan(tracks, project.demonstrations.load(info.id).video, out)
-        return (to_csv(tracks) if kind == "csv" else to_audacity(tracks[0])).encode()
-    except InputError as error:
-        raise InputError(f"'{info.name}': {error}") from error
-
-
-def _check(files: Collection[Path], replacing: bool) -> None:
-    """Refuse to replace files unless that is wanted."""
-    there = [] if replacing else [file for file in files if file.exists()]
-    if there:
+def _check_free(files: Collection[Path], replacing: bool) -> None:
+    """Refuse to replace files unless that was asked for."""
+    existing = [] if replacing else [file for file in files if file.exists()]
+    if existing:
         raise InputError(
-            f"'{there[0].name}' is in '{there[0].parent}' already; choose an empty folder, or say "
-            f"that files are to be replaced."
+            f"'{existing[0].name}' is in '{existing[0].parent}' already; choose an empty folder, "
+            f"or say that files are to be replaced."
         )

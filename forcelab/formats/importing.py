@@ -7,13 +7,16 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections import Counter
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from pathlib import Path
 
 from forcelab.demonstration import Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.formats import identify, read
+from forcelab.formats.archive import read_archive
 from forcelab.formats.calibration import read_calibrations
 from forcelab.formats.label_tables import has_labels_beside
 from forcelab.formats.recording import ReadOptions, Recording
@@ -29,75 +32,59 @@ _SUFFIXES = frozenset(
 
 
 def pair_videos(paths: Sequence[Path]) -> tuple[list[Path], dict[Path, Path]]:
-    """Part recordings and videos that are named together.
+    """Part recordings from the videos that belong to them.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-        In any order.
-
-    Returns
-    -------
-    recordings : list of Path
-        All that is not the video of another one, in order.
-    videos : dict of Path to Path
-        The video of each recording whose name, without its ending, one video has too: in the same
-        folder, or in another one where a single recording is called so.
+    A video belongs to the recording with the same name but for the suffix: in the same folder, or
+    in another one where only one recording has that name. All other files are recordings, in order.
     """
-    films: dict[str, list[Path]] = {}
+    videos_named: dict[str, list[Path]] = {}
     folders: dict[str, set[Path]] = {}
     for path in paths:
         if _is_video(path):
-            films.setdefault(_key(path), []).append(path)
+            videos_named.setdefault(_key(path), []).append(path)
         else:
             folders.setdefault(_key(path), set()).add(path.parent)
-    videos = {}
-    for path in (one for one in paths if not _is_video(one)):
-        called = films.get(_key(path), [])
-        near = [film for film in called if film.parent == path.parent]
-        found = near or (called if len(folders[_key(path)]) == 1 else [])
-        if len(found) == 1:
-            videos[path] = found[0]
-    used = set(videos.values())
-    return [path for path in paths if path not in used], videos
+    video_of = {}
+    for path in (other for other in paths if not _is_video(other)):
+        candidates = videos_named.get(_key(path), [])
+        beside = [film for film in candidates if film.parent == path.parent]
+        matches = beside or (candidates if len(folders[_key(path)]) == 1 else [])
+        if len(matches) == 1:
+            video_of[path] = matches[0]
+    used = set(video_of.values())
+    return [path for path in paths if path not in used], video_of
 
 
-def videos_beside(path: Path) -> Path | None:
-    """The video in a recording's folder that is called as it is, if there is exactly one."""
+def video_beside(path: Path) -> Path | None:
+    """The video in a recording's folder that has its name, if there is exactly one."""
     try:
-        there = [one for one in path.parent.iterdir() if _is_video(one) and _key(one) == _key(path)]
+        videos = [
+            video
+            for video in path.parent.iterdir()
+            if _is_video(video) and _key(video) == _key(path)
+        ]
     except OSError:
         return None  # what is wrong is told when the recording is read
-    return there[0] if len(there) == 1 else None
+    return videos[0] if len(videos) == 1 else None
 
 
-def with_videos(
+def attach_videos(
     read_files: Mapping[Path, Sequence[Recording]], videos: Mapping[Path, Path], project: Path
 ) -> tuple[dict[Path, list[Recording]], dict[Path, InputError]]:
-    """Recordings with their videos, which start with them until they are synchronised.
+    """Attach videos, which start with the forces until they are synchronised.
 
-    A demonstration that has a video in the project keeps that and its clock.
-
-    Returns
-    -------
-    recordings : dict of Path to list of Recording
-        All of them; where the video cannot be read without one.
-    failures : dict of Path to InputError
-        The videos that cannot be read, and why.
+    A demonstration that has a video in the project keeps that and its clock. Also gives the videos
+    that cannot be read, and why; their recordings stay without one.
     """
-    from forcelab.video.validate import check_video
+    from forcelab.video.validate import check_video  # OpenCV loads slowly
 
     result = {path: list(recordings) for path, recordings in read_files.items()}
     known = _with_video(project) if videos else frozenset()
     failures: dict[Path, InputError] = {}
     for path, video in videos.items():
-        if (
-            path not in result
-            or len(result[path]) != 1
-            or result[path][0].demonstration.video is not None
-        ):
+        recording = result[path][0] if len(result.get(path, ())) == 1 else None
+        if recording is None or recording.demonstration.video is not None:
             continue
-        recording = result[path][0]
         if recording.demonstration.id in known:
             continue
         try:
@@ -117,7 +104,7 @@ def with_videos(
 
 
 def _with_video(project: Path) -> frozenset[str]:
-    """Ids of the demonstrations in a project, if it exists, that have a video."""
+    """Ids of the project's demonstrations that have a video."""
     if Project.vacant(project):
         return frozenset()
     with Project.open(project) as opened:
@@ -125,30 +112,21 @@ def _with_video(project: Path) -> frozenset[str]:
 
 
 def _is_video(path: Path) -> bool:
-    """Whether a file is called like a video."""
     return path.suffix.lower() in _SUFFIXES
 
 
 def _key(path: Path) -> str:
-    """What a recording and its video have in common."""
+    """The name that a recording and its video share."""
     return path.stem.casefold()
 
 
-#: So many files of which the same is to be remarked are named.
+#: How many files are named that share a remark.
 SHARING = 3
 
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """What became of one demonstration.
-
-    Parameters
-    ----------
-    file : Path
-        Where it was read from.
-    added : Added
-        Its name in the project, and whether it is new, updated or unchanged.
-    """
+    """What became of one demonstration."""
 
     file: Path
     added: Added
@@ -178,29 +156,15 @@ class ImportReport:
 
     def count(self, status: str) -> int:
         """How many demonstrations are ``"new"``, ``"updated"`` or ``"unchanged"``."""
-        return sum(one.added.status == status for one in self.demonstrations)
+        return sum(imported.added.status == status for imported in self.demonstrations)
 
-    def told(self) -> tuple[str, ...]:
-        """A line for each remark; where it is the same for several files, one line for all."""
+    def remark_lines(self) -> tuple[str, ...]:
+        """A line for each remark; one line for all files that share it."""
         files: dict[str, list[str]] = {}
         for path, remarks in self.remarks.items():
             for remark in dict.fromkeys(remarks):
                 files.setdefault(remark, []).append(path.name)
         return tuple(f"{listed(names, SHARING)}: {remark}" for remark, names in files.items())
-
-
-def report_of(
-    read_files: Mapping[Path, Sequence[Recording]],
-    demonstrations: tuple[Imported, ...],
-    failures: Mapping[Path, InputError],
-) -> ImportReport:
-    """The report on files that were read, on what became of what they hold, and on the others."""
-    return ImportReport(
-        demonstrations,
-        _remarks(read_files, demonstrations),
-        _counted_names(read_files),
-        {path: str(error) for path, error in failures.items()},
-    )
 
 
 def _remarks(
@@ -211,25 +175,15 @@ def _remarks(
         file: [remark for recording in recordings for remark in recording.remarks]
         for file, recordings in read_files.items()
     }
-    changed = {one.file for one in demonstrations if one.added.status != "unchanged"}
+    changed = {imported.file for imported in demonstrations if imported.added.status != "unchanged"}
     for file in changed:
-        remarks[file] += dict.fromkeys(r.left for r in read_files[file] if r.left)
-    for one in demonstrations:
-        remarks[one.file] += one.added.remarks
+        remarks[file] += dict.fromkeys(r.not_imported for r in read_files[file] if r.not_imported)
+    for imported in demonstrations:
+        remarks[imported.file] += imported.added.remarks
     return {file: tuple(sentences) for file, sentences in remarks.items() if sentences}
 
 
-def _counted_names(read_files: Mapping[Path, Sequence[Recording]]) -> dict[str, int]:
-    """What the formats counted, added up."""
-    total: dict[str, int] = {}
-    for recordings in read_files.values():
-        for recording in recordings:
-            for name, number in recording.statistics.items():
-                total[name] = total.get(name, 0) + number
-    return total
-
-
-#: So many files that cannot be read are named.
+#: How many files are named that cannot be read.
 NAMED = 20
 
 
@@ -268,42 +222,14 @@ def importing(
     files: Iterable[str | os.PathLike[str]],
     options: ReadOptions | None = None,
 ) -> Generator[Progress, None, ImportReport]:
-    """Read files of any format, then write what they hold into a project.
+    """As :func:`import_files`, as a job.
 
-    Nothing is written before every file has been read and validated; those that cannot be read are
-    left out, or stop all of it if the options are strict. To stop iterating until then cancels the
-    import; the writing itself is one step, which succeeds as a whole or changes nothing. An archive
-    that is imported by itself into a new project is unpacked with everything in it; into a project
-    that is there, archives bring recordings, where these came from, and the coders' labels.
-
-    Parameters
-    ----------
-    project_path : path-like
-        The project's folder; made if there is none.
-    files : iterable of path-like
-        The files. One that is named twice is read once, and a labels file that lies beside a
-        recording which is also named is read with that recording; so is a video that is called as
-        one of them.
-    options : ReadOptions, optional
-        How the files are to be understood where they do not say so themselves. Neither the task
-        nor the rate of a demonstration that is there already changes where nobody says anything.
-
-    Yields
-    ------
-    Progress
-        Before each file is read, before the project is written, and at the end.
-
-    Returns
-    -------
-    ImportReport
-        What was added, with the remarks on each file, and which files could not be read.
-
-    Raises
-    ------
-    InputError
-        If no file can be read, one of them cannot and the options are strict, or the project
-        cannot be written. The project is as it was then, and one that did not exist does not exist
-        afterwards either.
+    Nothing is written before every file has been read and checked; cancelled until then, the import
+    changes nothing. The writing itself succeeds as a whole or changes nothing. A file that is named
+    twice is read once, and labels files and videos beside a recording are read with it. An archive
+    that is imported alone into a new project is unpacked with everything in it; into an existing
+    project archives bring recordings, their origin, and coders' labels. Neither the task nor the
+    rate of an existing demonstration changes unless the file or the options say so.
     """
     paths, videos = pair_videos(_without_companions(files))
     if not paths:
@@ -311,8 +237,8 @@ def importing(
     project, options = Path(project_path), options or ReadOptions()
     if options.calibration is not None:
         read_calibrations(options.calibration)  # a wrong name is told, whatever the files need
-    whole = options.format in {None, "archive"} and len(paths) == 1 and Project.vacant(project)
-    if whole and _is_archive(paths[0]):
+    unpacks = options.format in {None, "archive"} and len(paths) == 1 and Project.vacant(project)
+    if unpacks and _is_archive(paths[0]):
         return (yield from _unpacking(project, paths[0], options))
     if not Project.vacant(project):
         with Project.open(project) as opened:
@@ -326,28 +252,38 @@ def importing(
             yield Progress(done, total, f"reading {path.name}")
             try:
                 read_files[path] = [
-                    replace(one, remarks=(*one.remarks, *glitch_remarks(one.demonstration)))
-                    for one in _checked(path, read(path, options))
+                    replace(
+                        recording,
+                        remarks=(*recording.remarks, *glitch_remarks(recording.demonstration)),
+                    )
+                    for recording in _checked(path, read(path, options))
                 ]
             except InputError as error:
                 failures[path] = error
         if failures and (options.strict or not read_files):
             raise _refusal(failures, len(paths))
         if options.videos:
-            near = {path: video for path in paths if (video := videos_beside(path)) is not None}
-            videos = near | videos
-        read_files, bad_videos = with_videos(read_files, videos, project)
+            beside = {path: video for path in paths if (video := video_beside(path)) is not None}
+            videos = beside | videos
+        read_files, bad_videos = attach_videos(read_files, videos, project)
         if bad_videos and options.strict:
             raise _refusal(bad_videos, len(paths) + len(bad_videos))
         failures |= bad_videos
         yield Progress(len(paths), total, f"writing {project.name}")
         demonstrations = _write(project, read_files, options)
     yield Progress(total, total, "done")
-    return report_of(read_files, demonstrations, failures)
+    statistics: Counter[str] = Counter()
+    for recording in chain.from_iterable(read_files.values()):
+        statistics.update(recording.statistics)
+    return ImportReport(
+        demonstrations,
+        _remarks(read_files, demonstrations),
+        statistics,
+        {path: str(error) for path, error in failures.items()},
+    )
 
 
 def _is_archive(path: Path) -> bool:
-    """Whether a file is an archive of a project."""
     try:
         return identify(path).name == "archive"
     except InputError:
@@ -357,12 +293,10 @@ def _is_archive(path: Path) -> bool:
 def _unpacking(
     project: Path, path: Path, options: ReadOptions
 ) -> Generator[Progress, None, ImportReport]:
-    """Make a project of a whole archive, with everything that is in it."""
-    from forcelab.formats.archive import read_archive
-
+    """Make a project of a whole archive."""
     yield Progress(0, 1, f"unpacking {path.name}")
-    with read_archive(path, project) as made:
-        infos = made.demonstrations.infos()
+    with read_archive(path, project) as unpacked:
+        infos = unpacked.demonstrations.infos()
     yield Progress(1, 1, "done")
     demonstrations = tuple(Imported(path, Added(i.id, i.name, "new")) for i in infos)
     if options == ReadOptions(unpack=options.unpack, videos=options.videos):
@@ -375,7 +309,7 @@ def _unpacking(
 
 
 def _without_companions(files: Iterable[str | os.PathLike[str]]) -> list[Path]:
-    """The files in order, each once, without labels files that another file brings along."""
+    """The files in order, each once, without labels files that are read with their recording."""
     paths = {os.path.realpath(file): Path(file) for file in reversed(list(files))}
     beside = {
         os.path.realpath(labels) for path in paths.values() if (labels := _companion_of(path))
@@ -384,7 +318,7 @@ def _without_companions(files: Iterable[str | os.PathLike[str]]) -> list[Path]:
 
 
 def _companion_of(path: Path) -> Path | None:
-    """The labels file that is read together with a table or bag, if there is one."""
+    """The labels file that is read together with a table or bag."""
     try:
         return has_labels_beside(path) if identify(path).name in {"table", "rosbag"} else None
     except (InputError, OSError):
@@ -392,7 +326,7 @@ def _companion_of(path: Path) -> Path | None:
 
 
 def _refusal(failures: Mapping[Path, InputError], total: int) -> InputError:
-    """One sentence for an import that did not take place, of the kind of the first error."""
+    """One sentence for an import that did not take place, of the type of the first error."""
     refusal, *others = failures.values()
     if others:
         names = listed([path.name for path in failures], NAMED)
@@ -407,7 +341,7 @@ def _refusal(failures: Mapping[Path, InputError], total: int) -> InputError:
 
 
 def _checked(path: Path, recordings: list[Recording]) -> list[Recording]:
-    """The recordings, once their tracks, and every name in them, can be stored."""
+    """The recordings, once their tracks and all names in them can be stored."""
     for recording in recordings:
         demonstration = recording.demonstration
         authors = [track.author for track in recording.tracks]
@@ -433,7 +367,7 @@ def _write(
 ) -> tuple[Imported, ...]:
     """Add all demonstrations or none; a new project gets its name once it is complete."""
     files = [file for file, recordings in read_files.items() for _ in recordings]
-    given = [
+    demonstrations = [
         Incoming(
             recording.demonstration,
             recording.tracks,
@@ -448,21 +382,21 @@ def _write(
     ]
     if Project.vacant(project):
         try:
-            with Project.creating(project) as made:
-                return tuple(map(Imported, files, made.demonstrations.add_all(given)))
+            with Project.creating(project) as created:
+                return tuple(map(Imported, files, created.demonstrations.add_all(demonstrations)))
         except InputError:
             if Project.vacant(project):
                 raise
             # Another import made the project while this one was filling its own.
     with Project.open(project) as opened:
-        return tuple(map(Imported, files, opened.demonstrations.add_all(given)))
+        return tuple(map(Imported, files, opened.demonstrations.add_all(demonstrations)))
 
 
 def _unreported(demonstration: Demonstration, options: ReadOptions) -> list[Keepable]:
-    """What neither the file nor the options say about a demonstration."""
-    unsaid: list[Keepable] = []
+    """What neither the file nor the options say, so that the project keeps what it has."""
+    unreported: list[Keepable] = []
     if options.task is None and not demonstration.task:
-        unsaid.append("task")
+        unreported.append("task")
     if options.rate is None and demonstration.grid_rate is None:
-        unsaid.append("grid_rate")
-    return unsaid
+        unreported.append("grid_rate")
+    return unreported

@@ -32,7 +32,7 @@ from forcelab.formats.table_sniff import (
 )
 from forcelab.formats.timestamps import YEAR_2001, TimestampReader
 from forcelab.formats.track_text import on_samples, plain_text
-from forcelab.labels import Segment, Track, means_unlabelled, overhang
+from forcelab.labels import Segment, Track, first_beyond, means_unlabelled
 
 _STARTS = frozenset(["start", "begin", "onset", "from"])
 #: An offset is an end where no other column is: BORIS tells the "Time offset" of the media, too.
@@ -43,17 +43,17 @@ _PLACES = (".labels.csv", ".labels.tsv", ".labels.txt", "_labels.csv")
 
 
 def _rows(text: Sequence[Line]) -> list[Line]:
-    """Lines without those in which Audacity keeps the frequency range of the label above."""
+    """The lines without those in which Audacity stores the frequency range of the label above."""
     return [line for line in text if not line[1].startswith("\\")]
 
 
-def _columns(layout: Layout, *, asked: bool = False) -> tuple[int, int, int, int | None] | None:
-    """Where start, end, action and author stand in a labels file; None if it is none.
+def _columns(layout: Layout, *, requested: bool = False) -> tuple[int, int, int, int | None] | None:
+    """The columns of start, end, action and author in a labels file; None if it is none.
 
     Without a header it has to look like one, unless it was asked to be read as one.
     """
     found: dict[str, int] = {}
-    last: dict[str, int] = {}
+    end_columns: dict[str, int] = {}
     for index, column in enumerate(layout.columns):
         words = re.split(r"[\W_]+", column.name.lower()) if column.named else []
         first = [word for word in words if word not in {"t", "time"}][:1]
@@ -61,18 +61,18 @@ def _columns(layout: Layout, *, asked: bool = False) -> tuple[int, int, int, int
             if first and first[0] in names:
                 found.setdefault(role, index)
         if first and first[0] in _ENDS:
-            last.setdefault(first[0], index)
+            end_columns.setdefault(first[0], index)
         if is_label_name(column.name) or (first and first[0] in _ACTIONS):
             found.setdefault("action", index)
-    if last and {"start", "action"} <= found.keys():
-        end = next(last[word] for word in _ENDS if word in last)
+    if end_columns and {"start", "action"} <= found.keys():
+        end = next(end_columns[word] for word in _ENDS if word in end_columns)
         return found["start"], end, found["action"], found.get("author")
     kinds = layout.kinds
     headless = not any(column.named for column in layout.columns)
     if not headless or not 3 <= len(kinds) <= 4 or kinds[:2] != (CellType.NUMBER, CellType.NUMBER):
         return None
     places = 0, 1, 2, 3 if len(kinds) == 4 else None
-    if asked:
+    if requested:
         return places
     if CellType.NUMBER in kinds[2:] or not any(cell.strip() for cell in layout.cells(2)):
         return None
@@ -87,15 +87,15 @@ def _columns(layout: Layout, *, asked: bool = False) -> tuple[int, int, int, int
 def sniff_labels(head: bytes) -> bool:
     """Whether a file's first 64 KiB are a labels file.
 
-    It is one if its header names a start, an end and an action, or if it has no header and each
-    row holds a start, a later end, and words.
+    It is one if its header names a start, an end and an action, or if it has no header and each row
+    holds a start, a later end, and words.
     """
     layout = find_layout(_rows(head_lines(head[:HEAD])))
     return layout is not None and _columns(layout) is not None
 
 
 def has_labels_beside(path: Path) -> Path | None:
-    """The labels file that lies beside a recording, if there is one.
+    """The labels file beside a recording, if there is one.
 
     For ``NAME.csv`` that is ``NAME.labels.csv``, ``NAME.labels.tsv``, ``NAME.labels.txt``,
     ``NAME_labels.csv``, or ``NAME.txt`` if it is an Audacity label track; the first that exists.
@@ -116,7 +116,7 @@ def has_labels_beside(path: Path) -> Path | None:
 
 
 def _is_file(path: Path) -> bool:
-    """Whether there is such a file; one whose name is too long for the disk is not there."""
+    """Whether there is such a file; no disk has one whose name is too long for it."""
     try:
         return path.is_file()
     except OSError as error:
@@ -126,28 +126,12 @@ def _is_file(path: Path) -> bool:
 
 
 def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
-    """Read a labels file.
+    """Read a labels file: start, end, action and perhaps author, with a header or in this order.
 
-    Parameters
-    ----------
-    path : Path
-        A table with the columns start, end, action and perhaps author, with a header or in this
-        order; an Audacity label track; or aggregated events of BORIS. A row whose action is empty
-        or ``unlabelled`` is none.
-    options : ReadOptions
-        `author` is taken where the file names none.
-
-    Returns
-    -------
-    tuple of Track
-        One an author, in the order of their first segment in the file. Times are the file's own,
-        in seconds: from the start of the recording, or since 1970 where they are dates.
-
-    Raises
-    ------
-    InputError
-        If the file is no labels file, or, with the line, if a segment is empty, runs backwards
-        or overlaps another one of its author.
+    Audacity's label tracks and aggregated events of BORIS are such files. A row whose action is
+    empty or ``unlabelled`` is none. Tracks come in the order of their first segment; times are the
+    file's own, in seconds from the start of the recording, or since 1970 where they are dates.
+    Errors name the line.
     """
     encoding = encoding_of(path)
     with path.open("rb") as file:
@@ -155,7 +139,7 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
     layout = find_layout(rows)
     if layout is None and _is_header_alone(rows):
         return ()
-    places = _columns(layout, asked=True) if layout is not None else None
+    places = _columns(layout, requested=True) if layout is not None else None
     if layout is None or places is None:
         raise InputError(
             f"{path} is not a labels file; write one row a segment: start, end, action, and the "
@@ -200,15 +184,15 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
 def _observers(
     path: Path, layout: Layout, at: Sequence[int], table: Sequence[Sequence[str]]
 ) -> dict[int, str]:
-    """Who labelled each line, as far as BORIS's observations tell: they are called NAME - CODER.
+    """The coder of each line, as far as BORIS's observations tell: they are called NAME - CODER.
 
-    A single observation may be called anything.
+    A single observation may have any name.
     """
     names = [column.name.lower() for column in layout.columns]
     if "observation id" not in names:
         return {}
     index = names.index("observation id")
-    ending = next((one for one in _PLACES if path.name.endswith(one)), path.suffix)
+    ending = next((suffix for suffix in _PLACES if path.name.endswith(suffix)), path.suffix)
     prefix = f"{path.name.removesuffix(ending)} - "
     observations = {number: row[index].strip() for number, row in zip(at, table, strict=True)}
     several = len(set(observations.values())) > 1
@@ -227,7 +211,7 @@ def _observers(
 
 
 def _is_header_alone(rows: Sequence[Line]) -> bool:
-    """Whether a file says what its columns are and then holds no segment."""
+    """Whether a file has a header and no segment."""
     plain = [text for _, text in rows if not is_comment(text)]
     return len(plain) == 1 and {"start", "end"} <= set(re.split(r"[\W_]+", plain[0].lower()))
 
@@ -285,33 +269,11 @@ def own_or_beside_tracks(
     start: float,
     demonstration: Demonstration,
 ) -> tuple[tuple[Track, ...], list[str]]:
-    """The labels in a recording, and those of further coders in the file beside it.
+    """The labels in a recording and those of further coders in the file beside it, with remarks.
 
-    Dates are carried by the recording's own; other times count from the start of the recording,
-    or are on the clock of its stamps where only that fits.
-
-    Parameters
-    ----------
-    path : Path
-        The recording, as for :func:`has_labels_beside`.
-    tracks : tuple of Track
-        What it holds itself.
-    options : ReadOptions
-        As for :func:`read_labels`.
-    start : float
-        The recording's first stamp, in seconds on its file's own clock.
-    demonstration : Demonstration
-
-    Returns
-    -------
-    tuple of Track, list of str
-        And remarks.
-
-    Raises
-    ------
-    InputError
-        Where the recording holds no labels itself: as of :func:`read_labels`, or if those beside
-        it do not fit onto it.
+    `start` is the recording's first stamp on its file's clock, in seconds. Times in the file beside
+    it count from the start of the recording, or are on the clock of its stamps where only that
+    fits. Errors of the file beside it are remarks where the recording has labels of its own.
     """
     beside = has_labels_beside(path)
     if beside is None:
@@ -340,17 +302,13 @@ def _carry_tracks(
 ) -> tuple[tuple[Track, ...], list[str]]:
     """The tracks of the file beside a recording, on the recording's clock."""
     remarks = [f"The labels were read from {path.name}."]
-    edges = [edge for track in tracks for s in track.segments for edge in (s.start, s.end)]
+    segments = [segment for track in tracks for segment in track.segments]
+    edges = [edge for segment in segments for edge in (segment.start, segment.end)]
     if not edges:
         return (), remarks
-    slack = overhang(duration)
-
-    def fits(shift: float) -> bool:
-        return -slack <= min(edges) - shift and max(edges) - shift <= duration + slack
-
-    if fits(0.0):
+    if first_beyond(segments, 0.0, duration) is None:
         return tracks, remarks
-    if not fits(start):
+    if first_beyond(segments, start, start + duration) is not None:
         raise InputError(
             f"{path}: the labels go from {min(edges):.9g} s to {max(edges):.9g} s and do not fit "
             f"its recording, which is {duration:.6g} s long and starts at {start:.9g} s; check "

@@ -43,42 +43,20 @@ SEAM: Final = b"'\nb'"
 
 @dataclass(frozen=True)
 class Dump:
-    """What a dump holds.
-
-    Parameters
-    ----------
-    packets, kind, statistics
-        As of the parser; skipped bytes count the marks that were taken out.
-    size : int
-        Its bytes.
-    serial : str or None
-        Of the DAQ, if it was asked for while the dump was made.
-    seams : int
-        How many marks were taken out.
-    mended : int
-        How many packets came right by that.
-    first_bad : int
-        Where the first bytes that are in no packet lie between packets; -1 where there are none.
-    """
+    """What a dump holds."""
 
     packets: Packets
     kind: SensorKind | None
     statistics: Statistics
-    size: int
-    serial: str | None
-    seams: int
-    mended: int
-    first_bad: int
+    size: int  #: bytes
+    serial: str | None  #: of the DAQ, if it was asked for while the dump was made
+    seams: int  #: marks that were taken out
+    mended: int  #: packets that became valid by that
+    first_bad: int  #: where the first bytes in no packet lie between two; -1 where there are none
 
 
 def parse_dump(data: bytes) -> Dump:
-    """Parse a dump, once more without marks if it has any.
-
-    Parameters
-    ----------
-    data : bytes
-        All of it.
-    """
+    """Parse a dump, and if it has marks once more without them."""
     parser, packets = parse_all(data)
     statistics, seams, mended = parser.statistics, 0, 0
     size = parser.kind.frame.size if parser.kind else 0
@@ -102,7 +80,7 @@ def parse_dump(data: bytes) -> Dump:
 
 
 def _first_break(packets: Packets, size: int) -> int:
-    """Where the first bytes that are in no packet lie between two; -1 where there are none."""
+    """Where the first bytes in no packet lie between two; -1 where there are none."""
     breaks = np.flatnonzero(np.diff(packets.offsets) > size)
     return int(packets.offsets[breaks[0]]) + size if breaks.size else -1
 
@@ -121,15 +99,7 @@ _COUNTED_WORDS = ("were", "was")  # by whether it is one
 
 
 def sniff(path: Path, head: bytes) -> bool:  # noqa: ARG001 - a dump has no name of its own
-    """Whether a file is a raw dump: it starts with several valid packets and little else.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    head : bytes
-        Its first 64 KiB.
-    """
+    """Whether a file is a raw dump: it starts with several valid packets and little else."""
     parser = Parser()
     found = len(parser.feed(head))
     size = parser.kind.frame.size if parser.kind else 0
@@ -139,25 +109,9 @@ def sniff(path: Path, head: bytes) -> bool:  # noqa: ARG001 - a dump has no name
 def read(path: Path, options: ReadOptions) -> list[Recording]:
     """Read a dump as one demonstration, called like the file.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    options : ReadOptions
-        With `rate`, there are that many samples a second. With `calibration`, the readings are
-        newtons and newton metres; without one they are counts.
-
-    Returns
-    -------
-    list of Recording
-        Exactly one. Its statistics are ``packets``, ``bad_checksums`` (before marks were taken
-        out), ``skipped_bytes`` and ``missing_samples``.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than two valid packets, the calibration does not fit, or something would
-        be left out or repaired although that is to be refused.
+    Readings are newtons and newton metres with a calibration, else counts. The statistics are
+    ``packets``, ``bad_checksums`` (before marks were taken out), ``skipped_bytes`` and
+    ``missing_samples``.
     """
     dump = parse_dump(path.read_bytes())
     if dump.kind is None or len(dump.packets) < 2:
@@ -172,7 +126,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     if options.strict:
         _refuse_repairs(path, dump, unwrapper)
     times = unwrapped.ticks / rate
-    signals = dump.packets.values[unwrapped.kept].astype(np.float64)
+    signals = dump.packets.values[unwrapped.is_new].astype(np.float64)
     remarks = [f"The DAQ's serial number is {dump.serial}."] * (dump.serial is not None)
     if options.calibration is None:
         remarks.append(
@@ -180,7 +134,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
         )
     else:
         calibration = read_calibrations(options.calibration).find(dump.serial, dump.kind)
-        signals = calibration.apply(dump.packets.values[unwrapped.kept])
+        signals = calibration.apply(dump.packets.values[unwrapped.is_new])
         remarks.append(f"Forces were calibrated by {calibration.source}.")
     if options.rate is None:
         remarks.append(
@@ -188,7 +142,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
             f"sample; if it was another, import it again with that sample rate."
         )
     remarks += _remarks(dump, unwrapper, unwrapped.ticks, times)
-    remarks += _status_remarks(dump.packets.status[unwrapped.kept], times)
+    remarks += _status_remarks(dump.packets.status[unwrapped.is_new], times)
     channels = channels_of(dump.kind, calibrated=options.calibration is not None)
     demonstration = Demonstration(
         path.stem, options.task or "", times, signals, channels, grid_rate=options.rate
@@ -203,7 +157,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
 
 
 def _refuse_repairs(path: Path, dump: Dump, unwrapper: Unwrapper) -> None:
-    """Refuse a dump that is not whole."""
+    """Refuse a dump that is not complete."""
     if dump.statistics.bad_checksums:
         what = f"wrong checksum of {counted(dump.statistics.bad_checksums, 'packet')}"
     elif unwrapper.missing:
@@ -219,7 +173,7 @@ def _refuse_repairs(path: Path, dump: Dump, unwrapper: Unwrapper) -> None:
 def _remarks(
     dump: Dump, unwrapper: Unwrapper, ticks: NDArray[np.int64], times: NDArray[np.float64]
 ) -> Iterator[str]:
-    """What was skipped, mended or is missing."""
+    """What was skipped, repaired or is missing."""
     if dump.seams:
         yield (
             f"{counted(dump.seams, 'mark')} of the program that wrote the dump ({SEAM.hex(' ')}) "
@@ -246,10 +200,10 @@ def _remarks(
 
 
 def _status_remarks(status: NDArray[np.uint16], times: NDArray[np.float64]) -> Iterator[str]:
-    """What the DAQ said of itself, of its sensors and of overload."""
-    told = status[is_faulty(status) | is_overloaded(status)]
-    words, first = np.unique(told, return_index=True)
-    for word in words[np.argsort(first)][:8]:
-        where = np.flatnonzero(status == word)
-        for sentence in status_sentences(int(word)):
+    """Errors and overload that the DAQ reported."""
+    reported = status[is_faulty(status) | is_overloaded(status)]
+    codes, first = np.unique(reported, return_index=True)
+    for code in codes[np.argsort(first)][:8]:
+        where = np.flatnonzero(status == code)
+        for sentence in status_sentences(int(code)):
             yield f"{sentence[:-1]} ({counted(len(where), 'sample')} from {times[where[0]]:.3f} s)."

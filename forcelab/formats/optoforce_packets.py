@@ -51,41 +51,21 @@ _START, _HEADER = 170, 4
 
 @dataclass(frozen=True, slots=True)
 class FrameType:
-    """One type of frame.
+    """One type of frame."""
 
-    Parameters
-    ----------
-    header : bytes, length 4
-        The first of them is 170.
-    size : int
-        Its bytes, header and checksum included.
-    """
-
-    header: bytes
-    size: int
+    header: bytes  #: four bytes, the first of them 170
+    size: int  #: bytes, header and checksum included
 
 
 @dataclass(frozen=True)
 class Frames:
-    """What was found in a stretch of bytes.
+    """The frames in a stretch of bytes, n of them."""
 
-    Parameters
-    ----------
-    starts, sizes : ndarray of int64, shape (n,)
-        Place and length of each valid frame, in bytes; they never overlap.
-    types : ndarray of int64, shape (n,)
-        Which of the types that were looked for.
-    bad : ndarray of int64, shape (m,)
-        Places of the headers that the reading stood at and whose checksum was wrong.
-    used : int
-        Bytes that were read; what follows may be the start of a frame.
-    """
-
-    starts: NDArray[np.int64]
+    starts: NDArray[np.int64]  #: place of each valid frame, increasing; frames never overlap
     sizes: NDArray[np.int64]
-    types: NDArray[np.int64]
-    bad: NDArray[np.int64]
-    used: int
+    types: NDArray[np.int64]  #: which of the types that were looked for
+    bad: NDArray[np.int64]  #: places of headers, in no frame, whose checksum was wrong
+    used: int  #: bytes that were read; what follows may be the start of a frame
 
     @property
     def skipped(self) -> int:
@@ -93,7 +73,7 @@ class Frames:
         return self.used - int(self.sizes.sum())
 
     def before(self, place: int) -> Frames:
-        """What was found before a place that lies in no frame, or at the start of one."""
+        """The frames before a place that lies in no frame, or at the start of one."""
         keep = self.starts < place
         return Frames(
             self.starts[keep],
@@ -112,15 +92,8 @@ def with_checksum(body: bytes) -> bytes:
 def find_frames(array: NDArray[np.uint8], types: Sequence[FrameType], *, final: bool) -> Frames:
     """Find the valid frames in a stretch of bytes, from the left.
 
-    Parameters
-    ----------
-    array : ndarray of uint8, shape (n,)
-        The bytes.
-    types : sequence of FrameType
-        With distinct headers.
-    final : bool
-        Whether nothing follows. If something may follow, the reading stops at the first frame that
-        is not complete, as nobody knows yet whether it is one.
+    Unless it is `final`, the reading stops at the first frame that is not complete, as it is not
+    known yet whether it is one.
     """
     places, kinds, sizes = _headers(array, types)
     complete = places + sizes <= len(array)
@@ -161,18 +134,18 @@ def is_start(data: bytes, frame: FrameType) -> bool:
 def _headers(
     array: NDArray[np.uint8], types: Sequence[FrameType]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Places of all whole headers, which type each has, and how long its frame is."""
+    """Places of all complete headers, which type each has, and how long its frame is."""
     places = np.flatnonzero(array[: max(len(array) - _HEADER + 1, 0)] == _START)
     rest = array[places + 1].astype(np.int64) << 16
     rest |= array[places + 2].astype(np.int64) << 8
     rest |= array[places + 3]
     kinds = np.full(len(places), -1, np.int64)
-    for number, known in enumerate(types):
-        kinds[rest == int.from_bytes(known.header[1:], "big")] = number
-    known_ones = kinds >= 0
-    kinds = kinds[known_ones]
-    lengths = np.array([known.size for known in types], np.int64)
-    return places[known_ones], kinds, lengths[kinds]
+    for number, type_ in enumerate(types):
+        kinds[rest == int.from_bytes(type_.header[1:], "big")] = number
+    known = kinds >= 0
+    kinds = kinds[known]
+    sizes = np.array([type_.size for type_ in types], np.int64)
+    return places[known], kinds, sizes[kinds]
 
 
 def _torn_header(array: NDArray[np.uint8], types: Sequence[FrameType]) -> NDArray[np.int64]:
@@ -183,7 +156,7 @@ def _torn_header(array: NDArray[np.uint8], types: Sequence[FrameType]) -> NDArra
         [
             first + i
             for i in range(len(end))
-            if any(known.header.startswith(end[i:]) for known in types)
+            if any(type_.header.startswith(end[i:]) for type_ in types)
         ],
         np.int64,
     )
@@ -199,13 +172,13 @@ def _sums_agree(
     sums = np.cumsum(array, dtype=np.uint32)
     ends = places + sizes
     total = sums[ends - 3] - sums[places] + array[places]
-    told = array[ends - 2].astype(np.uint32) * 256 + array[ends - 1]
-    agree: NDArray[np.bool_] = (total & 0xFFFF) == told
+    expected = array[ends - 2].astype(np.uint32) * 256 + array[ends - 1]
+    agree: NDArray[np.bool_] = (total & 0xFFFF) == expected
     return agree
 
 
 def _never_overlapping(places: NDArray[np.int64], sizes: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which frames are met when each is followed by the next one that starts behind its end."""
+    """Which frames remain when each is followed by the next one that starts behind its end."""
     chosen = np.ones(len(places), np.bool_)
     if np.any(places[1:] < places[:-1] + sizes[:-1]):
         free = 0
@@ -228,21 +201,11 @@ def _outside(frames: Frames, places: NDArray[np.int64]) -> NDArray[np.int64]:
 
 @dataclass(frozen=True, slots=True)
 class SensorKind:
-    """A kind of data packet.
+    """A kind of data packet."""
 
-    Parameters
-    ----------
-    name : str
-        Such as ``"3-axis"``.
-    axes : tuple of str
-        Of one sensor, such as ``("fx", "fy", "fz")``.
-    sensors : int
-        How many sensors are in a packet.
-    """
-
-    name: str
-    axes: tuple[str, ...]
-    sensors: int = 1
+    name: str  #: such as "3-axis"
+    axes: tuple[str, ...]  #: of one sensor, such as ("fx", "fy", "fz")
+    sensors: int = 1  #: in a packet
 
     @property
     def columns(self) -> int:
@@ -274,62 +237,30 @@ _SHORT_BYTES = 2048
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """What a DAQ answered.
+    """An answer of a DAQ."""
 
-    Parameters
-    ----------
-    code : int, optional
-        Of a configuration: 0 if it was taken.
-    serial : str, optional
-        Its serial number, if that was asked for.
-    """
-
-    code: int | None = None
-    serial: str | None = None
+    code: int | None = None  #: of a configuration: 0 if it was accepted
+    serial: str | None = None  #: its serial number, if that was asked for
 
 
 @dataclass(frozen=True, slots=True)
 class Statistics:
-    """What became of the bytes of a stream; every byte that was used up is in one of them.
+    """Counts of a stream; every byte that was used up is in one of them."""
 
-    Parameters
-    ----------
-    packets : int
-        Valid packets of data.
-    replies : int
-        Valid replies.
-    bad_checksums : int
-        Headers that the parser stood at and whose packet had a wrong checksum.
-    skipped_bytes : int
-        Bytes that are in no valid packet and in no reply.
-    """
-
-    packets: int = 0
-    replies: int = 0
-    bad_checksums: int = 0
-    skipped_bytes: int = 0
+    packets: int = 0  #: valid packets of data
+    replies: int = 0  #: valid replies
+    bad_checksums: int = 0  #: headers, in no frame, whose checksum was wrong
+    skipped_bytes: int = 0  #: bytes in no valid packet and no reply
 
 
 @dataclass(frozen=True)
 class Packets:
-    """Valid packets in their order.
+    """Valid packets in their order, n of them."""
 
-    Parameters
-    ----------
-    counts : ndarray of uint16, shape (n,)
-        The device's counter.
-    status : ndarray of uint16, shape (n,)
-        As the table at the head of this module says.
-    values : ndarray of int16, shape (n, c)
-        Readings in counts, one column a reading.
-    offsets : ndarray of int64, shape (n,)
-        Where in the stream each starts, in bytes since the parser was made.
-    """
-
-    counts: NDArray[np.uint16]
-    status: NDArray[np.uint16]
-    values: NDArray[np.int16]
-    offsets: NDArray[np.int64]
+    counts: NDArray[np.uint16]  #: the device's counter
+    status: NDArray[np.uint16]  #: see the table at the head of this module
+    values: NDArray[np.int16]  #: counts, shape (n, readings)
+    offsets: NDArray[np.int64]  #: start of each in the stream, in bytes
 
     def __len__(self) -> int:
         return len(self.counts)
@@ -339,19 +270,7 @@ class Parser:
     """Finds the packets in a stream.
 
     A connection has packets of one kind: that of the first valid packet, or the one given. Headers
-    of the other kinds are not looked at after that.
-
-    Parameters
-    ----------
-    kind : Kind, optional
-        The kind of its packets where that is known.
-
-    Attributes
-    ----------
-    kind : Kind or None
-        None until the first valid packet, unless it was given.
-    statistics : Statistics
-        Up to the last byte that was used up.
+    of other kinds are not looked at after that.
     """
 
     def __init__(self, kind: SensorKind | None = None) -> None:
@@ -367,20 +286,14 @@ class Parser:
         return len(self._tail)
 
     def feed(self, data: bytes) -> Packets:
-        """The packets that are complete with these bytes.
-
-        Parameters
-        ----------
-        data : bytes
-            What follows on what was given before; an unfinished end is kept.
-        """
+        """The packets that are complete with these bytes; an unfinished end waits for the next."""
         pieces = []
         for start in range(0, len(data), _BLOCK_BYTES):
             pieces += self._scan(self._tail + data[start : start + _BLOCK_BYTES], final=False)
         return _join_packets(pieces, self.kind)
 
     def finish(self) -> Packets:
-        """The packets in what was kept, as no bytes will come that complete what it started.
+        """The packets in the unfinished end, as no bytes will come that complete it.
 
         What is in no packet counts as skipped; the parser may be fed again, as after a cable was
         plugged in once more.
@@ -388,12 +301,12 @@ class Parser:
         return _join_packets(self._scan(self._tail, final=True), self.kind)
 
     def take_replies(self) -> list[Reply]:
-        """The replies since this was asked last."""
+        """The replies since the last call."""
         taken, self._replies = self._replies, []
         return taken
 
     def _scan(self, data: bytes, *, final: bool) -> list[Packets]:
-        """Take whole packets from the left and keep the rest, unless nothing follows."""
+        """Take complete packets from the left and buffer the rest, unless nothing follows."""
         pieces: list[Packets] = []
         if self.kind is None:
             data = self._first(data, final)
@@ -417,7 +330,7 @@ class Parser:
         return pieces
 
     def _first(self, data: bytes, final: bool) -> bytes:
-        """Look for the first packet of any kind; what stands from there on."""
+        """Look for the first packet of any kind; gives the bytes from there on."""
         frames = _find_packets(np.frombuffer(data, np.uint8), KINDS, final)
         of_data = np.flatnonzero(frames.types < len(KINDS))
         if of_data.size:
@@ -428,13 +341,13 @@ class Parser:
         return data[frames.used :]
 
     def _packets(self, rows: NDArray[np.uint8], starts: NDArray[np.int64]) -> Packets:
-        """Packets out of their bytes, one packet a row."""
+        """Decode packets, one a row."""
         words = np.ascontiguousarray(rows[:, 4:-2]).view(">u2").astype(np.uint16)
         values = words[:, 2:].view(np.int16)
         return Packets(words[:, 0], words[:, 1], values, starts + self._offset)
 
     def _note(self, data: bytes, frames: Frames, kinds: int) -> None:
-        """Count what was found, keep the replies, and go on in the stream."""
+        """Count the frames, store the replies, and advance in the stream."""
         replies = np.flatnonzero(frames.types >= kinds)
         for start, size in zip(frames.starts[replies], frames.sizes[replies], strict=True):
             self._replies.append(_parse_reply(data[start : start + size]))
@@ -456,10 +369,10 @@ def parse_all(data: bytes) -> tuple[Parser, Packets]:
 
 
 def _join_packets(pieces: list[Packets], kind: SensorKind | None) -> Packets:
-    """One piece out of several."""
     pieces = [piece for piece in pieces if len(piece)]
     if not pieces:
-        return _no_packets(kind.columns if kind else 0)
+        empty, columns = np.empty(0, np.uint16), kind.columns if kind else 0
+        return Packets(empty, empty, np.empty((0, columns), np.int16), np.empty(0, np.int64))
     if len(pieces) == 1:
         return pieces[0]
     return Packets(
@@ -471,18 +384,12 @@ def _join_packets(pieces: list[Packets], kind: SensorKind | None) -> Packets:
 
 
 def _find_packets(array: NDArray[np.uint8], kinds: tuple[SensorKind, ...], final: bool) -> Frames:
-    """The packets of some kinds, and the replies, whose types are counted on behind them."""
+    """The packets of some kinds, and the replies, whose types are numbered behind them."""
     return find_frames(array, [*(kind.frame for kind in kinds), *_REPLIES], final=final)
 
 
-def _no_packets(columns: int) -> Packets:
-    """No packet at all."""
-    empty = np.empty(0, np.uint16)
-    return Packets(empty, empty, np.empty((0, columns), np.int16), np.empty(0, np.int64))
-
-
 def _parse_reply(frame: bytes) -> Reply:
-    """What a valid frame that holds no data says."""
+    """Decode a valid frame that holds no data."""
     if len(frame) == _REPLIES[0].size:
         return Reply(code=frame[4])
     return Reply(serial=frame[4:-2].decode("latin-1").strip(" \0"))
@@ -512,23 +419,17 @@ def is_overloaded(status: ArrayLike) -> NDArray[np.bool_]:
 
 
 def status_sentences(status: int) -> tuple[str, ...]:
-    """What a status word says, a sentence each; nothing if all is well.
-
-    Parameters
-    ----------
-    status : int
-        One word, 0 to 65,535.
-    """
+    """What a status word says, a sentence each; nothing if all is well."""
     number = status & 7
-    which = f"sensor {number}" if number else "the sensor"
+    subject = f"sensor {number}" if number else "the sensor"
     if status & 8:
-        which += " (and others)"
-    said = [text for bit, text in _DAQ if status >> 13 & bit]
-    said += [f"{which} {text}" for bit, text in _SENSOR if status >> 10 & bit]
+        subject += " (and others)"
+    sentences = [text for bit, text in _DAQ if status >> 13 & bit]
+    sentences += [f"{subject} {text}" for bit, text in _SENSOR if status >> 10 & bit]
     axes = [axis for place, axis in enumerate(_AXES) if status >> (9 - place) & 1]
     if axes:
-        said.append(f"{which} is overloaded in {', '.join(axes)}; press less")
-    return tuple(f"{text[0].upper()}{text[1:]}." for text in said)
+        sentences.append(f"{subject} is overloaded in {', '.join(axes)}; press less")
+    return tuple(f"{text[0].upper()}{text[1:]}." for text in sentences)
 
 
 #: Values of the counter.
@@ -536,23 +437,11 @@ TURN: Final = 65_536
 
 
 def modal_step(counts: NDArray[np.uint16]) -> tuple[int, float]:
-    """The commonest step of a counter, and its share of all steps.
+    """The commonest step of a counter (the smallest of several; 1 without any), and its share.
 
     A counter that stands still, as in a packet that came twice, is no step.
-
-    Parameters
-    ----------
-    counts : ndarray of uint16, shape (n,)
-        In order of arrival.
-
-    Returns
-    -------
-    step : int
-        The smallest of those that are equally common; 1 where there is none.
-    share : float
-        From 0, where there is no step, to 1.
     """
-    steps = _is_running(counts.astype(np.int64))
+    steps = _increments(counts.astype(np.int64))
     steps = steps[steps > 0]
     if not steps.size:
         return 1, 0.0
@@ -562,43 +451,23 @@ def modal_step(counts: NDArray[np.uint16]) -> tuple[int, float]:
 
 @dataclass(frozen=True)
 class CounterTime:
-    """Ticks of some samples.
+    """Ticks of n samples, m of which are new."""
 
-    Parameters
-    ----------
-    kept : ndarray of bool, shape (n,)
-        False for a sample that came a second time.
-    ticks : ndarray of int64, shape (m,)
-        Of those that are kept, strictly increasing; neighbours differ by one where nothing is
-        missing between them.
-    """
-
-    kept: NDArray[np.bool_]
+    is_new: NDArray[np.bool_]  #: shape (n,); False for a sample that came a second time
+    #: shape (m,), strictly increasing; by one where nothing is missing between
     ticks: NDArray[np.int64]
 
 
 class Unwrapper:
     """Turns the counter of one connection into ticks, the first of which is 0.
 
-    Parameters
-    ----------
-    step : int
-        By how much the counter goes on from sample to sample, such as that of :func:`modal_step`.
-    rate : float
-        Samples a second, as far as it is known; what the host's clock is compared with.
-
-    Attributes
-    ----------
-    missing : int
-        Samples that are missing between those that came.
-    doubled : int
-        Samples that came a second time.
-    jumps : int
-        How often the counter made no sense and the host's clock was taken instead.
+    `step` is how much the counter increases per sample, `rate` the expected samples a second, with
+    which the host's clock is compared.
     """
 
     def __init__(self, step: int, rate: float) -> None:
-        self.missing = self.doubled = self.jumps = 0
+        self.missing = self.doubled = 0  #: samples that never came, and that came twice
+        self.jumps = 0  #: how often the counter made no sense and the host's clock was taken
         self._step, self._rate = step, rate
         self._tick: int | None = None
         self._count = 0
@@ -606,7 +475,7 @@ class Unwrapper:
         self._resumed = False
 
     def resume(self, step: int, rate: float) -> None:
-        """Go on with a counter that was started again, as after a cable was unplugged.
+        """Continue with a counter that was restarted, as after a cable was unplugged.
 
         The host's clock decides how many samples are missing before the next one.
         """
@@ -615,62 +484,56 @@ class Unwrapper:
     def feed(
         self, counts: NDArray[np.uint16], arrived: NDArray[np.float64] | None = None
     ) -> CounterTime:
-        """Ticks of the next samples.
+        """Ticks of the next samples, by their counts and arrival on the host's clock in seconds.
 
-        Parameters
-        ----------
-        counts : ndarray of uint16, shape (n,)
-            The device's counter.
-        arrived : ndarray of float64, shape (n,), optional
-            When each arrived, in seconds of the host's clock. Without it the counter is believed
-            whatever it says: it went on by less than one turn.
+        Without `arrived` the counter is believed: it went on by less than one turn.
         """
         if not len(counts):
             return CounterTime(np.zeros(0, np.bool_), np.zeros(0, np.int64))
         first = self._tick is None
         before = int(counts[0]) - self._step if first else self._count
-        going = _is_running(np.concatenate([[before], counts]))
-        on = np.maximum((going + self._step // 2) // self._step, 1)
-        on[going == 0] = 0
+        increments = _increments(np.concatenate([[before], counts]))
+        steps = np.maximum((increments + self._step // 2) // self._step, 1)
+        steps[increments == 0] = 0
         if arrived is not None:
-            self._ask_the_clock(going, on, arrived)
+            self._ask_the_clock(increments, steps, arrived)
         if first:
-            on[0] = 1
-        kept = on > 0
+            steps[0] = 1
+        is_new = steps > 0
         start = -1 if self._tick is None else self._tick
-        ticks = start + np.cumsum(on)[kept]
-        self.doubled += int(np.sum(~kept))
+        ticks = start + np.cumsum(steps)[is_new]
+        self.doubled += int(np.sum(~is_new))
         if ticks.size:
             self.missing += int(ticks[-1]) - start - len(ticks)
             self._tick = int(ticks[-1])
         self._count = int(counts[-1])
         self._arrived = None if arrived is None else float(arrived[-1])
-        return CounterTime(kept, ticks)
+        return CounterTime(is_new, ticks)
 
     def _ask_the_clock(
-        self, going: NDArray[np.int64], on: NDArray[np.int64], arrived: NDArray[np.float64]
+        self, increments: NDArray[np.int64], steps: NDArray[np.int64], arrived: NDArray[np.float64]
     ) -> None:
-        """Put right, in place, what the counter alone cannot tell."""
+        """Correct, in place, what the counter alone cannot tell."""
         last = arrived[0] if self._arrived is None else self._arrived
         elapsed = np.diff(arrived, prepend=last)
         expected = np.maximum(elapsed, 0.0) * self._rate * self._step
-        doubtful = (going == 0) | (going > TURN // 2) | (expected > TURN // 2)
+        doubtful = (increments == 0) | (increments > TURN // 2) | (expected > TURN // 2)
         if self._resumed:
-            on[0] = max(1, round(expected[0] / self._step))
+            steps[0] = max(1, round(expected[0] / self._step))
             doubtful[0] = self._resumed = False
         for i in np.flatnonzero(doubtful):
-            turns = max(0, round((expected[i] - going[i]) / TURN))
-            total = int(going[i]) + turns * TURN
+            turns = max(0, round((expected[i] - increments[i]) / TURN))
+            total = int(increments[i]) + turns * TURN
             if total == 0:
-                on[i] = 0
+                steps[i] = 0
             elif abs(total - expected[i]) <= TURN // 2:
-                on[i] = max(1, round(total / self._step))
+                steps[i] = max(1, round(total / self._step))
             else:
-                on[i] = max(1, round(expected[i] / self._step))
+                steps[i] = max(1, round(expected[i] / self._step))
                 self.jumps += 1
 
 
-def _is_running(counts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """By how much a counter went on from one to the next, less than a turn."""
-    going: NDArray[np.int64] = np.remainder(np.diff(counts), np.int64(TURN))
-    return going
+def _increments(counts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """By how much a counter increased from one to the next, less than a turn."""
+    increments: NDArray[np.int64] = np.remainder(np.diff(counts), np.int64(TURN))
+    return increments

@@ -19,14 +19,9 @@ NO_NAME = ("Cc", "Cs", "Cn")
 
 @contextmanager
 def output_folder(path: Path, inputs: Sequence[Path] = ()) -> Iterator[None]:
-    """Have a folder to write into, which is made unless it is there.
+    """Make a folder to write into unless it exists; it lies neither in an input nor in a project.
 
-    Where the block raises, what was made and is still empty is taken away again.
-
-    Raises
-    ------
-    InputError
-        If it cannot be made, or lies in an input or in a project.
+    After an error, folders that were made and are still empty are removed.
     """
     place = Path(os.path.realpath(path))  # of links in a circle, too
     for source in (source.resolve() for source in inputs if source.is_dir()):
@@ -50,7 +45,7 @@ def output_folder(path: Path, inputs: Sequence[Path] = ()) -> Iterator[None]:
 
 
 def stay_out_of_projects(path: Path, folder: Path) -> None:
-    """Refuse to write among the files of a project, which are nobody's but its own."""
+    """Refuse to write into a project's folder."""
     for place in (folder, *folder.parents):
         if Project.is_at(place):
             raise InputError(f"'{path}' lies in the project '{place}'; write elsewhere.")
@@ -59,7 +54,7 @@ def stay_out_of_projects(path: Path, folder: Path) -> None:
 def file_names(names: Sequence[str]) -> list[str]:
     """A harmless file name for each name, distinct also where case or composition is ignored.
 
-    Only what some system refuses is replaced: a name in any script is told by its file.
+    Only characters that some system refuses are replaced: names in any script stay readable.
     """
     taken: set[str] = set()
     result = []

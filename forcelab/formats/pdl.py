@@ -58,6 +58,8 @@ _UNPICKLING_ERRORS: Final = (
     pickle.UnpicklingError, ValueError, TypeError, AttributeError, LookupError, EOFError,
     ArithmeticError,
 )  # fmt: skip
+#: Half of a pair, which no valid text holds.
+_SURROGATE: Final = re.compile("[\ud800-\udfff]")
 _TOO_DEEP: Final = (
     f"lists and dictionaries lie more than {MAX_DEPTH} deep in each other; a database does not"
 )
@@ -89,28 +91,11 @@ class _Unpickler(pickle.Unpickler):
 
 
 def load_all(data: bytes, name: str, inert: frozenset[str] = frozenset()) -> list[Value]:
-    """Read all pickles that lie one after another in `data`.
+    """Read all pickles (protocols 0 to 2) that lie one after another in `data`.
 
-    Parameters
-    ----------
-    data : bytes
-        Pickles of protocols 0 to 2. Byte strings are read as Latin-1, as Python 2 wrote them.
-    name : str
-        What the errors call the data, such as the file's name.
-    inert : frozenset of str
-        Classes, as ``"module.Name"``, whose instances become :class:`Opaque`.
-
-    Returns
-    -------
-    list of Value
-        One value a pickle. Values may share parts, as they did when written, but hold no cycle;
-        written out in full they have at most :data:`MAX_VALUES` parts, :data:`MAX_DEPTH` deep.
-
-    Raises
-    ------
-    InputError
-        If the data is not a sequence of whole pickles, names another class, uses any opcode that
-        does not build plain data, or goes beyond a limit. The sentence says at which byte.
+    Instances of the classes `inert`, as ``"module.Name"``, become :class:`Opaque`. Values may share
+    parts, but hold no cycle; written out in full they have at most :data:`MAX_VALUES` parts,
+    :data:`MAX_DEPTH` deep. Errors name the byte.
     """
     if len(data) > MAX_BYTES:
         raise InputError(
@@ -124,7 +109,6 @@ def load_all(data: bytes, name: str, inert: frozenset[str] = frozenset()) -> lis
 
 
 def _load_all(data: bytes, name: str, inert: frozenset[str]) -> list[Value]:
-    """Load pickle by pickle."""
     budget = _Budget(name, inert)
     stream = io.BytesIO(data)
     values: list[Value] = []
@@ -140,22 +124,16 @@ def _load_all(data: bytes, name: str, inert: frozenset[str]) -> list[Value]:
                 f"'{name}', byte {first}: the pickle is damaged "
                 f"({_shortened(str(error))}); nothing was executed."
             ) from None
-        if trouble := _too_large(value):
-            raise InputError(f"'{name}', byte {first}: {trouble}.")
+        try:
+            _check_tree(value, (), {})
+        except ValueError as error:
+            raise InputError(f"'{name}', byte {first}: {error}.") from None
         values.append(value)
     return values
 
 
 class _Budget:
-    """What all pickles of a file may take together, and what each may do.
-
-    Parameters
-    ----------
-    name : str
-        What the errors call the data.
-    inert : frozenset of str
-        The classes that may be named.
-    """
+    """Checks opcodes, and counts what all pickles of a file take together."""
 
     def __init__(self, name: str, inert: frozenset[str]) -> None:
         self.name, self.inert = name, inert
@@ -165,13 +143,7 @@ class _Budget:
         self.before = ""
 
     def check_pickle(self, stream: io.BytesIO) -> None:
-        """List the opcodes of the next pickle up to its STOP, as ``pickletools`` reads them.
-
-        Raises
-        ------
-        InputError
-            At the first opcode or argument that is refused.
-        """
+        """Check the opcodes of the next pickle up to its STOP, as ``pickletools`` reads them."""
         self.tuples, self.marks, self.before = set(), 0, ""
         while self.before != "STOP":
             self.at = stream.tell()
@@ -210,7 +182,6 @@ class _Budget:
             self.refuse(_TOO_DEEP)
 
     def _check_argument(self, opcode: str, argument: Any) -> None:
-        """Refuse what an opcode must not be given."""
         if opcode == "PROTO" and argument > 2:
             self.refuse(
                 f"is written in pickle protocol {argument}, and only those of Python 2 (0 to 2) "
@@ -231,21 +202,11 @@ class _Budget:
             self.refuse("uses one tuple in several places; a database does not")
         if isinstance(argument, int) and not -(2**63) <= argument < 2**64:
             self.refuse("an integer is longer than 64 bits")
-        if isinstance(argument, str) and not _writable(argument):
+        if isinstance(argument, str) and _SURROGATE.search(argument):
             self.refuse(f"{_shortened(ascii(argument))} is no valid text")
 
     def refuse(self, what: str) -> NoReturn:
-        """Raise the sentence; `what` follows the place."""
         raise InputError(f"'{self.name}', byte {self.at}: {what}.")
-
-
-def _writable(text: str) -> bool:
-    """Whether a text can be written as UTF-8."""
-    try:
-        text.encode()
-    except UnicodeError:
-        return False
-    return True
 
 
 def _shortened(text: str) -> str:
@@ -254,64 +215,32 @@ def _shortened(text: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in text[:100]) + "..." * (len(text) > 100)
 
 
-def _too_large(value: Value) -> str:
-    """Why a value is no tree of bounded size; empty if it is one.
+def _check_tree(value: Value, above: tuple[int, ...], sizes: dict[int, tuple[int, int]]) -> None:
+    """Raise ValueError unless a value is a tree of bounded size; `above` are the ids it lies in.
 
-    Shared parts count as often as they are reached, so that whoever walks the value is safe.
+    Number of values and depth of each container, by its id, go into `sizes`. Shared parts count as
+    often as they are reached, so that walking the value is safe.
     """
-    sizes: dict[int, int] = {}
-    depths: dict[int, int] = {}
-    path: list[tuple[Value, list[Value]]] = [(value, _parts(value))]
-    open_ids = {id(value)}
-    while path:
-        current, waiting = path[-1]
-        if waiting:
-            part = waiting.pop()
-            if id(part) in open_ids:
-                return "a list or dictionary holds itself; such a database cannot be read"
-            if id(part) not in sizes:
-                if len(path) >= MAX_DEPTH:
-                    return _TOO_DEEP
-                open_ids.add(id(part))
-                path.append((part, _parts(part)))
-            continue
-        parts = _parts(current)
-        length = len(current) if isinstance(current, list | tuple | dict) else 0
-        size = 1 + length + sum(sizes[id(part)] for part in parts)
-        depth = 1 + max((depths[id(part)] for part in parts), default=0)
-        if size > MAX_VALUES:
-            return f"written out in full it has more than {MAX_VALUES:,} values"
-        if depth > MAX_DEPTH:
-            return _TOO_DEEP
-        sizes[id(current)], depths[id(current)] = size, depth
-        open_ids.discard(id(current))
-        path.pop()
-    return _bad_key(value)
-
-
-def _bad_key(value: Value) -> str:
-    """Why a key of a dictionary is none of a database; empty if all are."""
-    seen: set[int] = set()
-    waiting = [value]
-    while waiting:
-        current = waiting.pop()
-        if id(current) in seen:
-            continue
-        seen.add(id(current))
-        for key in current if isinstance(current, dict) else ():
-            if isinstance(key, bool) or not isinstance(key, str | int):
-                return f"a key is of the type {type(key).__name__}, not a string or integer"
-        waiting += _parts(current)
-    return ""
-
-
-def _parts(value: Value) -> list[Value]:
-    """The containers directly inside a value."""
-    if isinstance(value, dict):
-        return [part for part in value.values() if isinstance(part, list | tuple | dict)]
-    if isinstance(value, list | tuple):
-        return [part for part in value if isinstance(part, list | tuple | dict)]
-    return []
+    if id(value) in above:
+        raise ValueError("a list or dictionary holds itself; such a database cannot be read")
+    if len(above) >= MAX_DEPTH:
+        raise ValueError(_TOO_DEEP)
+    if id(value) in sizes or not isinstance(value, list | tuple | dict):
+        return
+    for key in value if isinstance(value, dict) else ():
+        if isinstance(key, bool) or not isinstance(key, str | int):
+            raise ValueError(f"a key is of the type {type(key).__name__}, not a string or integer")
+    size, depth = 1 + len(value), 1
+    for part in value.values() if isinstance(value, dict) else value:
+        if isinstance(part, list | tuple | dict):
+            _check_tree(part, (*above, id(value)), sizes)
+            size += sizes[id(part)][0]
+            depth = max(depth, 1 + sizes[id(part)][1])
+    if size > MAX_VALUES:
+        raise ValueError(f"written out in full it has more than {MAX_VALUES:,} values")
+    if depth > MAX_DEPTH:
+        raise ValueError(_TOO_DEEP)
+    sizes[id(value)] = size, depth
 
 
 #: Our channels and the places in a record's `signals` where the authors keep them. Forces in N;
@@ -340,38 +269,17 @@ _Record: TypeAlias = Mapping[str | int, Value]
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """Whether `head`, the start of the file, is a pickle's.
-
-    A file called ``*.pdl`` also counts if it starts with any opcode that pickles start with.
-    """
+    """Whether a file starts like a pickle; one called ``*.pdl`` with any opcode that starts one."""
     if path.suffix.lower() == ".pdl":
         return head[:1] in (b"\x80", b"]", b"}", b"(", b"c")
     return bool(_START.match(head))
 
 
 def read(path: Path, options: ReadOptions) -> list[Recording]:
-    """Read every record of a database, in the file's order.
+    """Read every record of a database, in the file's order: six channels (:data:`CHANNELS`) in N.
 
-    Parameters
-    ----------
-    path : Path
-        The database.
-    options : ReadOptions
-        `task`, `author`, `rate` and `strict` count; the others concern tables.
-
-    Returns
-    -------
-    list of Recording
-        Six channels (:data:`CHANNELS`) in N. Times are in seconds and start at zero. Labels are
-        one track by ``options.author``; the empty label and ``unlabelled`` are unlabelled time.
-        Demonstrations have the records' names or, where a name is missing or not unique,
-        ``"<file> 01"`` and so on.
-
-    Raises
-    ------
-    InputError
-        If the file is no such database, or a record lacks signals or has lists of different
-        lengths.
+    Times start at zero. Labels are one track by ``options.author``. Demonstrations have the
+    records' names or, where one is missing or not unique, ``"<file> 01"`` and so on.
     """
     if path.stat().st_size > MAX_BYTES:
         raise InputError(f"'{path}' is larger than {MAX_BYTES:,} bytes; split the database.")
@@ -390,10 +298,10 @@ def _names(path: Path, records: Mapping[int, _Record]) -> tuple[list[str], tuple
     usable = [n for n in names if isinstance(n, str) and n.strip() and n.isprintable()]
     if len(set(usable)) == len(names):
         return usable, ()
-    made = [f"{path.stem} {number:02d}" for number in range(1, len(names) + 1)]
-    return made, (
+    numbered = [f"{path.stem} {number:02d}" for number in range(1, len(names) + 1)]
+    return numbered, (
         f"The names of the records are missing or not unique; the demonstrations are called "
-        f"'{made[0]}' and so on.",
+        f"'{numbered[0]}' and so on.",
     )
 
 
@@ -420,7 +328,6 @@ def _records(file: str, pickles: list[Value]) -> dict[int, _Record]:
 def _recording(
     where: str, record: _Record, name: str, remarks: tuple[str, ...], options: ReadOptions
 ) -> Recording:
-    """One record's demonstration and track."""
     times = _numbers(where, "timestamps", record.get("timestamps"))
     if not (np.abs(times) < 1e12).all():
         raise InputError(f"{where}: timestamps holds something that is no time in seconds.")

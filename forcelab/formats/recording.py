@@ -1,4 +1,4 @@
-"""What every format reads: recordings, and the wishes they are read with."""
+"""What every format reads: recordings; and how they are to be read."""
 
 from __future__ import annotations
 
@@ -101,8 +101,8 @@ class Recording:
         What a simulation knows of it.
     statistics : mapping of str to int
         What a format counted while it read, such as ``"missing_samples"``.
-    left : str
-        A sentence on what of the file is never brought; told where the file brings anything new.
+    not_imported : str
+        A sentence on what of the file is never imported; shown where the file brings anything new.
     notes : tuple of Note
         What coders wrote about it.
     """
@@ -113,5 +113,5 @@ class Recording:
     source: str = ""
     truth: Mapping[str, Any] | None = None
     statistics: Mapping[str, int] = field(default_factory=dict)
-    left: str = ""
+    not_imported: str = ""
     notes: tuple[Note, ...] = ()

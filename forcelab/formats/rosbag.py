@@ -8,8 +8,11 @@ is in :mod:`~forcelab.formats.rosbag_topics`.
 from __future__ import annotations
 
 import itertools
+import os
+import shutil
 import struct
 import sys
+import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -39,69 +42,57 @@ from forcelab.formats.signatures import BAG_METADATA
 from forcelab.formats.table import ColumnUse, Use
 from forcelab.formats.table_columns import MOST_LABELS, is_unlabelled, missing_remark
 from forcelab.labels import UNLABELLED, Track, from_codes
-from forcelab.text import listed
+from forcelab.text import counted, listed
 
 #: So many names are told at most.
 _SHOWN: Final = 8
 
 
 def select_fields(topics: Sequence[Contents], options: ReadOptions) -> list[TopicData]:
-    """What to read: forces and what is asked for, without what is to be left out.
+    """The topics to read, empty yet: forces and requested signals, without what is to be left out.
 
-    Parameters
-    ----------
-    topics : sequence of Contents
-    options : ReadOptions
-        `signals`, `leave_out` and `label` name topics, or fields as in ``/topic.field.part``.
-
-    Returns
-    -------
-    list of Held
-        One a topic that is needed, empty yet.
-
-    Raises
-    ------
-    InputError
-        If nothing would be read, or a name means nothing.
+    Options name topics, or fields as in ``/topic.field.part``.
     """
-    every = [one for topic in topics for one in topic.numbers]
-    known = [address for one in every for address in one.addresses]
+    all_fields = [field_ for topic in topics for field_ in topic.numbers]
+    known = [address for field_ in all_fields for address in field_.addresses]
     known += [address for topic in topics for address in topic.words]
-    for wish in (*options.signals, *options.leave_out):
-        if not any(values_within(address, wish) for address in known):
-            raise _unknown(wish, "values", [one.address for one in every])
-    kept = with_sensors([part for one in every if (part := _requested_fields(one, options)).leaves])
-    if not kept:
+    for name in (*options.signals, *options.leave_out):
+        if not any(values_within(address, name) for address in known):
+            raise _unknown(name, "values", [field_.address for field_ in all_fields])
+    chosen = with_sensors(
+        [part for field_ in all_fields if (part := _requested_fields(field_, options)).leaves]
+    )
+    if not chosen:
         left = " but what is left out" if options.leave_out else ""
         raise InputError(
             f"no topic in it carries forces{left} (there are "
             f"{shorten_list([topic.topic for topic in topics])}); name what is to be read as a "
             "signal, a topic or a field of it as in --signal /topic.field."
         )
-    labelled, label = _label(topics, options, {one.topic for one in kept})
+    labelled, label = _label(topics, options, {field_.topic for field_ in chosen})
     return [
         TopicData(
             topic.topic,
-            fields := tuple(one for one in kept if one.topic == topic.topic),
+            fields := tuple(field_ for field_ in chosen if field_.topic == topic.topic),
             _sizes(topic.first, fields),
             topic.stamp,
             label if topic.topic == labelled else None,
         )
         for topic in topics
-        if topic.topic == labelled or any(one.topic == topic.topic for one in kept)
+        if topic.topic == labelled or any(field_.topic == topic.topic for field_ in chosen)
     ]
 
 
 def left_numbers(topics: Sequence[Contents], read: Sequence[TopicData]) -> list[str]:
     """Addresses of numbers that are not read, in topics of which others are."""
-    used = {one.address for held in read for one in held.fields}
-    measured = {held.topic for held in read if held.fields}
+    used = {field_.address for data in read for field_ in data.fields}
+    measured = {data.topic for data in read if data.fields}
     return [
-        one.address
+        field_.address
         for topic in topics
         if topic.topic in measured
-        for one in topic.numbers
-        if one.address not in used and one.address not in topic.words
+        for field_ in topic.numbers
+        if field_.address not in used and field_.address not in topic.words
     ]
 
 
@@ -110,22 +101,22 @@ def shorten_list(names: Sequence[str]) -> str:
     return listed(names, _SHOWN)
 
 
-def _requested_fields(one: Field, options: ReadOptions) -> Field:
+def _requested_fields(field_: Field, options: ReadOptions) -> Field:
     """The part of a field that is read: of a force all, else what is asked for."""
-    return one.part(
+    return field_.part(
         [
             i
-            for i, address in enumerate(one.addresses)
-            if (one.force or any(values_within(address, wish) for wish in options.signals))
-            and not any(values_within(address, wish) for wish in options.leave_out)
+            for i, address in enumerate(field_.addresses)
+            if (field_.force or any(values_within(address, name) for name in options.signals))
+            and not any(values_within(address, name) for name in options.leave_out)
         ]
     )
 
 
 def _sizes(first: object, fields: Sequence[Field]) -> dict[FieldPath, int]:
     """How many there are in each array and list that fields are taken from."""
-    ways = [leaf for one in fields for leaf in one.leaves]
-    inside = [leaf[:i] for leaf in ways for i, step in enumerate(leaf) if isinstance(step, int)]
+    leaves = [leaf for field_ in fields for leaf in field_.leaves]
+    inside = [leaf[:i] for leaf in leaves for i, step in enumerate(leaf) if isinstance(step, int)]
     return {path: len(follow_path(first, path)) for path in inside}
 
 
@@ -133,29 +124,29 @@ def _label(
     topics: Sequence[Contents], options: ReadOptions, measured: set[str]
 ) -> tuple[str, FieldPath | None]:
     """Topic and path of the labels: as asked for, else the surest name, beside forces first."""
-    places = {
+    known = {
         address: (topic.topic, path) for topic in topics for address, path in topic.words.items()
     }
     if options.label is not None:
-        found = [address for address in places if values_within(address, options.label)]
+        found = [address for address in known if values_within(address, options.label)]
         if len(found) != 1:
-            raise _unknown(options.label, "labels", list(places))
+            raise _unknown(options.label, "labels", list(known))
     else:
         found = [
             address
             for topic in sorted(topics, key=lambda topic: topic.topic not in measured)
             for address in topic.labels
             if not any(
-                values_within(address, wish) for wish in (*options.leave_out, *options.signals)
+                values_within(address, name) for name in (*options.leave_out, *options.signals)
             )
         ]
-    return places[found[0]] if found else ("", None)
+    return known[found[0]] if found else ("", None)
 
 
-def _unknown(wish: str, what: str, names: Sequence[str]) -> InputError:
+def _unknown(name: str, what: str, names: Sequence[str]) -> InputError:
     """The error for a name that means nothing, or more than one thing."""
     cure = f"name one of {shorten_list(names)}" if names else "there are none"
-    return InputError(f"it has no {what} called '{wish}'; {cure}.")
+    return InputError(f"it has no {what} called '{name}'; {cure}.")
 
 
 _METADATA: Final = b"rosbag2_bagfile_information:"
@@ -166,15 +157,7 @@ _CURE: Final = "copy it again, or mend it with rosbag reindex (ROS 2: ros2 bag r
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """Whether a file is a bag, or the metadata or the data of one.
-
-    Parameters
-    ----------
-    path : Path
-        The file, or the folder of a ROS 2 bag.
-    head : bytes
-        The first bytes of the file, or of the folder's metadata.
-    """
+    """Whether a file or folder is a bag, or the metadata (a folder's `head`) or the data of one."""
     database = head.startswith(_SQLITE) and path.suffix == ".db3"
     return database or head.startswith((_ROS1, _MCAP, _METADATA))
 
@@ -182,64 +165,50 @@ def sniff(path: Path, head: bytes) -> bool:
 def read(path: Path, options: ReadOptions) -> list[Recording]:
     """Read a bag as one demonstration, called like the file, or the folder of a ROS 2 bag.
 
-    Parameters
-    ----------
-    path : Path
-        A ROS 1 bag; the folder of a ROS 2 bag, its metadata, or one file of its data. A labels
-        file beside it is read where it holds no labels, as beside a table.
-    options : ReadOptions
-        With `signals`, `leave_out` and `label` as of
-        :func:`forcelab.formats.rosbag.select_fields`.
-
-    Returns
-    -------
-    list of Recording
-        Exactly one.
-
-    Raises
-    ------
-    InputError
-        If the library that reads bags is not installed, the bag is damaged or not indexed, none of
-        its topics carries forces, or its stamps break the rules of
-        :mod:`forcelab.formats.timestamps`.
+    Its metadata or one file of its data stand for a folder. A labels file beside it is read where
+    it holds no labels, as beside a table.
     """
     with open_bag(path) as bag:
         bag_path: Path = bag.paths[0]
-        topics, left = survey_topics(bag)
+        topics, unreadable = survey_topics(bag)
         if not topics:
             raise InputError(
-                f"Nothing can be read from '{bag_path}': {shorten_list(left) or 'it is empty'}."
+                f"Nothing can be read from '{bag_path}': "
+                f"{shorten_list(unreadable) or 'it is empty'}."
             )
-        held = select_fields(topics, options)
-        _fill(held, bag)
-        names = _constants(topics, held, bag)
-        kinds = {one.topic: one.msgtype.replace("/msg/", "/") for one in bag.connections}
-    found = align_topics(held, str(path), strict=options.strict)
-    fields = [one for topic in held for one in topic.fields]
+        data = select_fields(topics, options)
+        _fill(data, bag)
+        names = _constants(topics, data, bag)
+        types = {c.topic: c.msgtype.replace("/msg/", "/") for c in bag.connections}
+    aligned = align_topics(data, str(path), strict=options.strict)
+    fields = [field_ for topic in data for field_ in topic.fields]
     channels = tuple(
         Channel(name, unit)
-        for one in fields
-        for name, unit in zip(one.names, one.units, strict=True)
+        for field_ in fields
+        for name, unit in zip(field_.names, field_.units, strict=True)
     )
     demonstration = Demonstration(
         bag_path.stem if bag_path.is_file() else bag_path.name,
         options.task or "",
-        found.times,
-        found.signals,
+        aligned.times,
+        aligned.signals,
         channels,
         grid_rate=options.rate,
     )
-    tracks, told = _tracks(held, found, names, options)
-    tracks, beside = own_or_beside_tracks(bag_path, tracks, options, found.start, demonstration)
-    there = {topic.topic for topic in held}
-    unread = [f"{one.topic} ({kinds[one.topic]})" for one in topics if one.topic not in there]
+    tracks, label_remarks = _tracks(data, aligned, names, options)
+    tracks, beside_remarks = own_or_beside_tracks(
+        bag_path, tracks, options, aligned.start, demonstration
+    )
+    read_topics = {topic.topic for topic in data}
+    others = [topic.topic for topic in topics if topic.topic not in read_topics]
+    unread = [f"{name} ({types[name]})" for name in others]
     remarks = [
-        f"Channels were read from {shorten_list([one.address for one in fields])}.",
-        *found.remarks,
-        *told,
-        *beside,
-        *missing_remark(found.signals, channels),
-        *_not_imported(unread, left, left_numbers(topics, held)),
+        f"Channels were read from {shorten_list([field_.address for field_ in fields])}.",
+        *aligned.remarks,
+        *label_remarks,
+        *beside_remarks,
+        *missing_remark(aligned.signals, channels),
+        *_not_imported(unread, unreadable, left_numbers(topics, data)),
     ]
     return [Recording(demonstration, tracks, tuple(remarks), source=bag_path.name)]
 
@@ -288,11 +257,42 @@ def _check_files(path: Path) -> None:
     for file in path.iterdir() if path.is_dir() else ():
         if file.exists() and not (file.is_file() or file.is_dir()):
             raise InputError(f"'{file}' is a device or pipe; take it out of the bag's folder.")
+        if file.is_file():
+            _check_unpacked_size(file)
     file = path / BAG_METADATA
     if file.is_file() and (size := file.stat().st_size) > MOST_METADATA:
         raise InputError(
             f"'{file}' has {size:,} bytes, which is more than metadata can have "
             f"({MOST_METADATA:,}); make it anew with ros2 bag reindex."
+        )
+
+
+#: Data as zstd begin so. What forces are written as packs to a third, zeros to a hundredth.
+_ZSTD, _MOST_TIMES = b"\x28\xb5\x2f\xfd", 1000
+
+
+def _check_unpacked_size(file: Path) -> None:
+    """Refuse a packed file that would fill the temporary folder, to which the library unpacks it.
+
+    What a packed file says of its size need not be true, so it is unpacked once to be measured.
+    """
+    from rosbags.rosbag2.reader import zstd
+
+    with file.open("rb") as packed:
+        if packed.read(len(_ZSTD)) != _ZSTD:
+            return
+        size = packed.seek(0, os.SEEK_END)
+        packed.seek(0)
+        free = shutil.disk_usage(tempfile.gettempdir()).free
+        room, unpacked = min(_MOST_TIMES * size, free // 2), 0
+        with _naming_damage(file), zstd.open(packed, "rb") as content:
+            while unpacked <= room and (part := len(content.read(2**20))):
+                unpacked += part
+    if unpacked > room:
+        raise InputError(
+            f"'{file}' has {size:,} bytes and unpacks to more than {room:,}, which is more than "
+            f"{_MOST_TIMES:,} times as many or half of the free room for temporary files; unpack "
+            "it by hand (zstd -d) and look at it, or make room."
         )
 
 
@@ -427,9 +427,15 @@ class _UnreadableError(Exception):
     """A definition that no message can have."""
 
 
+#: Messages that are found so many times on average are named again and again by a false index.
+#: Where two bags were merged it is twice.
+_MOST_REPEATED: Final = 10
+
+
 def _messages(bag: Any, connections: Sequence[Any]) -> Iterator[tuple[int, Any]]:
     """Time of arrival in nanoseconds and content of all messages of some connections."""
     coming = bag.messages(connections=connections)
+    different: set[int] = set()
     for count in itertools.count(1):
         if count % 100_000 == 0:
             _check_count(bag.paths[0], count)
@@ -438,6 +444,11 @@ def _messages(bag: Any, connections: Sequence[Any]) -> Iterator[tuple[int, Any]]
             if entry is None:
                 return
             connection, arrived, raw = entry
+            different.add(hash((connection.id, arrived, raw)))
+            if count % 100 == 0 and count > _MOST_REPEATED * len(different):
+                raise ValueError(
+                    f"its index names {counted(len(different), 'message')} {count:,} times"
+                )
             message = bag.deserialize(raw, connection.msgtype)
         yield arrived, message
 
@@ -445,38 +456,38 @@ def _messages(bag: Any, connections: Sequence[Any]) -> Iterator[tuple[int, Any]]
 def survey_topics(bag: Any) -> tuple[list[Contents], list[str]]:
     """What each topic holds, by its first message, and topics that hold nothing to be read."""
     topics: list[Contents] = []
-    left: list[str] = []
+    unreadable: list[str] = []
     for name in dict.fromkeys(connection.topic for connection in bag.connections):
-        connections = [one for one in bag.connections if one.topic == name and one.msgcount]
-        kinds = {one.msgtype for one in connections}
+        connections = [c for c in bag.connections if c.topic == name and c.msgcount]
+        kinds = {c.msgtype for c in connections}
         if not connections:
-            left.append(f"{name} (no messages)")
+            unreadable.append(f"{name} (no messages)")
         elif len(kinds) > 1:
-            left.append(f"{name} (messages of several types)")
-        elif trouble := _trouble(kinds.pop(), bag.typestore.fielddefs):
-            left.append(f"{name} ({trouble})")
+            unreadable.append(f"{name} (messages of several types)")
+        elif reason := _trouble(kinds.pop(), bag.typestore.fielddefs):
+            unreadable.append(f"{name} ({reason})")
         else:
             for _, message in _messages(bag, connections):
                 topics.append(contents(name, message, bag.typestore.fielddefs))
                 break
-    return topics, left
+    return topics, unreadable
 
 
-def _fill(held: Sequence[TopicData], bag: Any) -> None:
+def _fill(data: Sequence[TopicData], bag: Any) -> None:
     """Read all messages of what was chosen, topic by topic.
 
     The library unpacks a chunk anew whenever the next message is of another one, which, over all
     topics together, may be every time.
     """
-    for topic in held:
-        connections = [one for one in bag.connections if one.topic == topic.topic]
+    for topic in data:
+        connections = [c for c in bag.connections if c.topic == topic.topic]
         for arrived, message in _messages(bag, connections):
             topic.add(arrived, message)
 
 
-def _constants(topics: Sequence[Contents], held: Sequence[TopicData], bag: Any) -> dict[str, str]:
+def _constants(topics: Sequence[Contents], data: Sequence[TopicData], bag: Any) -> dict[str, str]:
     """What the definition of a message calls the values of its label, by the value as a word."""
-    labels = {one.topic: one.label for one in held if one.label}
+    labels = {topic_data.topic: topic_data.label for topic_data in data if topic_data.label}
     names: dict[str, str] = {}
     for topic in topics:
         if path := labels.get(topic.topic):
@@ -490,37 +501,37 @@ def _constants(topics: Sequence[Contents], held: Sequence[TopicData], bag: Any) 
 
 
 def _tracks(
-    held: Sequence[TopicData], found: AlignedTopics, names: dict[str, str], options: ReadOptions
+    data: Sequence[TopicData], aligned: AlignedTopics, names: dict[str, str], options: ReadOptions
 ) -> tuple[tuple[Track, ...], list[str]]:
     """The labels as a track, with a remark on where they are from."""
-    source = next((topic for topic in held if topic.label is not None), None)
+    source = next((topic for topic in data if topic.label is not None), None)
     if source is None or source.label is None:
         return (), []
     address = address_of(source.topic, source.label)
-    told = [names.get(word, word) for word in found.words]
-    kinds = dict.fromkeys(told)
-    if options.label is None and len(kinds) < 2:
+    words = [names.get(word, word) for word in aligned.words]
+    different = dict.fromkeys(words)
+    if options.label is None and len(different) < 2:
         return (), []  # a tag that was never set
-    if len(kinds) > MOST_LABELS:
-        text = f"{address} holds {len(kinds):,} different values, too many to be actions"
+    if len(different) > MOST_LABELS:
+        text = f"{address} holds {len(different):,} different values, too many to be actions"
         if options.label is not None:
             raise InputError(f"{text}; name another field for the labels.")
         return (), [f"{text}; no labels were read."]
-    actions = [kind for kind in kinds if not is_unlabelled(kind)]
+    actions = [kind for kind in different if not is_unlabelled(kind)]
     code = {action: number for number, action in enumerate(actions)}
-    codes = np.array([code.get(word, UNLABELLED) for word in told], np.int64)
-    segments = from_codes(codes, found.times, actions)
+    codes = np.array([code.get(word, UNLABELLED) for word in words], np.int64)
+    segments = from_codes(codes, aligned.times, actions)
     remark = f"Labels were read from {address}: {', '.join(actions) or 'none'}."
     return ((Track(options.author, segments),) if segments else ()), [remark]
 
 
 def _not_imported(
-    unread: Sequence[str], left: Sequence[str], numbers: Sequence[str]
+    unread: Sequence[str], unreadable: Sequence[str], numbers: Sequence[str]
 ) -> Iterator[str]:
     """Remarks on what of the bag was not read."""
-    if unread or left:
-        yield f"Nothing was read from {shorten_list([*unread, *left])}."
-    if any("Image)" in one for one in unread):
+    if unread or unreadable:
+        yield f"Nothing was read from {shorten_list([*unread, *unreadable])}."
+    if any("Image)" in topic for topic in unread):
         yield "Pictures stay in the bag; save them as a video and attach that."
     if numbers:
         yield f"Other numbers can be read as signals (--signal): {shorten_list(numbers)}."
@@ -531,55 +542,44 @@ _LABEL_USE: Final[tuple[Use, ...]] = ("signal", "labels", "left out")
 
 
 def preview_bag(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
-    """Tell what the fields of a bag's messages are read as, without reading all of them.
+    """What the fields of a bag's messages would be read as, by the first message of each topic.
 
-    Parameters
-    ----------
-    path : Path
-        As for reading it.
-    options : ReadOptions
-        As for reading it.
-
-    Returns
-    -------
-    tuple of ColumnUse
-        A row a stamp, label or group of numbers that belong together; its cells are these.
-
-    Raises
-    ------
-    InputError
-        If the bag cannot be opened, or the options do not fit.
+    A row is a stamp, a label, or a group of numbers that belong together; its cells are these.
     """
     with open_bag(path) as bag:
         topics, _ = survey_topics(bag)
     try:
-        held = select_fields(topics, options)
+        data = select_fields(topics, options)
     except InputError:
         if options.signals or options.leave_out or options.label:
             raise
-        held = []  # no forces; something may be chosen
-    return tuple(row for topic in topics for row in _rows(topic, held))
+        data = []  # no forces; something may be chosen
+    return tuple(row for topic in topics for row in _rows(topic, data))
 
 
-def _rows(topic: Contents, held: Sequence[TopicData]) -> Iterator[ColumnUse]:
+def _rows(topic: Contents, data: Sequence[TopicData]) -> Iterator[ColumnUse]:
     """What a topic holds, and what it is read as."""
-    read = {one.address for of in held for one in of.fields}
-    labels = {address_of(of.topic, of.label) for of in held if of.label is not None}
+    read = {field_.address for topic_data in data for field_ in topic_data.fields}
+    labels = {
+        address_of(topic_data.topic, topic_data.label)
+        for topic_data in data
+        if topic_data.label is not None
+    }
     if topic.stamp is not None:
         stamp = follow_path(topic.first, topic.stamp)
         cell = f"{stamp.sec}.{stamp.nanosec:09}"
         name = address_of(topic.topic, topic.stamp)
         yield ColumnUse(name, "", "times", (cell,), choices=("times",))
-    numbers = {one.address for one in topic.numbers}
+    numbers = {field_.address for field_ in topic.numbers}
     for address in topic.labels:
         if address not in numbers:  # a text
             use: Use = "labels" if address in labels else "left out"
             word = str(follow_path(topic.first, topic.words[address]))
             yield ColumnUse(address, "", use, (word,), choices=("labels", "left out"))
-    for one in topic.numbers:
-        use = "labels" if one.address in labels else "left out"
-        cells = tuple(f"{float(follow_path(topic.first, leaf)):.4g}" for leaf in one.leaves[:3])
-        units = ", ".join(unit for unit in dict.fromkeys(one.units) if unit)
-        use = "signal" if one.address in read else use
-        choices = _LABEL_USE if one.address in topic.words else _SIGNAL_USE
-        yield ColumnUse(one.address, units, use, cells, choices=choices)
+    for field_ in topic.numbers:
+        use = "labels" if field_.address in labels else "left out"
+        cells = tuple(f"{float(follow_path(topic.first, leaf)):.4g}" for leaf in field_.leaves[:3])
+        units = ", ".join(unit for unit in dict.fromkeys(field_.units) if unit)
+        use = "signal" if field_.address in read else use
+        choices = _LABEL_USE if field_.address in topic.words else _SIGNAL_USE
+        yield ColumnUse(field_.address, units, use, cells, choices=choices)

@@ -50,28 +50,14 @@ _MOST: Final = 64
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """Numbers that belong together, such as those of a wrench; k of them.
+    """Numbers that belong together, such as those of a wrench; k of them."""
 
-    Parameters
-    ----------
-    topic : str
-        With its slash.
-    path : Path
-        To what holds them.
-    leaves : tuple of Path, length k
-        To each of them.
-    names, units : tuple of str, length k
-        Of the channels that they become.
-    force : bool
-        Whether they are forces or torques.
-    """
-
-    topic: str
-    path: FieldPath
-    leaves: tuple[FieldPath, ...]
-    names: tuple[str, ...]
+    topic: str  #: with its slash
+    path: FieldPath  #: to what holds them
+    leaves: tuple[FieldPath, ...]  #: to each of them
+    names: tuple[str, ...]  #: of the channels that they become
     units: tuple[str, ...]
-    force: bool
+    force: bool  #: whether they are forces or torques
 
     @property
     def address(self) -> str:
@@ -95,48 +81,25 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """What the messages of a topic hold, as its first one tells.
-
-    Parameters
-    ----------
-    topic : str
-    numbers : tuple of Field
-        Forces and all others, in the order of the definition, what is outermost first.
-    labels : list of str
-        Addresses of those words that are called like labels, the surest first.
-    words : dict of str to Path
-        By their address: whole numbers and texts, whatever they are called; no others are labels.
-    stamp : Path or None
-        The outermost stamp, such as that of the header.
-    first : object
-        That message.
-    """
+    """What the messages of a topic hold, by the first one."""
 
     topic: str
-    numbers: tuple[Field, ...]
-    labels: list[str]
+    numbers: tuple[Field, ...]  #: outermost first, in the order of the definition
+    labels: list[str]  #: addresses of those words that are called like labels, the surest first
+    #: paths of whole numbers and texts, by address; no others are labels
     words: dict[str, FieldPath]
-    stamp: FieldPath | None
-    first: object
+    stamp: FieldPath | None  #: the outermost, such as that of the header
+    first: object  #: that message
 
 
 def contents(topic: str, message: object, definitions: Definitions) -> Contents:
-    """Look through a message.
-
-    Parameters
-    ----------
-    topic : str
-    message : object
-        As the library makes it: dataclasses, lists, arrays and plain values.
-    definitions : mapping
-        The constants and the fields of each type of message.
-    """
+    """What a message of the library holds: dataclasses, lists, arrays and plain values."""
     numbers: list[Field] = []
     ranks: dict[str, int] = {}
     words: dict[str, FieldPath] = {}
     stamp: FieldPath | None = None
     for path, value in _walk(message, definitions):
-        name = _is_described(topic, path)
+        name = _describing_name(topic, path)
         if getattr(value, "__msgtype__", "") == _TIME:
             if stamp is None and name in _STAMPS:
                 stamp = path
@@ -144,9 +107,9 @@ def contents(topic: str, message: object, definitions: Definitions) -> Contents:
             words[address := address_of(topic, path)] = path
             if rank := is_label_name(name):
                 ranks[address] = rank
-        made = _field(topic, path, name, value)
-        if made is not None:
-            numbers.append(made)
+        field_ = _field(topic, path, name, value)
+        if field_ is not None:
+            numbers.append(field_)
     labels = sorted(ranks, key=lambda address: ranks[address])
     return Contents(topic, tuple(numbers), labels, words, stamp, message)
 
@@ -158,33 +121,30 @@ def follow_path(message: Any, path: FieldPath) -> Any:
     return message
 
 
-def values_within(address: str, wish: str) -> bool:
+def values_within(address: str, name: str) -> bool:
     """Whether an address is the one that is wished for, or lies in it; slashes may be left out."""
-    start, full = wish.removeprefix("/"), address.removeprefix("/")
-    return full == start or full.startswith((f"{start}.", f"{start}/"))
+    requested, full_address = name.removeprefix("/"), address.removeprefix("/")
+    return full_address == requested or full_address.startswith((f"{requested}.", f"{requested}/"))
 
 
-def with_sensors(found: Sequence[Field]) -> list[Field]:
-    """Give channels names that differ: with what tells their sensors apart, where they have to be.
-
-    Raises
-    ------
-    InputError
-        If nothing tells two of them apart.
-    """
-    names = [name for one in found for name in one.names]
+def with_sensors(fields_: Sequence[Field]) -> list[Field]:
+    """Give channels distinct names: with what tells their sensors apart, where they have to be."""
+    names = [name for field_ in fields_ for name in field_.names]
     if len(set(names)) == len(names):
-        return list(found)
-    parts = [_parts(one) for one in found]
+        return list(fields_)
+    all_words = [_parts(field_) for field_ in fields_]
     for end in (0, -1):
-        while all(len(p) > 1 for p in parts) and len({p[end] for p in parts}) == 1:
-            for p in parts:
-                p.pop(end)
+        while (
+            all(len(words) > 1 for words in all_words)
+            and len({words[end] for words in all_words}) == 1
+        ):
+            for words in all_words:
+                words.pop(end)
     named = [
-        replace(one, names=tuple(f"{name} {'_'.join(p)}".strip() for name in one.names))
-        for one, p in zip(found, parts, strict=True)
+        replace(field_, names=tuple(f"{name} {'_'.join(words)}".strip() for name in field_.names))
+        for field_, words in zip(fields_, all_words, strict=True)
     ]
-    names = [name for one in named for name in one.names]
+    names = [name for field_ in named for name in field_.names]
     twice = [name for name in names if names.count(name) > 1]
     if twice:
         raise InputError(f"two fields would both become the channel '{twice[0]}'; leave one out.")
@@ -193,18 +153,18 @@ def with_sensors(found: Sequence[Field]) -> list[Field]:
 
 def _walk(message: object, definitions: Definitions) -> Iterator[tuple[FieldPath, object]]:
     """The message and all that is in it, with their paths, the outermost first."""
-    coming: deque[tuple[FieldPath, object]] = deque([((), message)])
-    while coming:
-        path, value = coming.popleft()
+    queue: deque[tuple[FieldPath, object]] = deque([((), message)])
+    while queue:
+        path, value = queue.popleft()
         yield path, value
         kind = getattr(value, "__msgtype__", "")
         if kind == "std_msgs/msg/Header":
-            coming.append(((*path, "stamp"), follow_path(value, ("stamp",))))
+            queue.append(((*path, "stamp"), follow_path(value, ("stamp",))))
         elif kind and kind not in _WHOLE and not _parts_of(value):
             # To the library's classes, constants and the type are fields too.
-            coming += [((*path, name), getattr(value, name)) for name, _ in definitions[kind][1]]
+            queue += [((*path, name), getattr(value, name)) for name, _ in definitions[kind][1]]
         elif isinstance(value, list) and len(value) <= _MOST:
-            coming += [((*path, i), one) for i, one in enumerate(value) if is_dataclass(one)]
+            queue += [((*path, i), item) for i, item in enumerate(value) if is_dataclass(item)]
 
 
 def _parts_of(value: object) -> list[FieldPath]:
@@ -214,30 +174,30 @@ def _parts_of(value: object) -> list[FieldPath]:
         return [(part, axis) for part in ("force", "torque") for axis in _AXES]
     if not is_dataclass(value) or not kind.startswith("geometry_msgs/"):
         return []
-    names = [one.name for one in fields(value) if one.name != "__msgtype__"]
+    names = [field_.name for field_ in fields(value) if field_.name != "__msgtype__"]
     numeric = all(isinstance(getattr(value, name), Real) for name in names)
     return [(name,) for name in names] if numeric else []
 
 
 def _field(topic: str, path: FieldPath, name: str, value: object) -> Field | None:
     """The numbers that a value is or holds; None where it holds none."""
-    inner = _parts_of(value)
+    parts = _parts_of(value)
     if isinstance(value, np.ndarray) and value.size <= _MOST and value.dtype.kind in "fiub":
-        inner = [(i,) for i in range(value.size)]
+        parts = [(i,) for i in range(value.size)]
     elif isinstance(value, Real):
-        inner = [()]
-    if not inner:
+        parts = [()]
+    if not parts:
         return None
     kind = getattr(value, "__msgtype__", "")
-    leaves = tuple((*path, *one) for one in inner)
+    leaves = tuple((*path, *part) for part in parts)
     # Whole numbers that are called forces are counts of a device.
     measured = bool(kind) or np.asarray(value).dtype.kind == "f"
-    names, units = _forces(name, len(inner), kind) if measured else ((), ())
+    names, units = _forces(name, len(parts), kind) if measured else ((), ())
     if names:
         return Field(topic, path, leaves, names, units, force=True)
     plain = tuple(".".join(map(str, leaf)) for leaf in leaves)
     if path == ("data",):
-        plain = _counted(name, len(inner))
+        plain = _counted(name, len(parts))
     return Field(topic, path, leaves, plain, ("",) * len(leaves), force=False)
 
 
@@ -258,7 +218,7 @@ def _counted(name: str, number: int) -> tuple[str, ...]:
     return (name,) if number == 1 else tuple(f"{name} {i + 1}" for i in range(number))
 
 
-def _is_described(topic: str, path: FieldPath) -> str:
+def _describing_name(topic: str, path: FieldPath) -> str:
     """The innermost name on the way to a value that says anything: of a field, else of the topic.
 
     In ``wrist_ft/raw`` that is the first one, which is called like a force.
@@ -268,8 +228,8 @@ def _is_described(topic: str, path: FieldPath) -> str:
             return step
     parts = [part for part in topic.split("/") if part]
     known = _FORCES | _TORQUES
-    told = (p for p in reversed(parts) if is_label_name(p) or known.intersection(_name_words(p)))
-    return next(told, parts[-1] if parts else "data")
+    telling = (p for p in reversed(parts) if is_label_name(p) or known.intersection(_name_words(p)))
+    return next(telling, parts[-1] if parts else "data")
 
 
 def _name_words(name: str) -> list[str]:
@@ -299,125 +259,81 @@ _ABSURD: Final = 22 * 10**17
 
 @dataclass(slots=True)
 class TopicData:
-    """What the messages of one topic held; n of them.
-
-    Parameters
-    ----------
-    topic : str
-    fields : tuple of Field
-        The numbers that become channels, c of them.
-    sizes : mapping of Path to int
-        How many there are in each array and list that they are taken from.
-    stamp, label : Path or None
-        To the stamp and the label of a message.
-    arrived, stamped : array of int, length n
-        Nanoseconds since 1970; `stamped` is 0 where a message has none.
-    values : array of float, length n * c
-        Message by message.
-    words : list of str
-        The labels as words; empty where there is no label.
-    """
+    """The messages of one topic, n of them, as far as they are read."""
 
     topic: str
-    fields: tuple[Field, ...]
+    fields: tuple[Field, ...]  #: the numbers that become channels, c of them
+    #: how many there are in each array and list that they are taken from
     sizes: Mapping[FieldPath, int]
     stamp: FieldPath | None
     label: FieldPath | None
-    arrived: array[int] = field(default_factory=lambda: array("q"))
+    arrived: array[int] = field(default_factory=lambda: array("q"))  #: nanoseconds since 1970
     stamped: array[int] = field(default_factory=lambda: array("q"))
-    values: array[float] = field(default_factory=lambda: array("d"))
+    values: array[float] = field(default_factory=lambda: array("d"))  #: message by message, n * c
+    #: the labels as words; empty where there is no label
     words: list[str] = field(default_factory=list)
 
     def add(self, arrived: int, message: object) -> None:
-        """Take in a message.
-
-        Raises
-        ------
-        InputError
-            If an array or a list in it is shorter or longer than in the first one.
-        """
+        """Add a message; refused if an array or list has another length than in the first one."""
         for path, size in self.sizes.items():
-            if (there := len(follow_path(message, path))) != size:
+            if (found := len(follow_path(message, path))) != size:
                 name = address_of(self.topic, path)
                 raise InputError(
-                    f"message {len(self.arrived) + 1:,} of {self.topic} holds {there:,} values in "
+                    f"message {len(self.arrived) + 1:,} of {self.topic} holds {found:,} values in "
                     f"{name}, and the first one {size:,}; leave it out (--leave-out {name})."
                 )
-        for one in self.fields:
-            self.values.extend([float(follow_path(message, leaf)) for leaf in one.leaves])
-        self.arrived.append(_topic_sentence(arrived))
+        for field_ in self.fields:
+            self.values.extend([float(follow_path(message, leaf)) for leaf in field_.leaves])
+        self.arrived.append(_bounded(arrived))
         stamp = None if self.stamp is None else follow_path(message, self.stamp)
-        self.stamped.append(
-            0 if stamp is None else _topic_sentence(stamp.sec * _SECOND + stamp.nanosec)
-        )
+        self.stamped.append(0 if stamp is None else _bounded(stamp.sec * _SECOND + stamp.nanosec))
         if self.label is not None:
             self.words.append(" ".join(str(follow_path(message, self.label)).split()))
 
 
 @dataclass(frozen=True, slots=True)
 class AlignedTopics:
-    """Topics on one clock.
+    """Topics on one clock, n samples of c channels."""
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        Those of the topic with most messages, in seconds from its first one.
-    signals : ndarray, shape (n, c)
-        The channels of all topics, NaN where one has no message near.
-    words : list of str, length n
-        The label that holds at each time, empty before the first; empty without labels.
-    start : float
-        The first time in seconds since 1970.
-    remarks : tuple of str
-        One sentence for each thing that was repaired, shifted or interpolated.
-    """
-
+    #: those of the topic with most messages, in seconds from its first one
     times: NDArray[np.float64]
-    signals: NDArray[np.float64]
+    signals: NDArray[np.float64]  #: shape (n, c); NaN where a topic has no message near
+    #: the label that holds at each time, empty before the first; none without labels
     words: list[str]
-    start: float
+    start: float  #: the first time in seconds since 1970
+    #: a sentence for each thing that was repaired, shifted or interpolated
     remarks: tuple[str, ...]
 
 
 def align_topics(topics: Sequence[TopicData], where: str, *, strict: bool) -> AlignedTopics:
-    """Bring topics onto one clock.
+    """Bring topics onto one clock: at least one with fields, at most one with labels.
 
-    Parameters
-    ----------
-    topics : sequence of Held
-        At least one with fields; at most one with labels.
-    where : str
-        The bag, for errors.
-    strict : bool
-        Refuse what would be repaired or shifted.
-
-    Raises
-    ------
-    InputError
-        If a topic has fewer than two stamps, its time runs backwards, or strict and something
-        would have to be repaired.
+    `strict` refuses what would be repaired or shifted; `where` is the bag, for errors.
     """
     base = max((topic for topic in topics if topic.fields), key=lambda topic: len(topic.arrived))
     stamps, late = _clock(base)
     zero = int(np.median(stamps))  # near all others: their differences are exact
-    ways = {topic.topic: _resampling(topic, zero, late, where, strict=strict) for topic in topics}
-    at = ways[base.topic].at
+    resamplings = {
+        topic.topic: _resampling(topic, zero, late, where, strict=strict) for topic in topics
+    }
+    at = resamplings[base.topic].at
     remarks: list[str] = []
     columns: list[NDArray[np.float64]] = []
     words: list[str] = []
     for topic in topics:
-        way = ways[topic.topic]
-        remarks += [f"{topic.topic}: {one}" for one in way.remarks]
+        resampling = resamplings[topic.topic]
+        remarks += [f"{topic.topic}: {remark}" for remark in resampling.remarks]
         if topic.label is not None:
-            words = _sample_and_hold(way, [topic.words[i] for i in way.kept], at)
+            words = _sample_and_hold(resampling, [topic.words[i] for i in resampling.rows], at)
         if topic is base:
-            columns.append(way.values)
+            columns.append(resampling.values)
         elif topic.fields:
-            columns.append(_resample(way, at))
-            if not np.isin(at, way.at).all():
+            columns.append(_resample(resampling, at))
+            if not np.isin(at, resampling.at).all():
                 remarks.append(
-                    f"{topic.topic} ({1 / way.period:.4g} Hz, {counted(way.at.size, 'message')}) "
-                    f"was interpolated at the times of {base.topic}."
+                    f"{topic.topic} ({1 / resampling.period:.4g} Hz, "
+                    f"{counted(resampling.at.size, 'message')}) was interpolated at the times of "
+                    f"{base.topic}."
                 )
     start = zero / _SECOND + float(at[0])
     return AlignedTopics(at - at[0], np.column_stack(columns), words, start, tuple(remarks))
@@ -425,10 +341,10 @@ def align_topics(topics: Sequence[TopicData], where: str, *, strict: bool) -> Al
 
 @dataclass(frozen=True, slots=True)
 class _Resampling:
-    """A topic's messages, m of which were kept, at seconds from what all topics count from."""
+    """The usable messages of a topic, in seconds from what all topics count from."""
 
     at: NDArray[np.float64]
-    kept: NDArray[np.int64]
+    rows: NDArray[np.int64]
     values: NDArray[np.float64]
     remarks: tuple[str, ...]
 
@@ -438,7 +354,7 @@ class _Resampling:
         return float(np.median(np.diff(self.at)))
 
 
-def _topic_sentence(nanoseconds: int) -> int:
+def _bounded(nanoseconds: int) -> int:
     """A time with which can be reckoned."""
     return max(-_ABSURD, min(nanoseconds, _ABSURD))
 
@@ -446,34 +362,34 @@ def _topic_sentence(nanoseconds: int) -> int:
 def _clock(topic: TopicData) -> tuple[NDArray[np.int64], int]:
     """The stamps of a topic in nanoseconds, 0 where one was not set, and how late it arrived."""
     arrived, stamped = np.array(topic.arrived, np.int64), np.array(topic.stamped, np.int64)
-    there = stamped != 0
-    if np.unique(stamped[there]).size < min(2, stamped.size):
+    is_set = stamped != 0
+    if np.unique(stamped[is_set]).size < min(2, stamped.size):
         return arrived, 0
-    return stamped, int(np.median(arrived[there] - stamped[there]))
+    return stamped, int(np.median(arrived[is_set] - stamped[is_set]))
 
 
 def _resampling(
-    topic: TopicData, zero: int, usual: int, where: str, *, strict: bool
+    topic: TopicData, zero: int, usual_lateness: int, where: str, *, strict: bool
 ) -> _Resampling:
     """Put a topic on the clock on which messages arrive `usual` nanoseconds late."""
     name = f"{where}, topic {topic.topic}"
-    stamps, late = _clock(topic)
-    mended = []
+    stamps, lateness = _clock(topic)
+    repairs = []
     if topic.stamp is not None and not np.array_equal(stamps, topic.stamped):
-        mended.append("its headers hold no times; those at which its messages arrived were taken")
-    shift = late - usual
+        repairs.append("its headers hold no times; those at which its messages arrived were taken")
+    shift = lateness - usual_lateness
     if abs(shift) > _LATENCY:
-        mended.append(f"it is of another clock and was shifted by {shift / _SECOND:.6g} s")
+        repairs.append(f"it is of another clock and was shifted by {shift / _SECOND:.6g} s")
         stamps = np.where(stamps == 0, 0, stamps + shift)
-    if strict and mended:
-        raise InputError(f"{name}: {mended[0]}; record it anew or let it be repaired.")
+    if strict and repairs:
+        raise InputError(f"{name}: {repairs[0]}; record it anew or let it be repaired.")
     ticks = np.where(stamps == 0, np.nan, (stamps - zero).astype(np.float64))
     values = np.array(topic.values).reshape(ticks.size, -1)
-    remarks = tuple(f"{one}." for one in mended)
+    remarks = tuple(f"{sentence}." for sentence in repairs)
     if not topic.fields:  # labels, of which one is enough
-        kept = np.flatnonzero(~np.isnan(ticks))
-        kept = kept[np.argsort(ticks[kept], kind="stable")]
-        return _Resampling(ticks[kept] / _SECOND, kept, values, remarks)
+        rows = np.flatnonzero(~np.isnan(ticks))
+        rows = rows[np.argsort(ticks[rows], kind="stable")]
+        return _Resampling(ticks[rows] / _SECOND, rows, values, remarks)
     repaired = repair_timestamps(
         RawTimestamps(ticks, per_second=_SECOND),
         np.arange(1, ticks.size + 1),
@@ -483,23 +399,23 @@ def _resampling(
         line="message",
     )
     at = np.round(repaired.start + repaired.times, 9)  # the same for messages of one nanosecond
-    return _Resampling(at, repaired.kept, values[repaired.kept], (*remarks, *repaired.remarks))
+    return _Resampling(at, repaired.rows, values[repaired.rows], (*remarks, *repaired.remarks))
 
 
-def _resample(way: _Resampling, times: NDArray[np.float64]) -> NDArray[np.float64]:
+def _resample(topic: _Resampling, times: NDArray[np.float64]) -> NDArray[np.float64]:
     """A topic's numbers at other times: on lines, but neither over gaps nor beyond its ends."""
-    place = np.clip(np.searchsorted(way.at, times), 1, way.at.size - 1)
-    before, after = way.at[place - 1], way.at[place]
-    lost = (after - before > GAP_PERIODS * way.period) & (before < times) & (times < after)
-    lost |= (times < way.at[0] - way.period) | (times > way.at[-1] + way.period)
-    values = np.column_stack([np.interp(times, way.at, column) for column in way.values.T])
+    place = np.clip(np.searchsorted(topic.at, times), 1, topic.at.size - 1)
+    before, after = topic.at[place - 1], topic.at[place]
+    lost = (after - before > GAP_PERIODS * topic.period) & (before < times) & (times < after)
+    lost |= (times < topic.at[0] - topic.period) | (times > topic.at[-1] + topic.period)
+    values = np.column_stack([np.interp(times, topic.at, column) for column in topic.values.T])
     values[lost] = np.nan
     return values
 
 
 def _sample_and_hold(
-    way: _Resampling, words: Sequence[str], times: NDArray[np.float64]
+    topic: _Resampling, words: Sequence[str], times: NDArray[np.float64]
 ) -> list[str]:
     """The label at each time: the last one told."""
-    last = np.searchsorted(way.at, times, side="right").tolist()
+    last = np.searchsorted(topic.at, times, side="right").tolist()
     return [words[i - 1] if i else "" for i in last]

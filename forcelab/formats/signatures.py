@@ -51,18 +51,7 @@ def is_bag_folder(path: Path) -> bool:
 
 
 def announced_kind(head: bytes) -> str:
-    """Name the kind of a file that announces itself in its first bytes.
-
-    Parameters
-    ----------
-    head : bytes
-        The start of the file; 4 KiB say all there is to say.
-
-    Returns
-    -------
-    str
-        With its article, such as ``"a PNG picture"``; empty for a kind that announces nothing.
-    """
+    """The kind that a file's first 4 KiB announce, such as ``"a PNG picture"``; empty if none."""
     for start, kind in _STARTS:
         if head.startswith(start):
             return kind
@@ -74,13 +63,7 @@ def announced_kind(head: bytes) -> str:
 
 
 def seems_to_be(head: bytes) -> str:
-    """What a file is, as far as its first bytes tell; never empty.
-
-    Parameters
-    ----------
-    head : bytes
-        As for :func:`announced_kind`.
-    """
+    """What a file is, as far as its first bytes tell; never empty."""
     if kind := announced_kind(head):
         return kind
     if not head.strip(b"\x00"):

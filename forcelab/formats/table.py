@@ -2,13 +2,16 @@
 
 Nothing is repaired in silence: what is left out, renamed, guessed or dropped is said in one
 remark each. The rules for time stamps and their units are in :mod:`~forcelab.formats.timestamps`,
-those for headers in :mod:`~forcelab.formats.table_sniff`.
+those for headers in :mod:`~forcelab.formats.table_sniff`, those for what a column is in
+:mod:`~forcelab.formats.table_columns`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -20,8 +23,6 @@ from forcelab.errors import InputError, UnclearRateError
 from forcelab.formats.label_tables import own_or_beside_tracks, sniff_labels
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.table_columns import (
-    Body,
-    ColumnPlan,
     ColumnRoles,
     TextColumn,
     choose_roles,
@@ -31,13 +32,14 @@ from forcelab.formats.table_columns import (
     is_unlabelled,
     label_column,
     missing_remark,
-    read_body,
     switch_remark,
 )
 from forcelab.formats.table_sniff import (
     HEAD,
     CellType,
+    Dialect,
     Layout,
+    NotANumberError,
     cell_type,
     continues_name,
     find_layout,
@@ -59,28 +61,15 @@ from forcelab.formats.timestamps import (
 from forcelab.labels import UNLABELLED, Track, from_codes
 from forcelab.text import counted, listed
 
-#: Names of files that are meant to be tables, whatever they hold.
+#: Suffixes of files that are tables, whatever they hold.
 _SUFFIXES = frozenset([".csv", ".tsv"])
 #: Of any other text, from its first row of data on, more than this share of the lines must be such
 #: rows, and more than one: prose has a line here and there that reads like a row of numbers.
 _TABLE_SHARE = 0.5
-#: How many columns a sentence names.
-NAMED_SHOWN = 20
-#: Why a column is left out that counts, and one whose name does not say so.
-_COUNTER_NOTE = "counting samples"
-_GUESSED_NOTE = "by its steps counting samples; if it is a signal, import it as one (--signal)"
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """Whether a file is a text table: rows of numbers, or a text called ``.csv`` or ``.tsv``.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    head : bytes
-        Its first 64 KiB.
-    """
+    """Whether a file is a text table: rows of numbers, or a text called ``.csv`` or ``.tsv``."""
     if not is_text(head):
         return False
     if path.suffix.lower() in _SUFFIXES:
@@ -97,60 +86,33 @@ def sniff(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, options: ReadOptions) -> list[Recording]:
-    """Read a table as one demonstration, called like the file.
+    """Read a table, and the labels beside it, as one demonstration, called like the file.
 
-    Parameters
-    ----------
-    path : Path
-        The file. A labels file beside it is read too, see
-        :func:`forcelab.formats.label_tables.has_labels_beside`.
-    options : ReadOptions
-        With `rate`, a table without stamps has that many rows a second, and as many samples a
-        second where a column counts them; one with stamps keeps them and has its features computed
-        at that rate.
-
-    Returns
-    -------
-    list of Recording
-        Exactly one.
-
-    Raises
-    ------
-    InputError
-        If the file holds no table, a cell is not what its column holds, there are neither stamps
-        nor a rate, or the stamps break the rules of :mod:`forcelab.formats.timestamps`.
+    With ``options.rate`` a table without times has that many rows a second, or as many samples
+    where a column counts them; one with times keeps them and has its features computed at that
+    rate.
     """
-    layout, encoding = sniff_layout(path)
+    layout = sniff_layout(path)
     with path.open("rb") as file:
         if sniff_labels(file.read(HEAD)):
             raise InputError(
                 f"{path} is a labels file (start, end, action), not a recording; put it beside its "
                 "recording NAME.csv as NAME.labels.csv and import that."
             )
-    roles = choose_roles(layout, options, str(path))
-    clock = None
-    if roles.time is not None:
-        clock = TimestampReader(layout.cells(roles.time), layout.dialect.decimal)
-    body = read_body(
-        path, layout, encoding, ColumnPlan(roles.numeric, roles.time, clock, roles.label)
-    )
-    table = _Table(
-        path, layout, roles, body, counter_columns(layout, roles, body.values, str(path))
-    )
-    remarks = [*layout.remarks, *_ragged(table, options.strict)]
-    if layout.sections and any(lines(path, encoding, int(body.lines[-1]))):
+    roles = choose_roles(layout, options)
+    table = _Table(layout, roles, _read_body(layout, roles))
+    remarks = [*layout.remarks, *table.ragged_remarks(options.strict)]
+    if layout.sections and any(lines(path, layout.encoding, int(table.body.lines[-1]))):
         remarks.append("More tables follow in the file; only the first one was read.")
-    repaired = _times(table, clock, options)
+    repaired = _times(table, options)
     remarks += repaired.remarks
-    label = label_column(layout, roles, body.words, str(path))
-    chosen, left_out = _signal_columns(table, label)
-    signals = np.column_stack([body.values[index][repaired.kept] for index in chosen])
-    channels = tuple(Channel(layout.columns[i].name, layout.columns[i].unit) for i in chosen)
-    wanted = table.roles.signals
-    unasked = [column for column, index in enumerate(chosen) if index not in wanted]
+    indices, left_out_remarks = _channel_columns(table)
+    signals = np.column_stack([table.body.values[index][repaired.rows] for index in indices])
+    channels = tuple(Channel(layout.columns[i].name, layout.columns[i].unit) for i in indices)
+    unrequested = [column for column, i in enumerate(indices) if i not in roles.signals]
     remarks += [
-        *left_out,
-        *switch_remark(signals, channels, unasked),
+        *left_out_remarks,
+        *switch_remark(signals, channels, unrequested),
         *missing_remark(signals, channels),
     ]
     for array in (repaired.times, signals):
@@ -158,259 +120,424 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     demonstration = Demonstration(
         path.stem, options.task or "", repaired.times, signals, channels, grid_rate=options.rate
     )
-    track = Track(options.author)
-    if label is not None:
-        track = _track(body.words[label], repaired, options.author)
-    tracks: tuple[Track, ...] = (track,) if track.segments else ()
-    tracks, more = own_or_beside_tracks(path, tracks, options, repaired.start, demonstration)
-    remarks += more
-    return [Recording(demonstration, tracks, tuple(remarks))]
+    tracks, label_remarks = own_or_beside_tracks(
+        path, _own_tracks(table, repaired, options), options, repaired.start, demonstration
+    )
+    return [Recording(demonstration, tracks, (*remarks, *label_remarks))]
+
+
+#: More rows with another number of cells than this share (and than one) are no slip of a logger.
+_RAGGED_SHARE = 0.05
+#: Rows read before that share is looked at.
+_RAGGED_ROWS = 1000
 
 
 @dataclass(frozen=True, slots=True)
-class _Table:
-    """A table as read, before it becomes a demonstration."""
+class _Body:
+    """The rows of a table, n of them."""
 
-    path: Path
-    layout: Layout
-    roles: ColumnRoles
-    body: Body
-    counters: Mapping[int, NDArray[np.float64]]
-
-    @property
-    def counter(self) -> int | None:
-        """The column whose counts stand in for stamps, where there are none."""
-        if self.roles.time is not None:
-            return None
-        return (
-            min(self.counters, default=None) if self.roles.counter is None else self.roles.counter
-        )
+    values: dict[int, NDArray[np.float64]]  #: of each numeric column, by index
+    words: dict[int, TextColumn]  #: all other columns but the one of times
+    lines: NDArray[np.int64]  #: 1-based line of each row
+    ragged: NDArray[np.bool_]  #: rows with another number of cells: all their samples are missing
+    #: Reader of the column of times, and what it gives.
+    times: tuple[TimestampReader, NDArray[np.float64]] | None = None
 
 
-def _ragged(table: _Table, strict: bool) -> tuple[str, ...]:
-    """A remark on rows with another number of cells; refused if strict."""
-    number = int(table.body.ragged.sum())
-    if not number:
-        return ()
-    line = int(table.body.lines[np.argmax(table.body.ragged)])
-    stamped = table.roles.time is not None or table.counter is not None
-    done = "dropped" if stamped else "taken as missing samples"
-    text = (
-        f"{counted(number, 'row')} with more or fewer than {table.layout.dialect.width} cells "
-        f"{'was' if number == 1 else 'were'} {done}, the first in line {line}"
-    )
-    if strict:
-        raise InputError(f"{table.path}, line {line}: {text}; mend it or let it be repaired.")
-    return (f"{text}.",)
+def _read_body(layout: Layout, roles: ColumnRoles) -> _Body:
+    """Read all rows of a table.
 
-
-def _times(
-    table: _Table, clock: TimestampReader | None, options: ReadOptions
-) -> RepairedTimestamps:
-    """The repaired stamps, or an even grid where there are none."""
-    path, lines = table.path, table.body.lines
-    if clock is None or table.roles.time is None or table.body.stamps is None:
-        if options.rate is not None:
-            return _even_times(table, options.rate, options.strict)
-        if table.layout.rate is None:
-            raise _no_times(table)
-        placed = _even_times(table, table.layout.rate, options.strict)
-        remark = f"The file says that there are {table.layout.rate:g} samples a second."
-        return replace(placed, remarks=(remark, *placed.remarks))
-    column = table.layout.columns[table.roles.time]
-    whole = np.flatnonzero(~table.body.ragged)
-    raw = clock.finish(table.body.stamps[whole], unit_of_time(column), path, column.name)
-    repaired = repair_timestamps(
-        raw, lines[whole], str(path), strict=options.strict, jitter=options.jitter
-    )
-    return RepairedTimestamps(
-        repaired.times, whole[repaired.kept], repaired.start, (*raw.remarks, *repaired.remarks)
-    )
-
-
-def _no_times(table: _Table) -> UnclearRateError:
-    """The error for a table without stamps and without a rate."""
-    columns, counter = table.layout.columns, table.counter
-    counts = f"'{columns[counter].name}' counts the samples" if counter is not None else ""
-    if table.roles.counter is not None:
-        return UnclearRateError(f"{table.path}: {counts}; say how many there are a second.")
-    # Of those that are called so one was taken, unless they all stand still.
-    stuck = [columns[index].name for index in table.roles.clocks]
-    names = listed([column.name for column in columns], NAMED_SHOWN)
-    what = (
-        f"has in '{stuck[0]}' one and the same time throughout"
-        if stuck
-        else f"has no column of times among {names}"
-    )
-    return UnclearRateError(
-        f"{table.path} {what}{'; ' + counts if counts else ''}; name the column of times, or say "
-        "how many samples there are a second."
-    )
-
-
-def _even_times(table: _Table, rate: float, strict: bool) -> RepairedTimestamps:
-    """The rows at a rate: where their counter says, if there is one, else one after the other."""
-    lines, counter = table.body.lines, table.counter
-    if counter is None:
-        return RepairedTimestamps(np.arange(lines.size) / rate, np.arange(lines.size), 0.0, ())
-    raw = RawTimestamps(table.counters[counter], per_second=rate)
-    repaired = repair_timestamps(raw, lines, str(table.path), strict=strict)
-    name = table.layout.columns[counter].name
-    total = round(float(np.nanmax(raw.values))) + 1
-    lost = total - int(np.unique(raw.values[~np.isnan(raw.values)]).size)
-    # The same for all files of which nothing was lost, however long: it is told once then.
-    much = f"{lost:,} of {total:,} were lost" if lost else "none was lost"
-    remark = f"'{name}' counts the samples and places the rows: {much}."
-    remarks = (remark, *_restart(table, counter), *repaired.remarks)
-    return replace(repaired, remarks=remarks)
-
-
-def _restart(table: _Table, counter: int) -> tuple[str, ...]:
-    """A remark on restarts of the device, after which nothing tells how long it was off."""
-    rows = counter_restarts(table.body.values[counter])
-    if not rows.size:
-        return ()
-    often = "once" if rows.size == 1 else f"{rows.size:,} times"
-    return (
-        f"'{table.layout.columns[counter].name}' begins again {often}, first in line "
-        f"{table.body.lines[rows[0]]}, as of a device that was restarted: a gap of unknown length, "
-        "over which the times go on as if nothing was lost; import the parts as files of their own "
-        "to keep them apart.",
-    )
-
-
-def _signal_columns(table: _Table, label: int | None) -> tuple[list[int], list[str]]:
-    """The columns that become channels, and remarks on those left out."""
-    chosen: list[int] = []
-    left_out: dict[str, list[str]] = {}
-    for index, column in enumerate(table.layout.columns):
-        if index in (table.roles.time, label) or _is_constant(table, index):
-            continue
-        why = _refusal(table, index)
-        if why == _COUNTER_NOTE and index == table.counter:
-            continue  # that it places the rows is said already
-        if why:
-            name = column.name if column.named else column.name.removeprefix("column ")
-            left_out.setdefault(why, []).append(name)
+    Errors name the line of the first cell that is not what its column holds. A table in which more
+    than 5 % of the rows (and more than one) have another number of cells is refused.
+    """
+    dialect, reader = layout.dialect, None
+    if roles.time is not None:
+        reader = TimestampReader(layout.cells(roles.time), dialect.decimal)
+    read_numbers = partial(numbers, decimal=dialect.decimal)
+    everything = range(len(layout.columns))
+    words = {i: TextColumn() for i in everything if i not in roles.numeric and i != roles.time}
+    # Those that hold nothing but ordinary numbers can be read together.
+    plain = [
+        i for i in everything if i in roles.numeric or (i == roles.time and reader and reader.plain)
+    ]
+    rest = [i for i in everything if i not in plain]
+    blocks: dict[int, list[NDArray[np.float64]]] = {i: [] for i in everything if i not in words}
+    line_blocks: list[NDArray[np.int64]] = []
+    ragged: list[NDArray[np.bool_]] = []
+    for line_numbers, rows in lines(
+        layout.path, layout.encoding, layout.skip, sections=layout.sections
+    ):
+        line_blocks.append(np.array(line_numbers, np.int64))
+        quick = _parse_block(rows, dialect, plain)
+        columns: dict[int, Sequence[str]]
+        if quick is not None:
+            ragged.append(np.zeros(len(rows), np.bool_))
+            for place, index in enumerate(plain):
+                blocks[index].append(quick[:, place])
+            columns = {index: _one_column(rows, dialect, index) for index in rest}
         else:
-            chosen.append(index)
-    if not chosen:
-        wordy = [f"'{name}'" for name in left_out.get("words, not numbers", ())]
-        raise InputError(
-            f"{table.path} has no column of numbers besides its times"
-            f"{'; words stand in ' + ', '.join(wordy) if wordy else ''}; there is nothing to "
-            "import."
-        )
-    remarks = []
-    nameless = [table.layout.columns[i].name for i in chosen if not table.layout.columns[i].named]
-    if nameless and any(column.named for column in table.layout.columns):
-        which = "a column" if len(nameless) == 1 else f"{len(nameless)} columns"
-        remarks.append(f"The header leaves {which} without a name, called {', '.join(nameless)}.")
-    for why, names in left_out.items():
-        columns = (
-            f"Column {names[0]} was" if len(names) == 1 else f"Columns {', '.join(names)} were"
-        )
-        remarks.append(f"{columns} left out: {why}.")
-    return chosen, remarks
+            cells = _split_rows(layout.path, line_numbers, rows, dialect)
+            ragged.append(_pad_rows(cells, dialect))
+            if ragged[-1].any() and sum(block.size for block in ragged) >= _RAGGED_ROWS:
+                _refuse_ragged(layout, line_blocks, ragged)
+            columns = dict(enumerate(zip(*cells, strict=True)))
+        for index, column in columns.items():
+            if index in words:
+                words[index].read(column)
+                continue
+            read_cells = reader.read if reader and index == roles.time else read_numbers
+            try:
+                blocks[index].append(read_cells(column))
+            except NotANumberError as error:
+                raise _no_number(layout, roles, index, line_numbers, error) from error
+    _refuse_ragged(layout, line_blocks, ragged)
+    values = {index: np.concatenate(column) for index, column in blocks.items()}
+    for index, text in list(words.items()):
+        text.close()
+        if layout.kinds[index] is CellType.MISSING and index != roles.label and not text.empty:
+            # The head of the table, all that was known so far, left this column empty.
+            with suppress(NotANumberError):
+                values[index] = read_numbers(text.words)[text.codes]
+                del words[index]
+    times = None
+    if reader and roles.time is not None:
+        times = reader, values.pop(roles.time)
+    return _Body(values, words, np.concatenate(line_blocks), np.concatenate(ragged), times)
 
 
-def _is_constant(table: _Table, index: int) -> bool:
-    """Whether a column is what a separator at the end of each row makes."""
-    words = table.body.words.get(index)
-    return words is not None and words.empty and not table.layout.columns[index].named
-
-
-def _refusal(table: _Table, index: int) -> str:
-    """Why a column becomes no channel; empty where it does."""
-    column, body = table.layout.columns[index], table.body
-    if index in table.roles.signals:
-        return ""
-    if index in table.roles.left_out:
-        return "not wanted"
-    if index in table.roles.clocks:
-        return "times too"
-    if index in table.counters:
-        told = index == table.roles.counter or (column.named and is_counter_name(column.name))
-        return _COUNTER_NOTE if told else _GUESSED_NOTE
-    if index in body.words:
-        return "empty" if body.words[index].empty else "words, not numbers"
-    alone = is_index(column, table.layout.cells(index)) and continues_name(
-        body.values[index], column
+def _no_number(
+    layout: Layout,
+    roles: ColumnRoles,
+    index: int,
+    line_numbers: Sequence[int],
+    error: NotANumberError,
+) -> InputError:
+    """The error for a cell that is not what its column holds."""
+    shown = error.cell if len(error.cell) <= 40 else error.cell[:37] + "..."
+    return InputError(
+        f"{layout.path}, line {line_numbers[error.index]}: {shown!r} in column "
+        f"'{layout.columns[index].name}' is not a "
+        f"{'stamp' if index == roles.time else 'number'}; mend the cell or empty it."
     )
-    return "counting rows only" if alone else ""
 
 
-def _track(words: TextColumn, repaired: RepairedTimestamps, author: str) -> Track:
-    """The label column as a track."""
-    actions: dict[str, int] = {}
-    numbers = np.full(len(words.words), UNLABELLED, np.int64)
-    for code, word in enumerate(words.words):
-        if not is_unlabelled(word):
-            numbers[code] = actions.setdefault(word, len(actions))
-    codes = numbers[words.codes[repaired.kept]]
-    return Track(author, from_codes(codes, repaired.times, list(actions)))
+def _sample_body(layout: Layout, roles: ColumnRoles) -> _Body:
+    """The first rows alone; cells that are no numbers are named when the table is read."""
+    values, words, decimal = {}, {}, layout.dialect.decimal
+    for index in range(len(layout.columns)):
+        cells = layout.cells(index)
+        if index in roles.numeric:
+            kinds = (cell_type(cell, decimal) for cell in cells)
+            pairs = zip(cells, kinds, strict=True)
+            plain = [cell if kind is CellType.NUMBER else "" for cell, kind in pairs]
+            values[index] = numbers(plain, decimal)
+        elif index != roles.time:
+            words[index] = TextColumn()
+            words[index].read(cells)
+            words[index].close()
+    count = len(layout.sample)
+    return _Body(values, words, np.arange(1, count + 1), np.zeros(count, np.bool_))
+
+
+def _split_rows(
+    path: Path, line_numbers: Sequence[int], rows: Sequence[str], dialect: Dialect
+) -> list[list[str]]:
+    try:
+        return dialect.split(rows)
+    except ValueError as error:
+        raise InputError(
+            f"{path}: {error} between lines {line_numbers[0]} and {line_numbers[-1]}; a cell must "
+            "end on the line on which it starts."
+        ) from error
+
+
+def _parse_block(
+    rows: list[str], dialect: Dialect, columns: Sequence[int]
+) -> NDArray[np.float64] | None:
+    """The columns of plain numbers of a block, read three times as fast as cell by cell.
+
+    None where a cell is missing or quoted, a row is ragged, or decimal marks are commas.
+    """
+    mark, others = dialect.separator, len(columns) < dialect.width
+    if dialect.decimal != "." or not columns or (others and mark is None):
+        return None
+    if mark and not all(row.count(mark) == dialect.width - 1 for row in rows):
+        return None
+    if any('"' in row for row in rows):
+        return None
+    try:
+        table = np.loadtxt(
+            rows,
+            delimiter=mark,
+            comments=None,
+            ndmin=2,
+            usecols=columns if others else None,
+        )
+    except ValueError:
+        return None
+    if table.shape != (len(rows), len(columns)):
+        return None
+    table[~np.isfinite(table)] = np.nan
+    return table
+
+
+def _one_column(rows: list[str], dialect: Dialect, index: int) -> list[str]:
+    """The cells of one column of rows without quotes, split from the nearer end."""
+    mark, behind = dialect.separator, dialect.width - 1 - index
+    if behind < index:
+        return [row.rsplit(mark, behind + 1)[-behind - 1] for row in rows]
+    return [row.split(mark, index + 1)[index] for row in rows]
+
+
+def _pad_rows(table: list[list[str]], dialect: Dialect) -> NDArray[np.bool_]:
+    """Make all rows equally wide; mark those that needed more than spare separators dropped."""
+    ragged = np.zeros(len(table), np.bool_)
+    if set(map(len, table)) == {dialect.width}:
+        return ragged
+    for i, row in enumerate(table):
+        while len(row) > dialect.width and not row[-1].strip():
+            row.pop()
+        if len(row) != dialect.width:
+            ragged[i] = True
+            table[i] = [""] * dialect.width
+    return ragged
+
+
+def _refuse_ragged(
+    layout: Layout, line_blocks: Sequence[NDArray[np.int64]], ragged: Sequence[NDArray[np.bool_]]
+) -> None:
+    """Refuse a table too many of whose rows are ragged."""
+    marks = np.concatenate(ragged)
+    bad = int(marks.sum())
+    if bad > max(1.0, _RAGGED_SHARE * marks.size):
+        line = np.concatenate(line_blocks)[np.argmax(marks)]
+        raise InputError(
+            f"{layout.path}, line {line}: {bad:,} of {marks.size:,} rows do not have "
+            f"{layout.dialect.width} cells as most have; export the table again with one separator "
+            "between cells."
+        )
 
 
 Use = Literal["signal", "times", "counter", "labels", "left out"]
 #: What any column of a table can be made, besides what it is taken for.
 ANY_USE: tuple[Use, ...] = ("signal", "times", "counter", "labels", "left out")
+#: Why a column is left out that counts although its name does not say so.
+_GUESSED_NOTE = "by its steps counting samples; if it is a signal, import it as one (--signal)"
+
+
+class _Table:
+    """A table, or its first rows, and what each of its columns is used for."""
+
+    def __init__(self, layout: Layout, roles: ColumnRoles, body: _Body) -> None:
+        self.layout, self.roles, self.body = layout, roles, body
+        self.counters: Mapping[int, NDArray[np.float64]] = counter_columns(
+            layout, roles, body.values
+        )
+        self.label = label_column(layout, roles, body.words)
+        #: The column whose counts stand in for times, where there are none.
+        self.counter = roles.counter
+        if roles.time is not None:
+            self.counter = None
+        elif roles.counter is None:
+            self.counter = min(self.counters, default=None)
+
+    def use(self, index: int) -> tuple[Use, str]:
+        """What a column is used for, and why it becomes no channel; empty where that is plain."""
+        column, roles, words = self.layout.columns[index], self.roles, self.body.words.get(index)
+        use: Use = "left out"
+        why = ""
+        if index == roles.time:
+            use = "times"
+        elif index == self.label:
+            use = "labels"
+        elif index in roles.signals:
+            use = "signal"
+        elif words is not None and words.empty and not column.named:
+            pass  # what a separator at the end of each row makes
+        elif index in roles.left_out:
+            why = "not wanted"
+        elif index in roles.other_times:
+            why = "times too"
+        elif index in self.counters:
+            use = "counter"
+            if index != roles.counter and not (column.named and is_counter_name(column.name)):
+                why = _GUESSED_NOTE
+            elif index != self.counter:  # of which a remark says that it places the rows
+                why = "counting samples"
+        elif words is not None:
+            why = "empty" if words.empty else "words, not numbers"
+        elif is_index(column, self.layout.cells(index)) and continues_name(
+            self.body.values[index], column
+        ):
+            why = "counting rows only"
+        else:
+            use = "signal"
+        return use, why
+
+    def ragged_remarks(self, strict: bool) -> tuple[str, ...]:
+        """A remark on rows with another number of cells; refused if strict."""
+        number = int(self.body.ragged.sum())
+        if not number:
+            return ()
+        line = int(self.body.lines[np.argmax(self.body.ragged)])
+        dropped = self.roles.time is not None or self.counter is not None
+        text = (
+            f"{counted(number, 'row')} with more or fewer than {self.layout.dialect.width} cells "
+            f"{'was' if number == 1 else 'were'} "
+            f"{'dropped' if dropped else 'taken as missing samples'}, the first in line {line}"
+        )
+        if strict:
+            raise InputError(
+                f"{self.layout.path}, line {line}: {text}; mend it or let it be repaired."
+            )
+        return (f"{text}.",)
+
+
+def _times(table: _Table, options: ReadOptions) -> RepairedTimestamps:
+    """The repaired times of the column that holds them, or an even grid where there is none."""
+    layout, body = table.layout, table.body
+    if table.roles.time is None or body.times is None:
+        return _even_times(table, options)
+    reader, stamps = body.times
+    column = layout.columns[table.roles.time]
+    complete = np.flatnonzero(~body.ragged)
+    raw = reader.finish(stamps[complete], unit_of_time(column), layout.path, column.name)
+    repaired = repair_timestamps(
+        raw,
+        body.lines[complete],
+        str(layout.path),
+        strict=options.strict,
+        jitter=options.jitter,
+    )
+    remarks = (*raw.remarks, *repaired.remarks)
+    return replace(repaired, rows=complete[repaired.rows], remarks=remarks)
+
+
+def _even_times(table: _Table, options: ReadOptions) -> RepairedTimestamps:
+    """Rows at a rate: where their counter says, if there is one, else one after the other."""
+    layout, lines, counter = table.layout, table.body.lines, table.counter
+    rate, remarks = options.rate, []
+    if rate is None:
+        rate = layout.rate
+        if rate is None:
+            raise _unclear_rate(table)
+        remarks = [f"The file says that there are {rate:g} samples a second."]
+    if counter is None:
+        rows = np.arange(lines.size)
+        return RepairedTimestamps(rows / rate, rows, 0.0, tuple(remarks))
+    raw = RawTimestamps(table.counters[counter], per_second=rate)
+    repaired = repair_timestamps(raw, lines, str(layout.path), strict=options.strict)
+    total = round(float(np.nanmax(raw.values))) + 1
+    lost = total - int(np.unique(raw.values[~np.isnan(raw.values)]).size)
+    # The same for all files of which nothing was lost, however long, so that it is told once.
+    result = f"{lost:,} of {total:,} were lost" if lost else "none was lost"
+    name = layout.columns[counter].name
+    remarks.append(f"'{name}' counts the samples and places the rows: {result}.")
+    restarts = counter_restarts(table.body.values[counter])
+    if restarts.size:
+        often = "once" if restarts.size == 1 else f"{restarts.size:,} times"
+        remarks.append(
+            f"'{name}' begins again {often}, first in line {lines[restarts[0]]}, as of a device "
+            "that was restarted: a gap of unknown length, over which the times go on as if nothing "
+            "was lost; import the parts as files of their own to keep them apart."
+        )
+    return replace(repaired, remarks=(*remarks, *repaired.remarks))
+
+
+#: How many columns a sentence names.
+_NAMED = 20
+
+
+def _unclear_rate(table: _Table) -> UnclearRateError:
+    """The error for a table without times and without a rate."""
+    path, columns, counter = table.layout.path, table.layout.columns, table.counter
+    counts = f"'{columns[counter].name}' counts the samples" if counter is not None else ""
+    if table.roles.counter is not None:
+        return UnclearRateError(f"{path}: {counts}; say how many there are a second.")
+    # A column that is named as times was taken, unless all of those stand still.
+    constant = [columns[index].name for index in table.roles.other_times]
+    names = listed([column.name for column in columns], _NAMED)
+    what = (
+        f"has in '{constant[0]}' one and the same time throughout"
+        if constant
+        else f"has no column of times among {names}"
+    )
+    return UnclearRateError(
+        f"{path} {what}{'; ' + counts if counts else ''}; name the column of times, or say how "
+        "many samples there are a second."
+    )
+
+
+def _channel_columns(table: _Table) -> tuple[list[int], list[str]]:
+    """The columns that become channels, and remarks on those left out."""
+    columns = table.layout.columns
+    chosen: list[int] = []
+    left_out: dict[str, list[str]] = {}
+    for index, column in enumerate(columns):
+        use, why = table.use(index)
+        if use == "signal":
+            chosen.append(index)
+        elif why:
+            name = column.name if column.named else column.name.removeprefix("column ")
+            left_out.setdefault(why, []).append(name)
+    if not chosen:
+        words = [f"'{name}'" for name in left_out.get("words, not numbers", ())]
+        raise InputError(
+            f"{table.layout.path} has no column of numbers besides its times"
+            f"{'; words stand in ' + ', '.join(words) if words else ''}; there is nothing to "
+            "import."
+        )
+    remarks = []
+    nameless = [columns[index].name for index in chosen if not columns[index].named]
+    if nameless and any(column.named for column in columns):
+        which = "a column" if len(nameless) == 1 else f"{len(nameless)} columns"
+        remarks.append(f"The header leaves {which} without a name, called {', '.join(nameless)}.")
+    for why, names in left_out.items():
+        subject = (
+            f"Column {names[0]} was" if len(names) == 1 else f"Columns {', '.join(names)} were"
+        )
+        remarks.append(f"{subject} left out: {why}.")
+    return chosen, remarks
+
+
+def _own_tracks(
+    table: _Table, repaired: RepairedTimestamps, options: ReadOptions
+) -> tuple[Track, ...]:
+    """The label column as a track, if there are labels."""
+    if table.label is None:
+        return ()
+    column = table.body.words[table.label]
+    actions: dict[str, int] = {}
+    numbers = np.full(len(column.words), UNLABELLED, np.int64)
+    for code, word in enumerate(column.words):
+        if not is_unlabelled(word):
+            numbers[code] = actions.setdefault(word, len(actions))
+    codes = numbers[column.codes[repaired.rows]]
+    segments = from_codes(codes, repaired.times, list(actions))
+    return (Track(options.author, segments),) if segments else ()
 
 
 @dataclass(frozen=True, slots=True)
 class ColumnUse:
-    """A column and what it is read as.
-
-    Parameters
-    ----------
-    name, unit : str
-        As in the header; the unit is empty where there is none.
-    use : "signal", "times", "counter", "labels" or "left out"
-        A counter is no signal; where there are no times it stands in for them.
-    cells : tuple of str
-        Its first cells, as they stand in the file.
-    choices : tuple
-        What it can be made.
-    """
+    """A column and what it is read as."""
 
     name: str
     unit: str
-    use: Use
-    cells: tuple[str, ...]
-    choices: tuple[Use, ...] = ANY_USE
+    use: Use  #: a counter is no signal; where there are no times it stands in for them
+    cells: tuple[str, ...]  #: the first ones, as they stand in the file
+    choices: tuple[Use, ...] = ANY_USE  #: what it can be made
 
 
 def preview_table(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
-    """Tell what the columns of a table are read as, without reading all of it.
-
-    Parameters
-    ----------
-    path : Path
-        The table.
-    options : ReadOptions
-        As for reading it.
-
-    Raises
-    ------
-    InputError
-        If its first lines hold no table or the options do not fit.
-    """
-    layout, _ = sniff_layout(path)
-    roles = choose_roles(layout, options, str(path))
-    decimal = layout.dialect.decimal
-    values = {index: _values(layout.cells(index), decimal) for index in roles.numeric}
-    counting = set(counter_columns(layout, roles, values, str(path)))
-    words = {}
-    for index in range(len(layout.columns)):
-        if index not in values and index != roles.time:
-            words[index] = TextColumn()
-            words[index].read(layout.cells(index))
-            words[index].close()
-    label = label_column(layout, roles, words, str(path))
+    """What the columns of a table would be read as, from its first lines."""
+    layout = sniff_layout(path)
+    roles = choose_roles(layout, options)
+    table = _Table(layout, roles, _sample_body(layout, roles))
     return tuple(
         ColumnUse(
             column.name,
             column.unit,
-            "labels" if index == label else _use(layout, roles, counting, index),
+            table.use(index)[0],
             tuple(cell.strip() for cell in layout.cells(index)[:3]),
         )
         for index, column in enumerate(layout.columns)
@@ -418,33 +545,5 @@ def preview_table(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
 
 
 def rate_in(path: Path) -> float | None:
-    """The samples a second that lines before a table tell, such as in a Vicon export.
-
-    Raises
-    ------
-    InputError
-        If its first lines hold no table.
-    """
-    return sniff_layout(path)[0].rate
-
-
-def _values(cells: Sequence[str], decimal: str) -> NDArray[np.float64]:
-    """The numbers of some cells; what is none is told with its line when the table is read."""
-    kinds = (cell_type(cell, decimal) for cell in cells)
-    pairs = zip(cells, kinds, strict=True)
-    return numbers([cell if kind is CellType.NUMBER else "" for cell, kind in pairs], decimal)
-
-
-def _use(layout: Layout, roles: ColumnRoles, counting: set[int], index: int) -> Use:
-    """What one column is read as."""
-    if index == roles.time:
-        return "times"
-    if index in roles.signals:
-        return "signal"
-    if index in roles.left_out or index in roles.clocks:
-        return "left out"
-    if index in counting:
-        return "counter"
-    if is_index(layout.columns[index], layout.cells(index)):
-        return "left out"
-    return "signal" if layout.kinds[index] is CellType.NUMBER else "left out"
+    """The samples a second that lines before a table tell, as in a Vicon export."""
+    return sniff_layout(path).rate

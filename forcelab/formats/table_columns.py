@@ -1,8 +1,8 @@
-"""The rows of a text table as columns, and what each column is: time, label, counter or signal.
+"""What each column of a text table is: times, labels, a sample counter or a signal.
 
 A counter goes on by the same step from row to row. Where it goes on by several steps samples were
 lost. Where it falls it has begun again at zero: near its largest number by a turn, elsewhere as the
-device was restarted, and nobody knows for how long it was off. So may the angle of a motor that
+device was restarted, and it is not known for how long it was off. So may the angle of a motor that
 turns at an even speed: a column that is named after what it measures is never taken for a counter.
 """
 
@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,41 +23,27 @@ from forcelab.formats.table_sniff import (
     SECONDS_IN,
     CellType,
     Column,
-    Dialect,
     Layout,
-    NotANumberError,
     cell_type,
     find_column,
     is_index,
     is_label_name,
     is_time_name,
-    lines,
     numbers,
 )
-from forcelab.formats.timestamps import TimestampReader, epoch_unit
+from forcelab.formats.timestamps import epoch_unit
 from forcelab.labels import means_unlabelled
 from forcelab.text import counted
 
-#: More rows with another number of cells than this share (and than one) are no slip of a logger.
-_RAGGED_SHARE = 0.05
-#: Rows read before that share is looked at.
-_RAGGED_ROWS = 1000
-
 
 class TextColumn:
-    """A column of words, each kept once.
-
-    Attributes
-    ----------
-    codes : ndarray of int32, shape (n,)
-        Index into `words`, once :meth:`close` has been called.
-    words : list of str
-        In the order of their first occurrence.
-    """
+    """A column of words, each stored once."""
 
     def __init__(self) -> None:
         self._index: dict[str, int] = {}
         self._blocks: list[NDArray[np.int32]] = []
+        #: Index of each row into `words`, which come in the order of their first occurrence; both
+        #: once the column is closed.
         self.codes = np.empty(0, np.int32)
         self.words: list[str] = []
 
@@ -82,212 +66,6 @@ class TextColumn:
         return all(word.lower() in MISSING for word in self.words)
 
 
-@dataclass(frozen=True, slots=True)
-class ColumnPlan:
-    """What the columns of a table are read as; those not named here are words.
-
-    Parameters
-    ----------
-    numeric : collection of int
-        Columns of numbers.
-    time : int or None
-        The column of stamps.
-    clock : TimestampReader or None
-        Its reader.
-    label : int or None
-        The column of labels: words, whatever it holds.
-    """
-
-    numeric: Collection[int]
-    time: int | None = None
-    clock: TimestampReader | None = None
-    label: int | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Body:
-    """All rows of a table.
-
-    Parameters
-    ----------
-    values : dict of int to ndarray, shape (n,)
-        The numbers of each numeric column, by its index.
-    words : dict of int to Words
-        The other columns, by index.
-    stamps : ndarray, shape (n,), or None
-        The values of the clock reader, if there is one.
-    lines : ndarray of int, shape (n,)
-        1-based line of each row.
-    ragged : ndarray of bool, shape (n,)
-        Rows with another number of cells: all their samples are missing.
-    """
-
-    values: dict[int, NDArray[np.float64]]
-    words: dict[int, TextColumn]
-    stamps: NDArray[np.float64] | None
-    lines: NDArray[np.int64]
-    ragged: NDArray[np.bool_]
-
-
-def read_body(path: Path, layout: Layout, encoding: str, plan: ColumnPlan) -> Body:
-    """Read all rows of a table.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    layout : Layout
-        How it is written.
-    encoding : str
-        How its text is encoded.
-    plan : Plan
-        What its columns are read as.
-
-    Raises
-    ------
-    InputError
-        With the line of the first cell that is not what its column holds, or if more than 5 % of
-        the rows (and more than one) have another number of cells.
-    """
-    blocks: list[list[NDArray[np.float64]]] = [[] for _ in layout.columns]
-    words = {
-        i: TextColumn() for i in range(len(blocks)) if i not in plan.numeric and i != plan.time
-    }
-    plain = [i for i in range(len(blocks)) if i in plan.numeric]
-    if plan.clock and plan.time is not None and plan.clock.plain:
-        plain = sorted([*plain, plan.time])
-    rest = [i for i in range(len(blocks)) if i not in plain]
-    at: list[NDArray[np.int64]] = []
-    ragged: list[NDArray[np.bool_]] = []
-    for line_numbers, rows in lines(path, encoding, layout.skip, sections=layout.sections):
-        at.append(np.array(line_numbers, np.int64))
-        quick = _parse_block(rows, layout.dialect, plain)
-        columns: dict[int, Sequence[str]]
-        if quick is not None:
-            ragged.append(np.zeros(len(rows), np.bool_))
-            for place, index in enumerate(plain):
-                blocks[index].append(quick[:, place])
-            columns = {index: _one_column(rows, layout.dialect, index) for index in rest}
-        else:
-            table = _split(path, line_numbers, rows, layout.dialect)
-            ragged.append(_pad_rows(table, layout.dialect))
-            _refuse_ragged(path, layout.dialect.width, at, ragged, final=False)
-            columns = dict(enumerate(zip(*table, strict=True)))
-        index = 0
-        try:
-            for index, cells in columns.items():
-                if index in words:
-                    words[index].read(cells)
-                elif plan.clock and index == plan.time:
-                    blocks[index].append(plan.clock.read(cells))
-                else:
-                    blocks[index].append(numbers(cells, layout.dialect.decimal))
-        except NotANumberError as error:
-            shown = error.cell if len(error.cell) <= 40 else error.cell[:37] + "..."
-            raise InputError(
-                f"{path}, line {line_numbers[error.index]}: {shown!r} in column "
-                f"'{layout.columns[index].name}' is not a "
-                f"{'stamp' if index == plan.time else 'number'}; mend the cell or empty it."
-            ) from error
-    _refuse_ragged(path, layout.dialect.width, at, ragged, final=True)
-    values = {i: np.concatenate(block) for i, block in enumerate(blocks) if block}
-    stamps = values.pop(plan.time, None) if plan.time is not None else None
-    for index, column in list(words.items()):
-        column.close()
-        if layout.kinds[index] is CellType.MISSING and index != plan.label and not column.empty:
-            # The head of the table, all that was known so far, left this column empty.
-            with suppress(NotANumberError):
-                values[index] = numbers(column.words, layout.dialect.decimal)[column.codes]
-                del words[index]
-    return Body(values, words, stamps, np.concatenate(at), np.concatenate(ragged))
-
-
-def _split(
-    path: Path, line_numbers: Sequence[int], rows: Sequence[str], dialect: Dialect
-) -> list[list[str]]:
-    """The cells of a block."""
-    try:
-        return dialect.split(rows)
-    except ValueError as error:
-        raise InputError(
-            f"{path}: {error} between lines {line_numbers[0]} and {line_numbers[-1]}; a cell must "
-            "end on the line on which it starts."
-        ) from error
-
-
-def _parse_block(
-    rows: list[str], dialect: Dialect, columns: Sequence[int]
-) -> NDArray[np.float64] | None:
-    """The columns of plain numbers of a block, read three times as fast as cell by cell.
-
-    None where a cell is missing or quoted, a row is ragged, or decimal marks are commas.
-    """
-    mark, others = dialect.separator, len(columns) < dialect.width
-    if dialect.decimal != "." or not columns or (others and mark is None):
-        return None
-    if mark and not all(row.count(mark) == dialect.width - 1 for row in rows):
-        return None
-    if any('"' in row for row in rows):
-        return None
-    try:
-        table = np.loadtxt(
-            rows,
-            delimiter=mark,
-            comments=None,
-            ndmin=2,
-            usecols=columns if others else None,
-        )
-    except ValueError:
-        return None
-    if table.shape != (len(rows), len(columns)):
-        return None
-    table[~np.isfinite(table)] = np.nan
-    return table
-
-
-def _one_column(rows: list[str], dialect: Dialect, index: int) -> list[str]:
-    """The cells of one column of rows without quotes, split from the nearer end."""
-    mark, behind = dialect.separator, dialect.width - 1 - index
-    if behind < index:
-        return [row.rsplit(mark, behind + 1)[-behind - 1] for row in rows]
-    return [row.split(mark, index + 1)[index] for row in rows]
-
-
-def _pad_rows(table: list[list[str]], dialect: Dialect) -> NDArray[np.bool_]:
-    """Make all rows equally wide; mark those that needed more than spare separators dropped."""
-    ragged = np.zeros(len(table), np.bool_)
-    if set(map(len, table)) == {dialect.width}:
-        return ragged
-    for i, row in enumerate(table):
-        while len(row) > dialect.width and not row[-1].strip():
-            row.pop()
-        if len(row) != dialect.width:
-            ragged[i] = True
-            table[i] = [""] * dialect.width
-    return ragged
-
-
-def _refuse_ragged(
-    path: Path,
-    width: int,
-    at: Sequence[NDArray[np.int64]],
-    ragged: Sequence[NDArray[np.bool_]],
-    *,
-    final: bool,
-) -> None:
-    """Refuse a table once too many of its rows are ragged."""
-    if not ragged[-1].any() and not final:
-        return
-    total = sum(block.size for block in ragged)
-    bad = sum(int(block.sum()) for block in ragged)
-    if bad > max(1.0, _RAGGED_SHARE * total) and (final or total >= _RAGGED_ROWS):
-        line = next(int(a[np.argmax(r)]) for a, r in zip(at, ragged, strict=True) if r.any())
-        raise InputError(
-            f"{path}, line {line}: {bad:,} of {total:,} rows do not have {width} cells as most "
-            "have; export the table again with one separator between cells."
-        )
-
-
 #: After how many values counters begin again: whole bytes, and whole decimal places.
 _TURNS = (2**8, 10**3, 2**12, 10**4, 2**15, 2**16, 10**5, 10**6, 2**24, 2**31, 2**32)
 #: So near its end, or so near in parts of what it counts to, a counter has turned when it falls.
@@ -296,14 +74,14 @@ _NEAR, _NEAR_PART = 1000, 0.05
 #: large a share of all steps must be the same; a name that says so needs less.
 _FEWEST, _FEWEST_NAMED = 100, 4
 _ALIKE, _ALIKE_NAMED = 0.98, 0.8
-_NAME = re.compile(
+_COUNTER_NAME = re.compile(
     r"(?:.*[\W_])?(?:counter|count|cnt|packets?|paket(?:nr|nummer)?|seq|sequence|ticks?|samples?"
     r"|frames?|idx|index|row|nr|no|number|nummer|z(?:ä|ae)hler|lfdnr|compteur|contador)"
     r"(?:[\W_]*(?:nr|no|number|num|id|index|counter|count|#))?",
     re.IGNORECASE,
 )
 #: Words of quantities that a machine at an even speed raises by whole steps.
-_MEASURED = re.compile(
+_MEASURED_NAME = re.compile(
     r"(?:.*[\W\d_])?(?:enc|encoders?|motors?|stepper|wheels?|pulses?|pos|position|distance|weg|disp"
     r"|displacement|travel|stroke|extension|angle|winkel|height|depth)(?:[\W\d_].*)?",
     re.IGNORECASE,
@@ -312,107 +90,80 @@ _MEASURED = re.compile(
 
 def is_counter_name(name: str) -> bool:
     """Whether a column's name says that it counts, such as ``packet_no`` or ``Paket``."""
-    return _NAME.fullmatch(_spaced(name)) is not None and not is_measured_name(name)
+    return _COUNTER_NAME.fullmatch(_spaced(name)) is not None and not is_measured_name(name)
 
 
 def is_measured_name(name: str) -> bool:
     """Whether a column's name says that it measures something, such as ``encoder_count``."""
-    return _MEASURED.fullmatch(_spaced(name)) is not None
+    return _MEASURED_NAME.fullmatch(_spaced(name)) is not None
+
+
+def _spaced(name: str) -> str:
+    """A name with its words apart, where capitals part them."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name.strip())
 
 
 def counter_ticks(values: NDArray[np.float64], named: bool) -> NDArray[np.float64] | None:
-    """What a column counts, without its turns and in steps of one.
+    """What a column counts, without its turns and in steps of one; None where it is no counter.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        The column; NaN where a row has none.
-    named : bool
-        Whether its name says that it counts, so that less of it is proof enough.
-
-    Returns
-    -------
-    ndarray, shape (n,), or None
-        Zero at the first row that has a value; neighbours differ by one where no sample was lost
-        between them, and where the device was restarted. None where the column is no counter.
+    The ticks, shape (n,), are 0 at the first row that has a value and NaN where a row has none;
+    they increase by one where no sample was lost, and where the device was restarted. Of a column
+    whose name says that it counts (`named`) less is proof enough.
     """
-    given = ~np.isnan(values)
-    counts = values[given]
+    present = ~np.isnan(values)
+    counts = values[present]
     if counts.size < (_FEWEST_NAMED if named else _FEWEST):
         return None
     if (counts < 0).any() or (counts > 2**53).any() or (counts != np.floor(counts)).any():
         return None
     turn = _counter_range(counts)
-    going = np.diff(counts)
-    falls = going < 0
-    again = np.zeros_like(falls)
+    steps = np.diff(counts)
+    falls = steps < 0
+    restarts = np.zeros_like(falls)
     if falls.any():
-        if turn is None or not _restart_rows(counts, turn, named)[falls].all():
+        if turn is None or not _may_restart(counts, turn, named)[falls].all():
             return None
-        turned = falls & _is_near(counts[:-1], turn)
-        again = falls & ~turned
-        going = np.where(turned, going + turn, going)
-    usual, number = _commonest(going[~again])
-    going = np.where(again, usual, going)
-    if not named and (going <= 0).any():
+        turns = falls & _is_near_end(counts[:-1], turn)
+        restarts = falls & ~turns
+        steps = np.where(turns, steps + turn, steps)
+    usual, number = _commonest(steps[~restarts])
+    steps = np.where(restarts, usual, steps)
+    if not named and (steps <= 0).any():
         return None  # what stands still now and then is moved by something else
-    fewest = (_ALIKE_NAMED if named else _ALIKE) * going.size
-    if usual <= 0 or number < fewest or (going % usual != 0).any():
+    fewest = (_ALIKE_NAMED if named else _ALIKE) * steps.size
+    if usual <= 0 or number < fewest or (steps % usual != 0).any():
         return None
-    result = np.full(values.size, np.nan)
-    result[given] = np.concatenate([[0.0], np.cumsum(going / usual)])
-    return result
+    ticks = np.full(values.size, np.nan)
+    ticks[present] = np.concatenate([[0.0], np.cumsum(steps / usual)])
+    return ticks
 
 
 def counter_sub_ticks(
     frames: NDArray[np.float64], subs: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
-    """What two columns count together: frames, and from 0 the samples within each.
-
-    Parameters
-    ----------
-    frames, subs : ndarray, shape (n,)
-        NaN where a row has none.
-
-    Returns
-    -------
-    ndarray, shape (n,), or None
-        As of :func:`counter_ticks`; None where they do not count.
-    """
-    given = ~(np.isnan(frames) | np.isnan(subs))
-    if not given.any() or (subs[given] < 0).any():
+    """As :func:`counter_ticks`, of frames and, from 0, the samples within each."""
+    present = ~(np.isnan(frames) | np.isnan(subs))
+    if not present.any() or (subs[present] < 0).any():
         return None
-    return counter_ticks(frames * (subs[given].max() + 1) + subs, named=True)
+    return counter_ticks(frames * (subs[present].max() + 1) + subs, named=True)
 
 
 def counter_restarts(values: NDArray[np.float64]) -> NDArray[np.intp]:
-    """The rows in which a counter has begun again without having come to its end.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        A column that :func:`counter_ticks` takes for a counter; NaN where a row has none.
-
-    Returns
-    -------
-    ndarray of int
-        The first row after each restart.
-    """
+    """The first row after each restart of a counter, which began again before its end."""
     rows = np.flatnonzero(~np.isnan(values))
     counts = values[rows]
     turn = _counter_range(counts)
     if turn is None:
         return rows[:0]
-    again = (np.diff(counts) < 0) & ~_is_near(counts[:-1], turn)
-    return rows[1:][again]
+    return rows[1:][(np.diff(counts) < 0) & ~_is_near_end(counts[:-1], turn)]
 
 
 def _counter_range(counts: NDArray[np.float64]) -> int | None:
-    """After how many values a counter begins again that has come this far."""
+    """The number at which a counter that has come this far begins again."""
     return next((turn for turn in _TURNS if turn > counts.max()), None)
 
 
-def _restart_rows(counts: NDArray[np.float64], turn: int, named: bool) -> NDArray[np.bool_]:
+def _may_restart(counts: NDArray[np.float64], turn: int, named: bool) -> NDArray[np.bool_]:
     """Whether a fall from each count to the next may be a turn or a restart, shape (n - 1,).
 
     A device may be restarted when it has counted little. Then it goes on near zero, and only a
@@ -425,21 +176,15 @@ def _restart_rows(counts: NDArray[np.float64], turn: int, named: bool) -> NDArra
     return far | early if named else far
 
 
-def _is_near(counts: NDArray[np.float64], turn: int) -> NDArray[np.bool_]:
+def _is_near_end(counts: NDArray[np.float64], turn: int) -> NDArray[np.bool_]:
     """Whether counts are so near the end that the next one may be beyond it."""
     return counts >= max(turn - max(_NEAR, _NEAR_PART * turn), turn / 2)
 
 
-def _spaced(name: str) -> str:
-    """A name with its words apart, where capitals part them."""
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name.strip())
-
-
 def _commonest(steps: NDArray[np.float64]) -> tuple[float, int]:
     """The commonest of some steps, and how many of them there are."""
-    found, numbers = np.unique(steps, return_counts=True)
-    place = int(numbers.argmax())
-    return float(found[place]), int(numbers[place])
+    found, times = np.unique(steps, return_counts=True)
+    return float(found[times.argmax()]), int(times.max())
 
 
 #: Words, in lower case, by which coders and programs leave a sample unlabelled, besides those that
@@ -458,209 +203,128 @@ _MOST_ACTIONS = 1000
 _FEWEST_STEPS = 5
 
 
-@dataclass(frozen=True, slots=True)
-class ColumnRoles:
-    """What the columns of a table are for.
-
-    Parameters
-    ----------
-    time, label : int or None
-        Columns of stamps and of labels, as far as names and options tell.
-    numeric : tuple of int
-        Columns to read as numbers.
-    clocks : tuple of int
-        Further columns that hold stamps and are no signals.
-    counter : int or None
-        The column that is asked to stand in for stamps, as it counts the samples.
-    left_out : frozenset of int
-        Columns that are not wanted.
-    signals : frozenset of int
-        Columns that are asked for as signals.
-    """
-
-    time: int | None
-    label: int | None
-    numeric: tuple[int, ...]
-    clocks: tuple[int, ...] = ()
-    counter: int | None = None
-    left_out: frozenset[int] = frozenset()
-    signals: frozenset[int] = frozenset()
-
-
 def is_unlabelled(word: str) -> bool:
     """Whether a word in a column of labels, in whatever case, says that there is none."""
     return word.lower() in _UNLABELLED_WORDS or means_unlabelled(word)
 
 
-def choose_roles(layout: Layout, options: ReadOptions, where: str) -> ColumnRoles:
-    """Find the columns of stamps and labels by options, names, and how they step.
+@dataclass(frozen=True, slots=True)
+class ColumnRoles:
+    """What options, names and the first rows tell of the columns of a table, by index."""
 
-    Raises
-    ------
-    InputError
-        If an option names no column, or one column for two things, if a column asked for as a
-        signal holds words, or if one of stamps is written in a way that is not understood.
-    """
-    columns = layout.columns
-    left_out = frozenset(find_column(columns, w, "values", where) for w in options.leave_out)
-    signals = _signals(layout, options, where)
-    counter = None
-    if options.counter is not None:
-        counter = find_column(columns, options.counter, "counts", where)
+    time: int | None
+    label: int | None
+    numeric: tuple[int, ...]  #: read as numbers
+    other_times: tuple[int, ...] = ()  #: further columns of times, which are no signals
+    counter: int | None = None  #: requested to stand in for times, as it counts the samples
+    left_out: frozenset[int] = frozenset()
+    signals: frozenset[int] = frozenset()  #: requested as signals, whatever they look like
+
+
+def choose_roles(layout: Layout, options: ReadOptions) -> ColumnRoles:
+    """Find the columns of times and labels by options, names, and how they step."""
+
+    def column_of(name: str, role: str) -> int:
+        return find_column(layout.columns, name, role, str(layout.path))
+
+    def error(index: int, what: str) -> InputError:
+        return InputError(f"{layout.path}: column '{layout.columns[index].name}' {what}")
+
+    left_out = frozenset(column_of(name, "values") for name in options.leave_out)
+    signals = frozenset(column_of(name, "values") for name in options.signals)
+    for index in signals:
+        if layout.kinds[index] is not CellType.NUMBER:
+            raise error(index, "holds no numbers, so that it is no signal; name another one.")
+    counter = None if options.counter is None else column_of(options.counter, "counts")
     taken = left_out | signals
-    label = _label(layout, options, where, taken)
-    time, clocks = _time(layout, options, where, taken | {label})
+    if options.label is None:
+        label = _find_label(layout, taken)
+    else:
+        label = column_of(options.label, "labels")
+    taken_or_label = taken | {label}
+    named = [index for index in _time_columns(layout) if index not in taken_or_label]
+    if options.time is None:
+        time = _find_time(layout, named, taken_or_label, must=options.rate is None)
+    elif layout.kinds[time := column_of(options.time, "times")] in (
+        CellType.TEXT,
+        CellType.MISSING,
+    ):
+        raise _not_understood(layout, time)
     if counter is not None:
         time = None
     for index in signals & (left_out | {time, label, counter}):
-        raise InputError(
-            f"{where}: column '{columns[index].name}' is asked for as a signal and as something "
-            "else; choose one of the two."
-        )
+        raise error(index, "is asked for as a signal and as something else; choose one of the two.")
     if time is not None and time == label:
-        raise InputError(
-            f"{where}: column '{layout.columns[time].name}' cannot hold both times and labels; "
-            "name another one for either."
-        )
+        raise error(time, "cannot hold both times and labels; name another one for either.")
     numeric = tuple(
         index
         for index, kind in enumerate(layout.kinds)
         if kind is CellType.NUMBER and index not in (time, label)
     )
-    clocks = [index for index in clocks if index not in (time, counter)]
-    return ColumnRoles(time, label, numeric, tuple(clocks), counter, left_out, signals)
+    other_times = tuple(index for index in named if index not in (time, counter))
+    return ColumnRoles(time, label, numeric, other_times, counter, left_out, signals)
 
 
-def counter_columns(
-    layout: Layout, roles: ColumnRoles, values: Mapping[int, NDArray[np.float64]], where: str
-) -> dict[int, NDArray[np.float64]]:
-    """The columns in which a device counts its samples, and what they count.
-
-    Raises
-    ------
-    InputError
-        If the one that is asked for does not count.
-    """
-    found = {}
-    for index, column in enumerate(layout.columns):
-        if index not in values or (index != roles.counter and _is_no_counter(roles, index, column)):
-            continue
-        named = index == roles.counter or (column.named and is_counter_name(column.name))
-        counted = counter_ticks(values[index], named)
-        if counted is not None:
-            found[index] = counted
-    found |= _frames(layout, roles, values)
-    if not set(values) - set(found) - {roles.label} - roles.left_out:
-        # What else there is to see in the file is left a signal.
-        found = {index: counts for index, counts in found.items() if index == roles.counter}
-    if roles.counter is not None and roles.counter not in found:
-        raise InputError(
-            f"{where}: column '{layout.columns[roles.counter].name}' does not go on by one step "
-            "from row to row, so that it counts no samples; name another one."
-        )
-    return found
-
-
-def _frames(
-    layout: Layout, roles: ColumnRoles, values: Mapping[int, NDArray[np.float64]]
-) -> dict[int, NDArray[np.float64]]:
-    """The columns "Frame" and "Sub Frame" of motion capture, where they count together."""
-    named = {column.name.lower(): index for index, column in enumerate(layout.columns)}
-    frame, sub = named.get("frame"), named.get("sub frame")
-    if frame is None or sub is None or frame not in values or sub not in values:
-        return {}
-    if {frame, sub} & (roles.signals | roles.left_out | {roles.counter}):
-        return {}
-    counts = counter_sub_ticks(values[frame], values[sub])
-    return {} if counts is None else {frame: counts, sub: counts}
-
-
-def _is_no_counter(roles: ColumnRoles, index: int, column: Column) -> bool:
-    """Whether a column is said to be something else than a counter, by its name or by options."""
-    said = index in roles.signals or index in roles.left_out
-    return said or bool(column.unit) or (column.named and is_measured_name(column.name))
-
-
-def _signals(layout: Layout, options: ReadOptions, where: str) -> frozenset[int]:
-    """The columns that are asked for as signals."""
-    found = frozenset(find_column(layout.columns, w, "values", where) for w in options.signals)
-    for index in found:
-        if layout.kinds[index] is not CellType.NUMBER:
-            raise InputError(
-                f"{where}: column '{layout.columns[index].name}' holds no numbers, so that it is "
-                "no signal; name another one."
-            )
-    return found
-
-
-def _label(layout: Layout, options: ReadOptions, where: str, taken: Collection[int]) -> int | None:
-    """The column of labels that is asked for or has the surest name."""
-    if options.label is not None:
-        return find_column(layout.columns, options.label, "labels", where)
+def _find_label(layout: Layout, taken: Collection[int]) -> int | None:
+    """The column with the surest name for labels, if it may hold some."""
     ranked = [
         (is_label_name(column.name), index)
         for index, column in enumerate(layout.columns)
         if column.named and is_label_name(column.name) and not column.unit and index not in taken
     ]
     for _, index in sorted(ranked):
-        if layout.kinds[index] in (CellType.TEXT, CellType.MISSING) or _counts_actions(
-            layout, index
-        ):
+        if layout.kinds[index] in (CellType.TEXT, CellType.MISSING):
+            return index
+        cells = {word for cell in layout.cells(index) if not is_unlabelled(word := cell.strip())}
+        if len(cells) <= MOST_LABELS and all(_WHOLE.fullmatch(cell) for cell in cells):
             return index
     return None
 
 
-def _counts_actions(layout: Layout, index: int) -> bool:
-    """Whether a numeric column holds a few whole numbers only."""
-    present = {word for cell in layout.cells(index) if not is_unlabelled(word := cell.strip())}
-    return len(present) <= MOST_LABELS and all(_WHOLE.fullmatch(cell) for cell in present)
-
-
-def _time(
-    layout: Layout, options: ReadOptions, where: str, taken: Collection[int | None]
-) -> tuple[int | None, list[int]]:
-    """The column of stamps, and all columns named as such."""
-    columns = layout.columns
-    named = [
+def _time_columns(layout: Layout) -> list[int]:
+    """The columns that are named as times and can be read as such."""
+    return [
         index
-        for index, column in enumerate(columns)
+        for index, column in enumerate(layout.columns)
         if column.named
         and is_time_name(column.name)
         and (not column.unit or column.unit.lower() in SECONDS_IN)
         and layout.kinds[index] in (CellType.NUMBER, CellType.STAMP)
-        and index not in taken
     ]
-    if options.time is not None:
-        wanted = find_column(columns, options.time, "times", where)
-        if layout.kinds[wanted] not in (CellType.NUMBER, CellType.STAMP):
-            raise _not_understood(layout, wanted, where)
-        return wanted, named
+
+
+def _find_time(
+    layout: Layout, named: Sequence[int], taken: Collection[int | None], *, must: bool
+) -> int | None:
+    """The first column of times by its name, else by how it steps.
+
+    A column that is named so but holds words is refused where there `must` be one.
+    """
     for index in named:
         if len(set(layout.cells(index))) > 1 or len(layout.sample) == 1:
-            return index, named
-    for index, column in enumerate(columns):
+            return index
+    for index, column in enumerate(layout.columns):
         if index not in taken and _steps_like_time(layout, index, column):
-            return index, named
-    if options.rate is None:
-        for index, column in enumerate(columns):
-            words = layout.kinds[index] is CellType.TEXT and index not in taken
-            if words and column.named and is_time_name(column.name):
-                raise _not_understood(layout, index, where)
-    return None, named
+            return index
+    for index, column in enumerate(layout.columns) if must else ():
+        words = layout.kinds[index] is CellType.TEXT and index not in taken
+        if words and column.named and is_time_name(column.name):
+            raise _not_understood(layout, index)
+    return None
 
 
-def _not_understood(layout: Layout, index: int, where: str) -> InputError:
-    """The error for stamps that are words."""
+def _not_understood(layout: Layout, index: int) -> UnclearRateError:
+    """The error for times that are words."""
     shown = next((cell for cell in layout.cells(index) if cell.strip()), "")[:40]
     return UnclearRateError(
-        f"{where}: times such as {shown!r} in column '{layout.columns[index].name}' are not "
+        f"{layout.path}: times such as {shown!r} in column '{layout.columns[index].name}' are not "
         "understood; write numbers, 2024-05-31 12:00:00.000 or 31.05.2024 12:00:00,000, or say how "
         "many samples there are a second."
     )
 
 
 def _steps_like_time(layout: Layout, index: int, column: Column) -> bool:
-    """Whether a column that is not named so still can only hold stamps.
+    """Whether a column that is not named so still can only hold times.
 
     It never falls in the sample, and is written as a date and time, or is a date since 1970 by its
     size, or has a unit of time, or has no name and steps evenly by something else than one.
@@ -684,51 +348,77 @@ def _steps_like_time(layout: Layout, index: int, column: Column) -> bool:
     return bool((steps > 0).all() and low > usual / 2 and high < usual * 2)
 
 
-def label_column(
-    layout: Layout, roles: ColumnRoles, words: Mapping[int, TextColumn], where: str
-) -> int | None:
+def counter_columns(
+    layout: Layout, roles: ColumnRoles, values: Mapping[int, NDArray[np.float64]]
+) -> dict[int, NDArray[np.float64]]:
+    """The columns in which a device counts its samples, and what they count."""
+    found = {}
+    for index, column in enumerate(layout.columns):
+        requested = index == roles.counter
+        other = index in roles.signals or index in roles.left_out or column.unit
+        if index not in values or (other and not requested):
+            continue
+        if column.named and is_measured_name(column.name) and not requested:
+            continue
+        named = requested or (column.named and is_counter_name(column.name))
+        ticks = counter_ticks(values[index], named)
+        if ticks is not None:
+            found[index] = ticks
+    found |= _frame_columns(layout, roles, values)
+    if not set(values) - set(found) - {roles.label} - roles.left_out:
+        # What else there is to see in the file is left a signal.
+        found = {index: ticks for index, ticks in found.items() if index == roles.counter}
+    if roles.counter is not None and roles.counter not in found:
+        raise InputError(
+            f"{layout.path}: column '{layout.columns[roles.counter].name}' does not go on by one "
+            "step from row to row, so that it counts no samples; name another one."
+        )
+    return found
+
+
+def _frame_columns(
+    layout: Layout, roles: ColumnRoles, values: Mapping[int, NDArray[np.float64]]
+) -> dict[int, NDArray[np.float64]]:
+    """The columns "Frame" and "Sub Frame" of motion capture, where they count together."""
+    named = {column.name.lower(): index for index, column in enumerate(layout.columns)}
+    frame, sub = named.get("frame"), named.get("sub frame")
+    if frame is None or sub is None or frame not in values or sub not in values:
+        return {}
+    if {frame, sub} & (roles.signals | roles.left_out | {roles.counter}):
+        return {}
+    ticks = counter_sub_ticks(values[frame], values[sub])
+    return {} if ticks is None else {frame: ticks, sub: ticks}
+
+
+def label_column(layout: Layout, roles: ColumnRoles, words: Mapping[int, TextColumn]) -> int | None:
     """The column of labels: as chosen before reading, else the only one that holds words.
 
-    Of those, constants, dates, columns with a new word in every other row, and with more words than
+    Constants, dates, columns with a new word in every other row, and those with more words than
     there are actions are none.
-
-    Raises
-    ------
-    InputError
-        If the one that was chosen has more words than there are actions.
     """
     if roles.label is not None:
         number = len(words[roles.label].words)
         if number > _MOST_ACTIONS:
             raise InputError(
-                f"{where}: column '{layout.columns[roles.label].name}' holds {number:,} different "
-                f"words, too many to be actions; name the column that holds the labels, or give "
-                f"this one another header."
+                f"{layout.path}: column '{layout.columns[roles.label].name}' holds {number:,} "
+                f"different words, too many to be actions; name the column that holds the labels, "
+                f"or give this one another header."
             )
         return roles.label
     candidates = []
     for index, column in words.items():
-        if index in roles.left_out:
+        if index in roles.left_out or layout.kinds[index] is CellType.STAMP:
             continue
-        found = {word for word in column.words if not is_unlabelled(word)}
+        actions = {word for word in column.words if not is_unlabelled(word)}
         most = min(max(1, column.codes.size // 2), _MOST_ACTIONS)
-        varies = len(column.words) > 1 and len(found) <= most
-        if layout.kinds[index] is CellType.STAMP or any(_DATE.fullmatch(word) for word in found):
-            continue
-        if found and varies:
+        dates = any(_DATE.fullmatch(word) for word in actions)
+        if not dates and len(column.words) > 1 and 0 < len(actions) <= most:
             candidates.append(index)
     return candidates[0] if len(candidates) == 1 else None
 
 
 def missing_remark(signals: NDArray[np.float64], channels: Sequence[Channel]) -> list[str]:
-    """A remark on samples that are missing or cannot have been measured, if there are any.
-
-    Parameters
-    ----------
-    signals : ndarray, shape (n, n_channels)
-        NaN where a cell was empty.
-    channels : sequence of Channel
-    """
+    """A remark on samples that are missing (NaN) or cannot have been measured."""
     counts = (~(np.abs(signals) <= LARGEST)).sum(axis=0).tolist()  # nor is NaN
     total = sum(counts)
     if not total:
@@ -742,28 +432,20 @@ def missing_remark(signals: NDArray[np.float64], channels: Sequence[Channel]) ->
 
 
 def switch_remark(
-    signals: NDArray[np.float64], channels: Sequence[Channel], unasked: Sequence[int]
+    signals: NDArray[np.float64], channels: Sequence[Channel], unrequested: Sequence[int]
 ) -> list[str]:
-    """A remark on columns that tell on and off, and no quantity, if there are any.
-
-    Parameters
-    ----------
-    signals : ndarray, shape (n, n_channels)
-    channels : sequence of Channel
-    unasked : sequence of int
-        The columns of `signals` that nobody has called signals.
-    """
-    names = [channels[i].name for i in unasked if _on_and_off(signals[:, i])]
+    """A remark on channels of 0 and 1, of those that were not requested as signals."""
+    names = [channels[i].name for i in unrequested if _is_switch(signals[:, i])]
     if not names:
         return []
-    one = len(names) == 1
-    columns = f"Column {names[0]} holds" if one else f"Columns {', '.join(names)} hold"
+    single = len(names) == 1
+    columns = f"Column {names[0]} holds" if single else f"Columns {', '.join(names)} hold"
     return [
         f"{columns} nothing but 0 and 1, as of a button, and became "
-        f"{'a signal' if one else 'signals'}; leave out what measures nothing."
+        f"{'a signal' if single else 'signals'}; leave out what measures nothing."
     ]
 
 
-def _on_and_off(values: NDArray[np.float64]) -> bool:
+def _is_switch(values: NDArray[np.float64]) -> bool:
     """Whether all values are 0 or 1, and both occur."""
     return bool(((values == 0) | (values == 1)).all() and np.ptp(values) == 1)

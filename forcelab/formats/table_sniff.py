@@ -53,15 +53,7 @@ class CellType(Enum):
 
 
 class NotANumberError(ValueError):
-    """A cell holds neither a number nor a word for a missing sample.
-
-    Parameters
-    ----------
-    index : int
-        Position of the cell in its column of cells.
-    cell : str
-        What it holds.
-    """
+    """The cell at this index of a column holds neither a number nor a word for a missing sample."""
 
     def __init__(self, index: int, cell: str) -> None:
         super().__init__(cell)
@@ -80,25 +72,9 @@ def cell_type(cell: str, decimal: str = ".") -> CellType:
 
 
 def numbers(cells: Sequence[str], decimal: str = ".") -> NDArray[np.float64]:
-    """Read a column of cells as numbers.
+    """Read a column of cells as the nearest float64 numbers.
 
-    Parameters
-    ----------
-    cells : sequence of str, length n
-        The cells as they stand in the file.
-    decimal : str
-        The decimal mark, ``"."`` or ``","``.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        The nearest float64 of each number; NaN where the cell is empty or a word for a missing
-        sample, or means infinity or a number beyond float64.
-
-    Raises
-    ------
-    NotANumberError
-        At the first cell that is neither.
+    NaN where a cell is empty, a word for a missing sample, infinity or a number beyond float64.
     """
     # float() alone would also take "1_000", and a point where the decimal mark is a comma.
     foreign = "_" if decimal == "." else "_."
@@ -168,21 +144,11 @@ _INDEX_WORDS = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column of a table.
+    """A column of a table."""
 
-    Parameters
-    ----------
-    name : str
-        Unique within its table.
-    unit : str
-        As in the header, empty if unknown.
-    named : bool
-        Whether the name stands in the file; others are called by their number.
-    """
-
-    name: str
-    unit: str = ""
-    named: bool = True
+    name: str  #: unique within its table
+    unit: str = ""  #: empty if unknown
+    named: bool = True  #: others are called by their number
 
 
 def is_unit(text: str) -> bool:
@@ -208,37 +174,23 @@ def _name_and_unit(cell: str) -> tuple[str, str]:
 def name_columns(
     header: Sequence[str], units: Sequence[str] = ()
 ) -> tuple[tuple[Column, ...], tuple[str, ...]]:
-    """Make columns of the cells of a header.
+    """Make columns of the cells of a header and of the line of units below it, with remarks.
 
     A blank name becomes ``column 3``, a repeated one gets a number behind it (``fx 2``).
-
-    Parameters
-    ----------
-    header : sequence of str
-        One cell a column.
-    units : sequence of str
-        The cells of a line of units below the header; empty where there is none.
-
-    Returns
-    -------
-    columns : tuple of Column
-        With unique names.
-    remarks : tuple of str
-        What was renamed.
     """
     split = [_name_and_unit(cell) for cell in header]
     below = [unit.strip().strip("[](){}").strip() for unit in units] or [""] * len(split)
     taken = {name for name, _ in split if name}
     columns: list[Column] = []
-    seen: set[str] = set()
+    used: set[str] = set()
     renamed: list[str] = []
     for number, ((name, unit), lower) in enumerate(zip(split, below, strict=True), start=1):
         new, count = name or f"column {number}", 2
-        while new in seen or (new != name and new in taken):
+        while new in used or (new != name and new in taken):
             new, count = f"{name or f'column {number}'} {count}", count + 1
         if name and new != name:
             renamed.append(f"'{new}' (column {number})")
-        seen.add(new)
+        used.add(new)
         columns.append(Column(new, unit or lower, named=bool(name)))
     remarks = []
     if renamed:
@@ -307,42 +259,20 @@ def continues_name(values: NDArray[np.float64], column: Column) -> bool:
     return bool((steps > 0).all() if column.named else (steps == 1).all())
 
 
-def find_column(columns: Sequence[Column], wish: str, role: str, where: str) -> int:
-    """Find the column that is wished for, by name, else by 1-based number.
-
-    Parameters
-    ----------
-    columns : sequence of Column
-        The table's columns.
-    wish : str
-        A name, with or without its case and its unit, or a number.
-    role : str
-        What it holds, such as ``"times"``, for the error.
-    where : str
-        The file, for the error.
-
-    Returns
-    -------
-    int
-        Index into `columns`.
-
-    Raises
-    ------
-    InputError
-        If there is no such column.
-    """
+def find_column(columns: Sequence[Column], text: str, role: str, where: str) -> int:
+    """The index of a column by its name, whatever its case and unit, else by 1-based number."""
     names = [column.name for column in columns]
-    wanted = _name_and_unit(wish)[0]
-    for match in (wish, wanted):
+    bare = _name_and_unit(text)[0]
+    for match in (text, bare):
         if match in names:
             return names.index(match)
     folded = [name.casefold() for name in names]
-    if wanted.casefold() in folded:
-        return folded.index(wanted.casefold())
-    if wish.strip().isdecimal() and 1 <= int(wish) <= len(columns):
-        return int(wish) - 1
+    if bare.casefold() in folded:
+        return folded.index(bare.casefold())
+    if text.strip().isdecimal() and 1 <= int(text) <= len(columns):
+        return int(text) - 1
     raise InputError(
-        f"{where} has no column '{wish}' of {role}; name one of {', '.join(names)}, "
+        f"{where} has no column '{text}' of {role}; name one of {', '.join(names)}, "
         f"or give a number from 1 to {len(columns)}."
     )
 
@@ -370,30 +300,14 @@ Line = tuple[int, str]
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
-    """How the rows of a table are written.
+    """How the rows of a table are written."""
 
-    Parameters
-    ----------
-    separator : str or None
-        What stands between cells; None for any run of blanks.
-    decimal : str
-        The decimal mark, ``"."`` or ``","``.
-    width : int
-        Cells in a row.
-    """
-
-    separator: str | None
-    decimal: str
-    width: int
+    separator: str | None  #: None: any run of blanks
+    decimal: str  #: the decimal mark, "." or ","
+    width: int  #: cells in a row
 
     def split(self, rows: Sequence[str]) -> list[list[str]]:
-        """Split rows into cells.
-
-        Raises
-        ------
-        ValueError
-            If a quoted cell does not end on its line.
-        """
+        """Split rows into cells; a ValueError if a quoted cell does not end on its line."""
         return _split(rows, self.separator)
 
 
@@ -419,12 +333,7 @@ def encoding_of(path: Path) -> str:
     """Tell the encoding of a text file by its byte order mark, else by what it holds.
 
     Without a mark it is UTF-16 where every other byte of the head is zero, UTF-8 where the whole
-    file is valid UTF-8, and Latin-1 otherwise.
-
-    Raises
-    ------
-    InputError
-        If the file is empty, is not text, or holds a NUL byte.
+    file is valid UTF-8, and Latin-1 otherwise. A file that is empty or no text is refused.
     """
     with path.open("rb") as file:
         head = file.read(HEAD)
@@ -505,28 +414,10 @@ def is_comment(line: str) -> bool:
 def lines(
     path: Path, encoding: str, skip: int, *, sections: bool = False
 ) -> Iterator[tuple[list[int], list[str]]]:
-    """Read a file's rows in blocks of about a megabyte, without blank lines and comments.
+    """Read a file's rows in blocks of about a megabyte: 1-based line numbers, and lines.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    encoding : str
-        As of :func:`encoding_of`.
-    skip : int
-        Number of lines to leave out at the start.
-    sections : bool
-        Whether the first blank line after those is the end.
-
-    Yields
-    ------
-    numbers, rows : list of int, list of str
-        1-based line numbers, and the lines without their line ends.
-
-    Raises
-    ------
-    InputError
-        If a line is longer than :data:`HEAD` characters, or the text cannot be decoded.
+    Blank lines, comments and the first `skip` lines are left out. With `sections` the first blank
+    line after those is the end.
     """
     number, rest = 1, ""
     try:
@@ -544,13 +435,13 @@ def lines(
                 if end is not None:
                     del rows[end:]
                 # Letters and digits come after the slash; most rows need no closer look.
-                kept = [
+                line_numbers = [
                     k
                     for k, row in enumerate(rows, number)
                     if k > skip and (row[:1] > "/" or not is_comment(row))
                 ]
-                if kept:
-                    yield kept, [rows[k - number] for k in kept]
+                if line_numbers:
+                    yield line_numbers, [rows[k - number] for k in line_numbers]
                 if not block or end is not None:
                     return
                 number += len(rows)
@@ -566,18 +457,7 @@ def _first_blank(rows: Sequence[str], first: int) -> int | None:
 
 
 def detect(rows: Sequence[str]) -> Dialect | None:
-    """Find the separator and the decimal mark that explain most cells as numbers or stamps.
-
-    Parameters
-    ----------
-    rows : sequence of str
-        Lines from the start of a file, without comments.
-
-    Returns
-    -------
-    Dialect or None
-        None where no line holds a number.
-    """
+    """The separator and decimal mark that explain most cells as numbers or stamps, if any do."""
     best: tuple[tuple[int, int], Dialect] | None = None
     for separator in _SEPARATORS:
         if separator and not any(separator in row for row in rows):
@@ -639,57 +519,26 @@ _LABVIEW, _LABVIEW_END = "LabVIEW Measurement", "***End_of_Header***"
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """How a table is to be read.
-
-    Parameters
-    ----------
-    dialect : Dialect
-        Separator, decimal mark and width of its rows.
-    columns : tuple of Column
-        As many as the dialect is wide.
-    kinds : tuple of Kind
-        What each column holds in the sample; MISSING where nothing.
-    skip : int
-        Lines before the first row of data.
-    sample : tuple of tuple of str
-        The first rows of data, as cells.
-    remarks : tuple of str
-        On what stands before the data.
-    rate : float or None
-        Samples a second, where lines before the data tell them.
-    sections : bool
-        Whether a blank line ends the table, as what follows is another one.
-    """
+    """How a table is to be read."""
 
     dialect: Dialect
     columns: tuple[Column, ...]
-    kinds: tuple[CellType, ...]
-    skip: int
-    sample: tuple[tuple[str, ...], ...]
-    remarks: tuple[str, ...] = ()
-    rate: float | None = None
-    sections: bool = False
+    kinds: tuple[CellType, ...]  #: what each column holds in the sample; MISSING where nothing
+    skip: int  #: lines before the first row of data
+    sample: tuple[tuple[str, ...], ...]  #: the first rows of data, as cells
+    remarks: tuple[str, ...] = ()  #: on what stands before the data
+    rate: float | None = None  #: samples a second, where lines before the data tell them
+    sections: bool = False  #: a blank line ends the table, and another one follows
+    path: Path = Path()  #: the file, where all of it was looked at
+    encoding: str = ""
 
     def cells(self, index: int) -> list[str]:
         """The sample's cells of one column."""
         return [row[index] for row in self.sample]
 
 
-def sniff_layout(path: Path) -> tuple[Layout, str]:
-    """Find out how a table is written.
-
-    Returns
-    -------
-    layout : Layout
-        How to read it.
-    encoding : str
-        For :func:`forcelab.formats.table_sniff.lines`.
-
-    Raises
-    ------
-    InputError
-        If the file is empty, binary, or holds no table of numbers.
-    """
+def sniff_layout(path: Path) -> Layout:
+    """Find out how a table is written, and its encoding."""
     encoding = encoding_of(path)
     with path.open("rb") as file:
         head = file.read(HEAD)
@@ -710,7 +559,7 @@ def sniff_layout(path: Path) -> tuple[Layout, str]:
     ):
         decimal = _first_decimal_mark(path, encoding, layout.skip)
         layout = replace(layout, dialect=replace(layout.dialect, decimal=decimal))
-    return layout, encoding
+    return replace(layout, path=path, encoding=encoding)
 
 
 def _first_decimal_mark(path: Path, encoding: str, skip: int) -> str:
@@ -724,23 +573,12 @@ def _first_decimal_mark(path: Path, encoding: str, skip: int) -> str:
 
 
 def find_layout(rows: Sequence[Line]) -> Layout | None:
-    """Find preamble, header and columns in the first lines of a file.
+    """Find preamble, header and columns in a file's first lines; None without rows of numbers.
 
     Data starts at the first row that is as wide as most and holds more numbers than words where
-    most rows hold numbers; a word there is a mistake, to be named when the rows are read.
-    The line before it is the header if it is as wide and holds words there; so is a comment
-    directly before it (``# time fx fy``). A line of units may stand between. All before is
-    preamble.
-
-    Parameters
-    ----------
-    rows : sequence of (int, str)
-        Lines with their numbers, comments included.
-
-    Returns
-    -------
-    Layout or None
-        None if there are no rows of numbers.
+    most rows hold numbers; a word there is a mistake, to be named when the rows are read. The line
+    before it is the header if it is as wide and holds words there; so is a comment directly before
+    it (``# time fx fy``). A line of units may stand between. All before is preamble.
     """
     rows = _first_section(rows)
     plain = [row for row in rows if not is_comment(row[1])]
@@ -750,8 +588,8 @@ def find_layout(rows: Sequence[Line]) -> Layout | None:
     if dialect is None:
         return None
     table = dialect.split([text for _, text in plain])
-    whole = [row for row in table if len(row) == dialect.width]
-    kinds = _kinds(whole[len(whole) // 2 :], dialect)
+    complete = [row for row in table if len(row) == dialect.width]
+    kinds = _kinds(complete[len(complete) // 2 :], dialect)
     fits = [_is_data(row, kinds, dialect) for row in table]
     if True not in fits:
         return None

@@ -65,27 +65,13 @@ _UNITS = {"s": 1, "ms": 1_000, "us": 1_000_000, "ns": 1_000_000_000}
 
 @dataclass(frozen=True, slots=True)
 class RawTimestamps:
-    """Stamps in the unit of their file, not repaired yet.
+    """Stamps in the unit of their file, not repaired yet."""
 
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Relative to `base`; NaN where there is none.
-    base : int
-        Added to the values it gives the stamps of the file.
-    per_second : float
-        Units in a second.
-    absolute : bool
-        Whether the stamps count from 1970.
-    remarks : tuple of str
-        On a unit that was guessed.
-    """
-
-    values: NDArray[np.float64]
+    values: NDArray[np.float64]  #: relative to `base`; NaN where there is none
     base: int = 0
-    per_second: float = 1
-    absolute: bool = False
-    remarks: tuple[str, ...] = ()
+    per_second: float = 1  #: units in a second
+    absolute: bool = False  #: whether the stamps count from 1970
+    remarks: tuple[str, ...] = ()  #: on a unit that was guessed
 
     def seconds(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Seconds on the file's clock of some of the values."""
@@ -102,15 +88,7 @@ def epoch_unit(value: float) -> str:
 
 
 class TimestampReader:
-    """Reads the cells of one column of stamps, block by block.
-
-    Parameters
-    ----------
-    sample : sequence of str
-        Cells from the start of the column.
-    decimal : str
-        The decimal mark.
-    """
+    """Reads one column of stamps block by block, whose notation the first cells (`sample`) tell."""
 
     def __init__(self, sample: Sequence[str], decimal: str) -> None:
         present = [cell.strip() for cell in sample if cell.strip().lower() not in MISSING]
@@ -136,13 +114,7 @@ class TimestampReader:
         return not self._written and not self._base
 
     def read(self, cells: Sequence[str]) -> NDArray[np.float64]:
-        """Read cells as values relative to a fixed base, NaN where a cell is empty.
-
-        Raises
-        ------
-        NotANumberError
-            At the first cell that is no stamp.
-        """
+        """Read cells as values relative to a fixed base, NaN where a cell is empty."""
         if self._written:
             return np.array([self._stamp(i, c.strip()) for i, c in enumerate(cells)], np.float64)
         if self._base:
@@ -161,31 +133,14 @@ class TimestampReader:
     def finish(
         self, values: NDArray[np.float64], unit: str, file: object, name: str
     ) -> RawTimestamps:
-        """Settle the unit of all values read.
-
-        Parameters
-        ----------
-        values : ndarray, shape (n,)
-            What :meth:`read` returned, all blocks together.
-        unit : str
-            As named in the header, empty where it names none.
-        file : object
-            As errors name it; a remark is told with its file by whoever tells it.
-        name : str
-            Of the column.
-
-        Raises
-        ------
-        InputError
-            If the stamps cannot be in the unit that the header names.
-        """
+        """Settle the unit of all values read; `unit` is the header's, empty where it names none."""
         values = np.where(np.abs(values) < _ABSURD, values, np.nan)
         if self._written:
             if self._dated:
                 return RawTimestamps(values, self._base, 1, absolute=True)
-            given = ~np.isnan(values)
-            midnights = np.cumsum(np.diff(values[given], prepend=-np.inf) < -_DAY / 2)
-            values[given] += _DAY * midnights
+            present = ~np.isnan(values)
+            midnights = np.cumsum(np.diff(values[present], prepend=-np.inf) < -_DAY / 2)
+            values[present] += _DAY * midnights
             return RawTimestamps(values)
         middle, epoch = self._middle(values), self.epoch(values)
         if unit:
@@ -214,8 +169,8 @@ class TimestampReader:
         """A number minus the base, exactly."""
         match = _PLAIN.fullmatch(cell)
         if match and match[2] in (None, self._decimal):
-            whole = int(match[1]) - self._base
-            return whole + float(f"0.{match[3]}") if match[3] else float(whole)
+            integer = int(match[1]) - self._base
+            return integer + float(f"0.{match[3]}") if match[3] else float(integer)
         try:
             return float(numbers([cell], self._decimal)[0]) - self._base
         except NotANumberError as error:
@@ -235,13 +190,13 @@ class TimestampReader:
             raise NotANumberError(index, cell) from error
         if self._dated != (day is not None) or hour > 24 or minute > 59 or second > 60:
             raise NotANumberError(index, cell)
-        whole = (day or 0) * _DAY - self._base + hour * 3600 + minute * 60 + second
+        seconds = (day or 0) * _DAY - self._base + hour * 3600 + minute * 60 + second
         zone = match["zone"]
         if zone and zone[0] in "+-":
             minutes = int(zone[1:3]) * 60 + int(zone[3:].lstrip(":") or 0)
-            whole += (-60 if zone[0] == "+" else 60) * minutes
+            seconds += (-60 if zone[0] == "+" else 60) * minutes
         fraction = match["fraction"]
-        return whole + float(f"0.{fraction}") if fraction else float(whole)
+        return seconds + float(f"0.{fraction}") if fraction else float(seconds)
 
     def _day(self, match: re.Match[str]) -> int | None:
         """Days from 1970 to a stamp's date; None where it has none."""
@@ -270,24 +225,12 @@ _BACK_SHARE = 0.1
 
 @dataclass(frozen=True, slots=True)
 class RepairedTimestamps:
-    """Stamps after repair.
+    """Stamps after repair, m of them."""
 
-    Parameters
-    ----------
-    times : ndarray, shape (m,)
-        Seconds from the first one, strictly increasing.
-    kept : ndarray of int, shape (m,)
-        The row that each stands for.
-    start : float
-        The first stamp in seconds on the file's own clock.
-    remarks : tuple of str
-        One sentence a rule that had to act.
-    """
-
-    times: NDArray[np.float64]
-    kept: NDArray[np.int64]
-    start: float
-    remarks: tuple[str, ...]
+    times: NDArray[np.float64]  #: seconds from the first one, strictly increasing
+    rows: NDArray[np.int64]  #: the row of each
+    start: float  #: the first stamp in seconds on the file's own clock
+    remarks: tuple[str, ...]  #: a sentence for each rule that had to act
 
 
 @dataclass(slots=True)
@@ -297,7 +240,7 @@ class _Rows:
     where: str
     lines: NDArray[np.int64]
     strict: bool
-    kept: NDArray[np.int64]
+    indices: NDArray[np.int64]
     values: NDArray[np.float64]
     row: str
     line: str
@@ -307,7 +250,7 @@ class _Rows:
         """Remark on what a rule did; refuse it if strict."""
         if self.strict:
             raise InputError(
-                f"{self.where}, {self.line} {self.lines[self.kept[row]]}: {sentence}; mend the "
+                f"{self.where}, {self.line} {self.lines[self.indices[row]]}: {sentence}; mend the "
                 "file or let it be repaired."
             )
         self.remarks.append(f"{sentence[0].upper()}{sentence[1:]}.")
@@ -321,8 +264,8 @@ class _Rows:
             rows=counted(number, self.row), were="was" if number == 1 else "were"
         )
         self.report(text, int(np.argmax(bad)))
-        self.kept, self.values = self.kept[~bad], self.values[~bad]
-        if self.kept.size < 2:
+        self.indices, self.values = self.indices[~bad], self.values[~bad]
+        if self.indices.size < 2:
             raise InputError(f"{self.where}: {text}, and too few are left; look at its stamps.")
 
 
@@ -336,28 +279,11 @@ def repair_timestamps(
     row: str = "row",
     line: str = "line",
 ) -> RepairedTimestamps:
-    """Make stamps increase by the rules of this module.
+    """Make stamps increase by the rules of this module; `strict` refuses instead of repairing.
 
-    Parameters
-    ----------
-    raw : RawTimestamps
-        One a row, in the order of the file; NaN where a row has none.
-    lines : ndarray of int, shape (n,)
-        1-based line of each row, for errors.
-    where : str
-        The file, for errors.
-    strict : bool
-        Refuse what would be repaired or remarked on.
-    jitter : float
-        Seconds by which a stamp may be moved so that stamps increase; 0 for none.
-    row, line : str
-        What has a stamp, and what its number counts, in the words of the file.
-
-    Raises
-    ------
-    InputError
-        If too few rows are left, if time runs backwards too often, or if strict and a rule has to
-        act.
+    Values come in the order of the file, NaN where a row has none; `lines` are 1-based and `where`
+    names the file, for errors. Stamps are moved by at most `jitter` seconds. `row` and `line` are
+    what has a stamp and what its number counts, in the words of the file.
     """
     rows = _Rows(where, lines, strict, np.arange(raw.values.size), raw.values, row, line)
     rows.drop(np.isnan(rows.values), "{rows} without a usable stamp {were} dropped")
@@ -374,7 +300,7 @@ def repair_timestamps(
     times = (rows.values - rows.values[0]) / raw.per_second
     _report_gaps(rows, times)
     return RepairedTimestamps(
-        times, rows.kept, float(raw.seconds(rows.values[:1])[0]), tuple(rows.remarks)
+        times, rows.indices, float(raw.seconds(rows.values[:1])[0]), tuple(rows.remarks)
     )
 
 
@@ -464,7 +390,7 @@ def _sort_backward(rows: _Rows, per_second: float, jitter: float) -> None:
     worst = int(np.argmax(moved))
     if moved[worst] > jitter:
         raise InputError(
-            f"{rows.where}, {rows.line} {rows.lines[rows.kept[worst]]}: stamps run backwards so "
+            f"{rows.where}, {rows.line} {rows.lines[rows.indices[worst]]}: stamps run backwards so "
             f"far that one has to be moved by {moved[worst]:.3g} s, more than the jitter of "
             f"{jitter:g} s; allow more, or split the file where a new recording starts."
         )
@@ -505,7 +431,7 @@ def _drop_backward(rows: _Rows) -> None:
     bad[_longest_increasing(rows.values)] = False
     number = int(bad.sum())
     if number > max(1.0, _BACK_SHARE * bad.size):
-        where = f"{rows.where}, {rows.line} {rows.lines[rows.kept[back[0] + 1]]}"
+        where = f"{rows.where}, {rows.line} {rows.lines[rows.indices[back[0] + 1]]}"
         raise InputError(
             f"{where}: time runs backwards, and {number:,} of {bad.size:,} {rows.row}s would "
             "have to be dropped to mend it; split the file where a new recording starts, or say "

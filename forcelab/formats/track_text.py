@@ -21,20 +21,11 @@ DECIMALS, STRAY = 6, 1e-9
 
 
 def plain_times(track: Track) -> list[tuple[Segment, tuple[float, float]]]:
-    """Each segment with a start and an end whose shortest text is what a person would write.
+    """Each segment with start and end times (s) whose shortest text is what a person would write.
 
-    Arithmetic leaves 4.6899999999999995 where 4.69 is meant; read by :func:`on_samples`, 4.69 is
-    the same sample again.
-
-    Parameters
-    ----------
-    track : Track
-
-    Returns
-    -------
-    list of (Segment, (float, float))
-        Times in seconds: those within a nanosecond of a microsecond are that microsecond, all
-        others are as they were. Where that would leave nothing of a segment, none is changed.
+    Arithmetic leaves 4.6899999999999995 where 4.69 is right: times within a nanosecond of a
+    microsecond are that microsecond, unless that would leave nothing of a segment. Read by
+    :func:`on_samples`, 4.69 is the same sample again.
     """
     times = [(_plain(s.start), _plain(s.end)) for s in track.segments]
     if not all(start < end for start, end in times):
@@ -45,16 +36,7 @@ def plain_times(track: Track) -> list[tuple[Segment, tuple[float, float]]]:
 def on_samples(tracks: Iterable[Track], times: NDArray[np.float64]) -> tuple[Track, ...]:
     """Put edges that lie within a nanosecond of a sample exactly onto its stamp.
 
-    Parameters
-    ----------
-    tracks : iterable of Track
-    times : ndarray, shape (n,)
-        Stamps of the recording in seconds, increasing.
-
-    Returns
-    -------
-    tuple of Track
-        A track that would lose a segment by it is as it was.
+    A track that would lose a segment by it stays as it was.
     """
     return tuple(_on_samples(track, times) for track in tracks)
 
@@ -66,7 +48,6 @@ def _plain(time: float) -> float:
 
 
 def _on_samples(track: Track, times: NDArray[np.float64]) -> Track:
-    """One track with its edges on the samples."""
     edges = np.array([(s.start, s.end) for s in track.segments]).reshape(-1, 2)
     after = np.clip(np.searchsorted(times, edges), 1, len(times) - 1)
     lower, upper = times[after - 1], times[after]
@@ -88,23 +69,9 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 
 
 def to_csv(tracks: Iterable[Track]) -> str:
-    """The segments of all tracks as CSV (RFC 4180).
+    """The segments of all tracks of a demonstration as CSV (RFC 4180): ``start,end,action,author``.
 
-    Parameters
-    ----------
-    tracks : iterable of Track
-        Of one demonstration. Tracks follow one another as given, segments in order of time.
-
-    Returns
-    -------
-    str
-        A header and one line a segment, ``start,end,action,author``; times in seconds as of
-        :func:`~forcelab.formats.track_text.plain_times`, with as many digits as tell them exactly.
-
-    Raises
-    ------
-    InputError
-        If a name holds a NUL, which a text table cannot hold.
+    Times are seconds as of :func:`plain_times`, with as many digits as tell them exactly.
     """
     rows = (
         (*map(repr, times), segment.action, track.author)
@@ -115,23 +82,9 @@ def to_csv(tracks: Iterable[Track]) -> str:
 
 
 def to_audacity(track: Track) -> str:
-    """One track as an Audacity label track; such a file has no place for the author.
+    """One track as an Audacity label track, which has no place for the author.
 
-    Parameters
-    ----------
-    track : Track
-        What to write.
-
-    Returns
-    -------
-    str
-        One line a segment, start and end in seconds and the action, separated by tabs; times as
-        of :func:`to_csv`, without an exponent and with at least six decimals.
-
-    Raises
-    ------
-    InputError
-        If an action holds a tab or a line break, which a label track cannot hold.
+    Times are as of :func:`to_csv`, without an exponent and with at least six decimals.
     """
     lines = []
     for segment, times in plain_times(track):
@@ -183,52 +136,33 @@ TABLE_COLUMNS = (
 
 @dataclass(frozen=True, slots=True)
 class AnnotatedTrack:
-    """A track of one demonstration.
-
-    Parameters
-    ----------
-    demonstration, task : str
-        Their names.
-    seconds : float
-        Length of the demonstration.
-    kind : "coder" or "model"
-        Who the track's author is.
-    track : Track
-        What was labelled.
-    """
+    """A track of one demonstration."""
 
     demonstration: str
     task: str
-    seconds: float
-    kind: str
+    seconds: float  #: length of the demonstration
+    kind: str  #: of its author: coder or model
     track: Track
 
 
-def to_statistics_table(coded: Iterable[AnnotatedTrack]) -> str:
+def to_statistics_table(tracks: Iterable[AnnotatedTrack]) -> str:
     """One line a segment, as CSV (RFC 4180).
 
-    Returns
-    -------
-    str
-        With a header. ``seconds`` is the length of the demonstration, ``segment`` counts from 1
-        in each track, times are in seconds of the force clock.
-
-    Raises
-    ------
-    InputError
-        If a name holds a NUL, which a text table cannot hold.
+    ``seconds`` is the length of the demonstration, ``segment`` counts from 1 in each track, times
+    are in seconds of the force clock.
     """
     rows = [
         (
-            *(one.demonstration, one.task, _rounded_text(one.seconds), one.track.author, one.kind),
-            *(str(number), segment.action, repr(start), repr(end), _rounded_text(end - start)),
+            *(coded.demonstration, coded.task, _rounded_text(coded.seconds)),
+            *(coded.track.author, coded.kind, str(number), segment.action),
+            *(repr(start), repr(end), _rounded_text(end - start)),
         )
-        for one in coded
-        for number, (segment, (start, end)) in enumerate(plain_times(one.track), start=1)
+        for coded in tracks
+        for number, (segment, (start, end)) in enumerate(plain_times(coded.track), start=1)
     ]
     return table_text(TABLE_COLUMNS, rows)
 
 
 def _rounded_text(seconds: float) -> str:
-    """A length of time without the dust of arithmetic."""
+    """A duration without rounding errors."""
     return repr(round(float(seconds), 9))

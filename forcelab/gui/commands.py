@@ -55,7 +55,6 @@ _VIEW = _group(
     ("workspace_label", "Label", "Ctrl+1", "switch"),
     ("workspace_review", "Review", "Ctrl+2", "switch"),
     ("workspace_capture", "Capture", "Ctrl+3", "switch"),
-    ("workspace_tradeoff", "Accuracy and speed", "Ctrl+4", "switch"),
     ("full_screen", "Full screen", "F11", "switch"),
     ("zoom_in", "Zoom in", "Ctrl+= Ctrl++", "repeats"),
     ("zoom_out", "Zoom out", "Ctrl+-", "repeats"),
@@ -150,6 +149,7 @@ _REVIEW = _group(
     "Review",
     ("train", "Train", "F5"),
     ("cancel_training", "Cancel the training", ""),
+    ("workspace_tradeoff", "Accuracy and speed", "Ctrl+4"),
     ("next_review", "Next thing to review", "N", "repeats"),
     (
         "previous_review",

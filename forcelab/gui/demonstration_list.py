@@ -77,8 +77,8 @@ from forcelab.gui.item_views import (
     paint_row_background,
     smaller,
 )
-from forcelab.gui.label.track_rows import track_spans
-from forcelab.gui.layout import page_layout
+from forcelab.gui.label.track_spans import track_spans
+from forcelab.gui.layout import page_layout, set_enabled_with_reason
 from forcelab.gui.text import escape_ampersands, settle_name
 from forcelab.gui.theme import Colours, colours, themes
 from forcelab.gui.widgets import ElidedComboBox
@@ -413,7 +413,8 @@ class DemonstrationMenu(QObject):
             self._fill(menu, item)
         if project is None or project.read_only:
             for action in menu.actions():
-                action.setEnabled(action.data() == "open")
+                if action.data() != "open":
+                    set_enabled_with_reason(action, "The project can only be read.")
         return menu
 
     # Verbs
@@ -481,7 +482,7 @@ class DemonstrationMenu(QObject):
         info, document = row.info, self._document
         first = menu.addAction("Open", lambda: document.open_demonstration(info.id))
         first.setData("open")
-        first.setEnabled(info.id != document.id)
+        set_enabled_with_reason(first, "It is open." if info.id == document.id else "")
         menu.addSeparator()
         if row.done:
             menu.addAction("Mark as not done", lambda: self.set_done([info.id], False))

@@ -19,7 +19,7 @@ from forcelab.formats.export import FORMATS, exporting
 from forcelab.gui.document import Document
 from forcelab.gui.file_dialogs import ask_folder
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.layout import ProgressBar, copyable
+from forcelab.gui.layout import ProgressBar, copyable, set_enabled_with_reason
 from forcelab.gui.widgets import ElidedComboBox
 
 
@@ -51,16 +51,8 @@ class ExportDialog(QDialog):
             all_ = f"The whole project ({len(document.infos)})"
             self.which.addItem(all_, tuple(info.id for info in document.infos))
         self.form = QComboBox()
-        names = {
-            "csv": "CSV: start, end, action, author; one file per demonstration",
-            "table": "One table for statistics: CSV, one row per segment",
-            "elan": "ELAN: one file per demonstration, one tier per coder, with the video",
-            "boris": "BORIS: one project, one observation per coder and demonstration",
-            "audacity": "Audacity: one label track per coder and demonstration",
-            "archive": "Archive: the whole project as one file, to be imported again",
-        }
-        for kind in FORMATS:
-            self.form.addItem(names[kind], kind)
+        for name, format_ in FORMATS.items():
+            self.form.addItem(format_.label, name)
         self.form.currentIndexChanged.connect(self._match)
         self.replacing = QCheckBox("Overwrite existing files")
         self._bar = ProgressBar("Progress of the export")
@@ -87,7 +79,7 @@ class ExportDialog(QDialog):
         project = self._document.project
         if project is None:
             return
-        self.go.setEnabled(False)
+        set_enabled_with_reason(self.go, "Wait until this is written.")
         self._bar.setVisible(True)
         self._report_label.clear()
         job = exporting(
@@ -107,7 +99,8 @@ class ExportDialog(QDialog):
 
     def _match(self) -> None:
         """Disable the choice of demonstrations for an archive, which holds the whole project."""
-        self.which.setEnabled(self.form.currentData() != "archive")
+        archive = self.form.currentData() == "archive"
+        set_enabled_with_reason(self.which, "An archive holds all labels." if archive else "")
 
     def _choose(self) -> None:
         chosen = ask_folder(self, "Folder to write into", "export")
@@ -123,5 +116,5 @@ class ExportDialog(QDialog):
 
     def _report(self, text: str) -> None:
         self._bar.setVisible(False)
-        self.go.setEnabled(True)
+        set_enabled_with_reason(self.go, "")
         self._report_label.setText(text)

@@ -41,7 +41,13 @@ from forcelab.gui.figures.text import NAMES
 from forcelab.gui.file_dialogs import accept_as_copy, ask_file, ask_files
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import ignore_wheel
-from forcelab.gui.layout import ProgressBar, copyable, resize_on_screen, set_tone
+from forcelab.gui.layout import (
+    ProgressBar,
+    copyable,
+    resize_on_screen,
+    set_enabled_with_reason,
+    set_tone,
+)
 from forcelab.gui.text import settle_name
 from forcelab.gui.theme import colours
 from forcelab.text import counted
@@ -249,6 +255,9 @@ def _format(path: Path) -> str:
         return ""  # what is wrong is told when the file is read
 
 
+_GOES_ON = "Wait until this is imported."
+
+
 class ImportDialog(QDialog):
     """Choose files, their task and the coder of their labels; import them, and report.
 
@@ -440,7 +449,8 @@ class ImportDialog(QDialog):
     def _changed(self) -> None:
         """Follow a change of the list of files."""
         files = self._chosen()
-        self._go.setEnabled(bool(files) and self._bar.isHidden())
+        reason = "" if files else "Add files first."
+        set_enabled_with_reason(self._go, reason if self._bar.isHidden() else _GOES_ON)
         self._show_report("")  # it was of files that were in the list before
         self.columns.show_first([Path(name) for name in files])
 
@@ -461,7 +471,7 @@ class ImportDialog(QDialog):
             videos=self.videos.isChecked(),
         )
         options, files = self.columns.options(options), self._chosen()
-        self._go.setEnabled(False)
+        set_enabled_with_reason(self._go, _GOES_ON)
         self._bar.setVisible(True)
         self._show_report("")
         self._jobs.run(
@@ -494,7 +504,7 @@ class ImportDialog(QDialog):
             lines.append("Left out because they could not be read:")
             lines += report.unread.values()
             lines.append("Press Delete to remove the selected files from the list.")
-        self._show_report("\n".join((*lines, *report.told())), trouble=bool(unread))
+        self._show_report("\n".join((*lines, *report.remark_lines())), trouble=bool(unread))
         self._document.reread()  # the open one may have new labels, its task other actions
         if not self._document.id and self._document.infos:
             self._document.open_demonstration(self._document.infos[0].id)
@@ -507,7 +517,7 @@ class ImportDialog(QDialog):
     def _failed(self, error: Exception) -> None:
         """Report why nothing was imported; select the files concerned."""
         self._bar.setVisible(False)
-        self._go.setEnabled(True)
+        set_enabled_with_reason(self._go, "")
         lines = [str(error)]
         unread = set(map(str, error.files)) if isinstance(error, InputError) else set()
         self._select(unread)

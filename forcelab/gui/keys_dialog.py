@@ -27,7 +27,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.errors import InputError
 from forcelab.gui.document import Document
-from forcelab.gui.layout import search_field, set_tone
+from forcelab.gui.layout import search_field, set_enabled_with_reason, set_tone
 from forcelab.gui.shortcuts import COMMANDS, Keys, key_name
 
 _ROW = Qt.ItemDataRole.UserRole
@@ -244,12 +244,12 @@ class KeysDialog(CommandDialog):
         bound = (*self._keys_of(row), "", "")[:2] if row is not None else ("", "")
         for edit, remove, key in zip(self._edits, self._removers, bound, strict=True):
             edit.setKeySequence(QKeySequence(key, QKeySequence.SequenceFormat.PortableText))
-            remove.setEnabled(bool(key))
+            set_enabled_with_reason(remove, "" if key else "There is no key to be removed.")
         command = row is None or not row.is_action  # an action has one key, and no default
         for widget in (self._edits[1], self._labels[1], self._removers[1], self._reset):
             widget.setVisible(command)
         changed = row is not None and command and self._keys.changed_by_coder(row.name)
-        self._reset.setEnabled(changed)
+        set_enabled_with_reason(self._reset, "" if changed else "The keys are the default ones.")
 
     def _take(self, place: int) -> None:
         """Give the current row the key that was pressed in a field."""

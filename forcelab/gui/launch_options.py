@@ -10,7 +10,8 @@ from pathlib import Path
 class LaunchOptions:
     """What the window shows first.
 
-    `project` is by default the last one, or the sample; `demonstration` is a name or id. `at` and
+    `project` is by default the last one, or the sample; `demonstration` is a name or id, and
+    `workspace` ``"tradeoff"`` that page of the review. `at` and
     `span` are in seconds, `size` in pixels; `theme` and `author` are by default the last ones. With
     `screenshot` the window is drawn into this PNG, without a display.
     """

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Literal
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer
-from PySide6.QtGui import QHelpEvent, QMouseEvent, QPalette, QResizeEvent
+from PySide6.QtGui import QAction, QHelpEvent, QMouseEvent, QPalette, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QLineEdit,
     QMainWindow,
+    QMenu,
     QProgressBar,
     QPushButton,
     QScrollArea,
@@ -60,13 +61,17 @@ def placeholder(text: str = "") -> QLabel:
     return label
 
 
-def set_enabled_with_reason(control: QWidget, obstacle: str) -> None:
-    """Enable a control; or disable it and show the reason where it is clicked or hovered.
+def set_enabled_with_reason(control: QWidget | QAction, obstacle: str) -> None:
+    """Enable a control or menu entry; or disable it and show the reason where it is clicked.
 
-    `obstacle` is the reason as a sentence; empty enables.
+    `obstacle` is the reason as a sentence; empty enables. An entry must be in its menus by then.
     """
     control.setEnabled(not obstacle)
-    if control.property("obstacle") is None:
+    if isinstance(control, QAction):
+        for menu in control.associatedObjects():
+            if isinstance(menu, QMenu):
+                menu.installEventFilter(_obstacles())
+    elif control.property("obstacle") is None:
         control.installEventFilter(_obstacles())
     control.setProperty("obstacle", obstacle)
 
@@ -76,16 +81,21 @@ class _Obstacles(QObject):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Show the reason at the mouse."""
-        obstacle = watched.property("obstacle")
-        if obstacle and isinstance(watched, QWidget) and not watched.isEnabled():
-            # Not when pressed: Qt hides what is shown once the button is released.
-            if isinstance(event, QMouseEvent) and event.type() == QEvent.Type.MouseButtonRelease:
-                QToolTip.showText(event.globalPosition().toPoint(), obstacle, watched)
-                return True
-            if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
-                QToolTip.showText(event.globalPos(), obstacle, watched)
-                return True
-        return False
+        # Not when pressed: Qt hides what is shown once the button is released.
+        if isinstance(event, QMouseEvent) and event.type() == QEvent.Type.MouseButtonRelease:
+            place = event.globalPosition().toPoint()
+        elif isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
+            place = event.globalPos()
+        else:
+            return False
+        assert isinstance(watched, QWidget)
+        control: QWidget | QAction | None = watched
+        if isinstance(watched, QMenu):
+            control = watched.actionAt(watched.mapFromGlobal(place))
+        obstacle = control is not None and not control.isEnabled() and control.property("obstacle")
+        if obstacle:
+            QToolTip.showText(place, obstacle, watched)
+        return bool(obstacle)
 
 
 @cache
@@ -139,6 +149,18 @@ class DockedWindow(QMainWindow):
         }
         if shown:
             self.resizeDocks([*shown], [*shown.values()], Qt.Orientation.Horizontal)
+
+    @property
+    def widths(self) -> list[str]:
+        """The widths that the lists should have, to be remembered with the layout."""
+        return [f"{width} {dock.objectName()}" for dock, width in self._widths.items()]
+
+    def recall_widths(self, widths: Iterable[str]) -> None:
+        """Have the widths that were remembered: the window may have been small when it closed."""
+        for width, _, name in (entry.partition(" ") for entry in widths):
+            dock = self.findChild(QDockWidget, name)
+            if isinstance(dock, QDockWidget) and width.isdecimal():
+                self._widths[dock] = int(width)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QMainWindow, QMenu, QTabWidget, QWidget
 
 from forcelab.gui import settings
 from forcelab.gui.document import Document
+from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.shortcuts import COMMANDS
 from forcelab.gui.text import escape_ampersands
 
@@ -24,8 +25,11 @@ _BEGINNING = frozenset(
 #: Groups of commands that act on the demonstration in view, and the others that do.
 _GROUPS_IN_VIEW = frozenset({"Playback", "Labelling", "Segments", "Review"})
 _IN_VIEW = frozenset({"zoom_in", "zoom_out", "zoom_fit", "zoom_selection"})
+_OUT_OF_VIEW = "This acts on the demonstration in view; go to Label or Review."
 #: Those of these groups that make sense in every workspace.
-_ANYWHERE = frozenset({"cancel", "coder", "note", "snapping", "train", "cancel_training"})
+_ANYWHERE = frozenset(
+    {"cancel", "coder", "note", "snapping", "train", "cancel_training", "workspace_tradeoff"}
+)
 
 
 def fill_menus(
@@ -67,7 +71,7 @@ def follow_view(commands: Mapping[str, QAction], visible: bool) -> None:
     for command in COMMANDS:
         acts = command.group in _GROUPS_IN_VIEW or command.id in _IN_VIEW
         if acts and command.id not in _ANYWHERE and command.id in commands:
-            commands[command.id].setEnabled(visible)
+            set_enabled_with_reason(commands[command.id], "" if visible else _OUT_OF_VIEW)
 
 
 def follow_tabs(tabs: QTabWidget, actions: Sequence[QAction]) -> None:

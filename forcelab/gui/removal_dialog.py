@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui.demonstration_model import DemonstrationRow, percent
+from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.text import escape_ampersands
 from forcelab.labels import is_model
 from forcelab.project import Project, RunUse
@@ -23,6 +24,7 @@ from forcelab.text import amount
 
 #: How many things are named one by one.
 NAMED = 3
+_FIRST = "Agree to what goes as well first."
 #: How many letters of a note are shown.
 LETTERS = 300
 
@@ -44,9 +46,11 @@ class Removal(QDialog):
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         self.remove = buttons.addButton("Remove", QDialogButtonBox.ButtonRole.DestructiveRole)
         self.remove.setAutoDefault(False)
-        self.remove.setEnabled(not others)
+        set_enabled_with_reason(self.remove, _FIRST if others else "")
         self.remove.clicked.connect(self.accept)
-        self.others.toggled.connect(self.remove.setEnabled)
+        self.others.toggled.connect(
+            lambda on: set_enabled_with_reason(self.remove, "" if on else _FIRST)
+        )
         buttons.rejected.connect(self.reject)
         buttons.button(QDialogButtonBox.StandardButton.Cancel).setDefault(True)
         column = QVBoxLayout(self)

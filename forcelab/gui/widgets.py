@@ -232,3 +232,13 @@ class OverflowTabs(QTabWidget):
             if not self.isTabVisible(index):
                 action = self._menu.addAction(self.tabText(index))
                 action.triggered.connect(partial(self.setCurrentIndex, index))
+
+
+def combo_box(name: str, items: dict[str, str], tip: str = "") -> QComboBox:
+    """A list to choose from; each item knows what it stands for."""
+    box = QComboBox()
+    box.setAccessibleName(name)
+    box.setToolTip(tip)
+    for text, value in items.items():
+        box.addItem(text, value)
+    return box

@@ -40,8 +40,6 @@ from forcelab.gui.review.tab import BACKGROUND_JOBS, ReviewTab
 from forcelab.gui.shortcuts import bind
 from forcelab.gui.status_bar import StatusLine
 from forcelab.gui.text import settle_name
-from forcelab.gui.tradeoff.measuring import MEASURING
-from forcelab.gui.tradeoff.tab import TradeoffTab
 from forcelab.gui.welcome import SampleProgress, Welcome
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.jobs import Progress
@@ -50,7 +48,7 @@ from forcelab.runtime import return_memory
 __all__ = ["AuthorChoice", "Window"]
 
 #: The workspaces in the order of their tabs, as the command line names them.
-WORKSPACES = ("label", "review", "capture", "tradeoff")
+WORKSPACES = ("label", "review", "capture")
 #: The layout's version: a layout of another one is not restored.
 LAYOUT = 1
 #: Milliseconds between two looks at what other windows and processes have changed, and from an
@@ -84,7 +82,6 @@ class Window(DockedWindow):
         self.label = LabelWorkspace(self.document, self.jobs, self)
         self.review = ReviewTab(self.document, self.jobs, self.label)
         self.capture = CaptureTab(self.document, self.jobs)
-        self.tradeoff = TradeoffTab(self.document, self.jobs, self.review.learning)
         self.demonstrations = DemonstrationList(self.document)
         self._welcome, self._coders = Welcome(), AuthorChoice(self.document)
         self._sample = SampleProgress()
@@ -97,7 +94,7 @@ class Window(DockedWindow):
         self._tabs.setAccessibleName("Workspaces")
         self._tabs.tabBar().setAccessibleName("Workspaces")
         switches = [self.commands[f"workspace_{name}"] for name in WORKSPACES]
-        pages = (self.label, self.review, self.capture, self.tradeoff)
+        pages = (self.label, self.review, self.capture)
         for page, switch in zip(pages, switches, strict=True):
             self._tabs.addTab(page, switch.text())
         follow_tabs(self._tabs, switches)
@@ -118,10 +115,10 @@ class Window(DockedWindow):
         # There from the start: nothing moves when it first says something.
         self.setStatusBar(self._line)
         self.statusBar().addPermanentWidget(self._sample)
-        self.statusBar().addPermanentWidget(self.review.standing)
+        self.statusBar().addPermanentWidget(self.review.indicator)
         self.statusBar().addPermanentWidget(self.capture.line)
         self.capture.line.clicked.connect(partial(self.show_workspace, "capture"))
-        self.review.standing.clicked.connect(partial(self.show_workspace, "review"))
+        self.review.indicator.clicked.connect(partial(self.show_workspace, "review"))
         self._standard = self.saveState(LAYOUT)
         self._listing = QTimer(self, singleShot=True, interval=LIST_MS)
         self._look, self._tidy = QTimer(self), QTimer(self, interval=TIDY_MS)
@@ -152,8 +149,14 @@ class Window(DockedWindow):
         return True
 
     def show_workspace(self, name: str) -> None:
-        """Bring a workspace to the front: ``"label"``, ``"review"``, ``"capture"``, ..."""
-        self._tabs.setCurrentIndex(WORKSPACES.index(name))
+        """Bring a workspace to the front: ``"label"``, ``"review"`` or ``"capture"``.
+
+        ``"tradeoff"``, which was one of them, is a page of the review.
+        """
+        page = name == "tradeoff"
+        self._tabs.setCurrentIndex(WORKSPACES.index("review" if page else name))
+        if page:
+            self.review.workspace.show_list("tradeoff")
 
     def restore_layout(self) -> None:
         """Restore the layout of the last time."""
@@ -161,6 +164,7 @@ class Window(DockedWindow):
             self.restoreGeometry(QByteArray(geometry))
         if state := settings.data("window/layout"):
             self._shared_out = self.restoreState(QByteArray(state), LAYOUT)
+            self.recall_widths(settings.strings("window/widths"))
         self._dock.setVisible(self.document.project is not None)
         self.label.restore_layout()
 
@@ -170,9 +174,9 @@ class Window(DockedWindow):
 
         Trainings and measurements may go on; what they bring comes when they are done.
         """
-        behind = BACKGROUND_JOBS | ENDLESS | {MEASURING}
+        behind = BACKGROUND_JOBS | ENDLESS
         quiet = behind.issuperset(self.jobs.busy)
-        return quiet and self.label.settled and self.tradeoff.settled
+        return quiet and self.label.settled
 
     def at_rest(self, patience: float) -> bool:
         """Whether all background work has ended after the window was closed.
@@ -288,7 +292,7 @@ class Window(DockedWindow):
             "reset_layout": self._reset_layout,
             "next_camera": self.label.cameras.show_next,
         }
-        for name in WORKSPACES:
+        for name in (*WORKSPACES, "tradeoff"):
             handlers[f"workspace_{name}"] = partial(self.show_workspace, name)
         choices: tuple[theme.Choice, ...] = ("light", "dark", "system")
         for choice in choices:
@@ -312,7 +316,6 @@ class Window(DockedWindow):
         name = WORKSPACES[index]
         self.review.come_to_front(name == "review")
         self.capture.come_to_front(name == "capture")
-        self.tradeoff.come_to_front(name == "tradeoff")
         follow_view(self.commands, name in ("label", "review"))
         # Panels that were put back have handed the keyboard on, to whatever came next.
         if name == "label":
@@ -388,6 +391,7 @@ class Window(DockedWindow):
     def _remember_layout(self) -> None:
         settings.store("window/geometry", bytes(self.saveGeometry().data()))
         settings.store("window/layout", bytes(self.saveState(LAYOUT).data()))
+        settings.store("window/widths", self.widths)
         self.label.take_back()  # its layout is the one in which nothing is lent
         self.label.remember_layout()
         self.review.remember_layout()
@@ -398,7 +402,6 @@ class Window(DockedWindow):
         self._dock.setVisible(self.document.project is not None)
         self.label.reset_layout()
         self.review.reset_layout()
-        self.tradeoff.reset_layout()
 
     def _share_out(self) -> None:
         """Give the list a fifth of the width, and no more than any workspace leaves it."""

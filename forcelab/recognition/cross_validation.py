@@ -14,7 +14,7 @@ import numpy as np
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import UNLABELLED, to_codes
-from forcelab.parallel import shared
+from forcelab.parallel import map_in_processes
 from forcelab.recognition.adaptation import matching
 from forcelab.recognition.calibration import Reliability
 from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate, prepare
@@ -94,7 +94,7 @@ def in_processes(
     """Work off the folds in several processes; every finished fold is progress."""
     results: list[list[FoldResult]] = []
     worked = partial(_worked, settings=settings, certainty=certainty)
-    with closing(shared(worked, folds, jobs)) as coming:
+    with closing(map_in_processes(worked, folds, jobs)) as coming:
         for result in coming:
             results.append(result)
             yield Progress(len(results), len(folds), "recognising")

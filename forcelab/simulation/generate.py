@@ -16,7 +16,7 @@ import numpy as np
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.jobs import Progress, finish
-from forcelab.parallel import shared
+from forcelab.parallel import map_in_processes
 from forcelab.project import Added, Incoming, Project
 from forcelab.project.records import segments_to_json
 from forcelab.simulation.coder_model import CODERS, Coding, code
@@ -104,13 +104,13 @@ def producing(
         yield Progress(done, total, _simulating(batches))
         performances: dict[Origin, Performance] = {}
         # Closed at once where somebody stops: the processes end then.
-        with closing(shared(_performed, batches, jobs)) as coming:
+        with closing(map_in_processes(_performed, batches, jobs)) as coming:
             for number, moved in enumerate(coming, start=1):
                 performances.update(zip(batches[number - 1], moved, strict=True))
                 done += 1
                 yield Progress(done, total, _simulating(batches[number:]))
         given = ((order, performances[order.origin], scratch) for order in portion)
-        with closing(shared(_finished, given, jobs)) as finished:
+        with closing(map_in_processes(_finished, given, jobs)) as finished:
             for incoming in finished:
                 made.append(incoming)
                 done += 1

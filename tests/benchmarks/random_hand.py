@@ -234,7 +234,7 @@ class Hand(QObject):
         """Let what runs come to rest, and report once more."""
         if not self.ending:
             self.ending = True
-            self.window.review.learning.cancel()
+            self.window.review.trainer.cancel()
             self.window.jobs.close()
             self.go_on(5.0)
             return

@@ -23,7 +23,7 @@ from PySide6.QtCore import QTimer
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.gui.jobs import Job
-from forcelab.gui.review.training_backend import BACKGROUND
+from forcelab.gui.review.training_backend import Backend
 from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.labels import Segment, Track
@@ -208,7 +208,7 @@ class _Bench:
         """Begin a training just as the window does."""
         trail: list[Any] = []
         job = self._window.jobs.run(
-            BACKGROUND.train(
+            Backend().train(
                 self._path, lambda: (_settings(classifier), Choice((TASK,))), TASK, trail
             ),
             lambda _: None,

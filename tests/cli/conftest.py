@@ -15,7 +15,7 @@ from forcelab.cli import main
 
 
 @dataclass
-class Said:
+class Result:
     status: int
     out: str
     err: str
@@ -52,8 +52,8 @@ def forcelab(capsys):
             status = main([str(word) for word in words])
         except KeyboardInterrupt:  # it would end all tests
             pytest.fail("Ctrl+C was not heard.")
-        said = capsys.readouterr()
-        return Said(status, said.out, said.err)
+        result = capsys.readouterr()
+        return Result(status, result.out, result.err)
 
     return call
 
@@ -72,8 +72,8 @@ def forcelab_on_terminal(forcelab, monkeypatch):
     def call(*words):
         with monkeypatch.context() as patch:
             patch.setattr(sys, "stderr", shown := Terminal())
-            said = forcelab(*words)
-        return replace(said, err=shown.getvalue())
+            result = forcelab(*words)
+        return replace(result, err=shown.getvalue())
 
     return call
 
@@ -90,8 +90,8 @@ def recordings(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def made(tmp_path_factory, recordings):
-    project = tmp_path_factory.mktemp("made") / "lab.forcelab"
+def imported(tmp_path_factory, recordings):
+    project = tmp_path_factory.mktemp("imported") / "lab.forcelab"
     for task in ("foam", "sponge"):
         files = sorted(str(path) for path in recordings.glob(f"{task}-*.csv"))
         assert main(["import", str(project), *files, "--task", task]) == 0
@@ -99,6 +99,6 @@ def made(tmp_path_factory, recordings):
 
 
 @pytest.fixture
-def project(made, tmp_path):
+def project(imported, tmp_path):
     """A copy of the small project that a test may change."""
-    return Path(shutil.copytree(made, tmp_path / "lab.forcelab"))
+    return Path(shutil.copytree(imported, tmp_path / "lab.forcelab"))

@@ -6,9 +6,9 @@ from forcelab.glossary import glossary
 
 
 def test_every_action_is_told_with_a_picture_that_is_there(forcelab):
-    told = forcelab("actions", "--json").json
-    assert [one["action"] for one in told] == [entry.action for entry in glossary()]
-    for one in told:
+    output = forcelab("actions", "--json").json
+    assert [one["action"] for one in output] == [entry.action for entry in glossary()]
+    for one in output:
         assert cv2.imread(one["picture"]).shape == (180, 648, 3)
 
 

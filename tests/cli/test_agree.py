@@ -20,10 +20,10 @@ def coded(project):
 
 
 def test_the_figures_and_the_worst_place(forcelab, coded):
-    said = forcelab("agree", coded)
-    assert said.status == 0
-    assert "Ann / coder" in said.out
-    assert "almost perfect" in said.out or "substantial" in said.out
+    result = forcelab("agree", coded)
+    assert result.status == 0
+    assert "Ann / coder" in result.out
+    assert "almost perfect" in result.out or "substantial" in result.out
     found = forcelab("agree", coded, "--json").json
     (pair,) = found["pairs"]
     assert pair["demonstrations"] == 4
@@ -32,7 +32,7 @@ def test_the_figures_and_the_worst_place(forcelab, coded):
     assert pair["by_action"]["still"] == pytest.approx(1.0)
     worst = pair["places"]["apart"][0]
     assert (worst["name"], worst["first"], worst["second"]) == ("foam-01", "grab", "hold")
-    assert worst["name"] in said.out
+    assert worst["name"] in result.out
     assert found["fleiss_kappa"] == pytest.approx(pair["kappa"], abs=0.01)
     assert found["counts"] == {"Ann": {"foam": 4}, "coder": {"foam": 4, "sponge": 2}}
 
@@ -42,11 +42,11 @@ def test_names_cannot_steer_the_terminal(forcelab, coded):
         info = opened.demonstrations.info(opened.demonstrations.id_of("foam-01"))
         opened.demonstrations.rename(info.id, "foam\x1b[31m")
         opened.tracks.edit(info.id, "Bob\n\x1b[1m", (), (Segment(0.0, 1.0, "a\nb"),), "made")
-    said = forcelab("agree", coded).out
-    assert "\x1b" not in said
-    assert r"foam\x1b[31m" in said
-    assert r"Ann / Bob\n\x1b[1m" in said.splitlines()
-    assert r"agreement by action, %: a\nb " in said
+    result = forcelab("agree", coded).out
+    assert "\x1b" not in result
+    assert r"foam\x1b[31m" in result
+    assert r"Ann / Bob\n\x1b[1m" in result.splitlines()
+    assert r"agreement by action, %: a\nb " in result
 
 
 def test_one_coder_who_labelled_twice(forcelab, coded):

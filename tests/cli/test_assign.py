@@ -10,19 +10,19 @@ def names(said):
 
 
 def test_demonstrations_are_assigned_blind_and_done(forcelab, project):
-    said = forcelab("assign", project, "foam-01", "foam-02", "--author", "Anna", "--json")
-    assert names(said) == [("foam-01", "Anna", True, None), ("foam-02", "Anna", True, None)]
-    said = forcelab("assign", project, "foam-01", "--author", "Anna", "--done", "--json")
-    assert said.json["assignments"][0]["done"]
-    said = forcelab("assign", project, "foam-01", "--author", "Anna", "--reopen", "--json")
-    assert names(said) == [("foam-01", "Anna", True, None)]
+    result = forcelab("assign", project, "foam-01", "foam-02", "--author", "Anna", "--json")
+    assert names(result) == [("foam-01", "Anna", True, None), ("foam-02", "Anna", True, None)]
+    result = forcelab("assign", project, "foam-01", "--author", "Anna", "--done", "--json")
+    assert result.json["assignments"][0]["done"]
+    result = forcelab("assign", project, "foam-01", "--author", "Anna", "--reopen", "--json")
+    assert names(result) == [("foam-01", "Anna", True, None)]
     forcelab("assign", project, "--task", "sponge", "--author", "Bert", "--open")
-    said = forcelab("assign", project, "--json")
-    assert len(names(said)) == 4
-    said = forcelab("assign", project, "--author", "Bert")
-    assert said.status == 0
-    assert "Anna" not in said.out
-    assert said.out.count("open") == 2
+    result = forcelab("assign", project, "--json")
+    assert len(names(result)) == 4
+    result = forcelab("assign", project, "--author", "Bert")
+    assert result.status == 0
+    assert "Anna" not in result.out
+    assert result.out.count("open") == 2
     forcelab("assign", project, "foam-01", "foam-02", "--author", "Anna", "--remove")
     with Project.open(project) as opened:
         assert {one.author for one in opened.coding.assignments()} == {"Bert"}

@@ -16,26 +16,26 @@ def film(tmp_path_factory):
 
 
 def test_a_video_comes_to_a_demonstration_with_its_offset(forcelab, project, film):
-    said = forcelab("attach", project, "foam-01", film, "--offset", "-0.25", "--json").json
-    assert not said["replaced"]
+    result = forcelab("attach", project, "foam-01", film, "--offset", "-0.25", "--json").json
+    assert not result["replaced"]
     with Project.open(project) as opened:
         video = opened.demonstrations.load("foam-01").video
         assert video.clock.offset == -0.25
         assert video.path.read_bytes() == film.read_bytes()
-    told = forcelab("attach", project, "foam-01", film)
-    assert told.status == 0
-    assert told.out.startswith("Replaced the video of 'foam-01'")
-    assert said["remarks"] == []
-    assert told.err == ""
+    output = forcelab("attach", project, "foam-01", film)
+    assert output.status == 0
+    assert output.out.startswith("Replaced the video of 'foam-01'")
+    assert result["remarks"] == []
+    assert output.err == ""
 
 
 def test_a_damaged_video_is_attached_and_told_of(forcelab, project, tmp_path, film):
     content = film.read_bytes()
     half = tmp_path / "half.avi"
     half.write_bytes(content[: len(content) // 4])
-    told = forcelab("attach", project, "foam-01", half)
-    assert told.status == 0
-    assert told.err.startswith("forcelab: 'half.avi' is cut short")
+    output = forcelab("attach", project, "foam-01", half)
+    assert output.status == 0
+    assert output.err.startswith("forcelab: 'half.avi' is cut short")
     assert forcelab("attach", project, "foam-01", half, "--json").json["remarks"]
 
 

@@ -30,8 +30,8 @@ def source(times):
 
 @pytest.fixture
 def daq():
-    with VirtualOptoForce(source) as made:
-        yield made
+    with VirtualOptoForce(source) as created:
+        yield created
 
 
 def started(*words):
@@ -56,23 +56,23 @@ def journal_of(project, process, size=40_000):
 
 def test_a_recording_of_two_seconds_is_in_a_new_project(forcelab, daq, tmp_path):
     project = tmp_path / "lab.forcelab"
-    said = forcelab(
+    result = forcelab(
         "capture", project, "--device", f"optoforce:{daq.port}", "--task", "LEGO",
         "--seconds", "2", "--json",
     )  # fmt: skip
-    assert said.status == 0, said.err
-    told = said.json
-    assert told["name"] == "LEGO 01"
-    (device,) = told["devices"]
+    assert result.status == 0, result.err
+    output = result.json
+    assert output["name"] == "LEGO 01"
+    (device,) = output["devices"]
     assert device["lost"] == 0
     assert device["channels"] == ["fx1", "fy1", "fz1"]
     assert device["rate"] == pytest.approx(1000, rel=0.01)
-    assert "Ctrl+C" in said.err
+    assert "Ctrl+C" in result.err
     with Project.open(project) as opened:
         d = opened.demonstrations.load("LEGO 01")
         stamps = opened.media.stamps(d.id)
         assert "optoforce" in opened.demonstrations.info(d.id).source
-    assert told["samples"] == len(d.times)
+    assert output["samples"] == len(d.times)
     assert d.gaps == ()
     assert (np.diff(stamps["ticks_0"]) == 1).all()
     assert len(d.times) > 1500
@@ -101,12 +101,12 @@ def test_killed_it_loses_at_most_a_second_and_is_recovered(forcelab, daq, tmp_pa
     assert (np.diff(ticks) == 1).all()
     assert killed - blocks[-1].arrived[-1] < 1.0
     # The next start says so, and records under the next name.
-    said = forcelab("capture", project, "--device", device, "--task", "LEGO", "--seconds", "0.3")
-    assert "1 unfinished recording" in said.err
-    assert "'LEGO 02'" in said.out
-    said = forcelab("capture", project, "--recover", "--json")
-    assert said.status == 0
-    (found,) = said.json["recovered"]
+    result = forcelab("capture", project, "--device", device, "--task", "LEGO", "--seconds", "0.3")
+    assert "1 unfinished recording" in result.err
+    assert "'LEGO 02'" in result.out
+    result = forcelab("capture", project, "--recover", "--json")
+    assert result.status == 0
+    (found,) = result.json["recovered"]
     assert found["name"] == "LEGO 01"
     assert found["samples"] == len(ticks)
     with Project.open(project) as opened:
@@ -129,9 +129,9 @@ def test_ctrl_c_keeps_one_demonstration_though_unplugged_and_plugged_in_again(tm
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=60)
     assert process.returncode == 0, err
-    told = json.loads(out)
-    assert told["samples"] > 500
-    assert "unplugged" in " ".join(told["remarks"])
+    output = json.loads(out)
+    assert output["samples"] > 500
+    assert "unplugged" in " ".join(output["remarks"])
     assert "is back" in err
     with Project.open(project) as opened:
         (one,) = opened.demonstrations.infos()
@@ -156,16 +156,16 @@ def test_what_the_disk_does_not_take_is_kept_elsewhere_and_can_be_recovered(
     _, err = process.communicate(timeout=60)
     assert process.returncode == 1
     (saved,) = home.glob("*.journal")
-    told = err.splitlines()[-1]
-    assert str(saved) in told
-    assert f"'{project / CAPTURES}'" in told
-    assert "--recover" in told
+    output = err.splitlines()[-1]
+    assert str(saved) in output
+    assert f"'{project / CAPTURES}'" in output
+    assert "--recover" in output
     away.rename(project)
     for part in unfinished(project):  # as far as the disk took it
         part.unlink()
     saved.rename(project / CAPTURES / saved.name)
-    said = forcelab("capture", project, "--recover", "--json")
-    (found,) = said.json["recovered"]
+    result = forcelab("capture", project, "--recover", "--json")
+    (found,) = result.json["recovered"]
     assert found["name"] == "LEGO 01"
     with Project.open(project) as opened:
         d = opened.demonstrations.load("LEGO 01")
@@ -174,28 +174,28 @@ def test_what_the_disk_does_not_take_is_kept_elsewhere_and_can_be_recovered(
 
 
 def test_a_recording_that_cannot_be_recovered_is_said_and_left(forcelab, tmp_path):
-    with Project.create(tmp_path / "lab.forcelab") as made:
-        project = made.path
+    with Project.create(tmp_path / "lab.forcelab") as created:
+        project = created.path
     (project / CAPTURES).mkdir()
     bad = project / CAPTURES / "bad.journal"
     bad.write_bytes(b"junk")
-    said = forcelab("capture", project, "--recover")
-    assert said.status == 1
-    assert "no journal" in said.out
+    result = forcelab("capture", project, "--recover")
+    assert result.status == 1
+    assert "no journal" in result.out
     assert bad.exists()
 
 
 def test_a_recording_without_samples_is_said_once_and_gone(forcelab, tmp_path):
-    with Project.create(tmp_path / "lab.forcelab") as made:
-        project = made.path
+    with Project.create(tmp_path / "lab.forcelab") as created:
+        project = created.path
     (project / CAPTURES).mkdir()
     none = project / CAPTURES / "pull 01.journal"
     none.write_bytes(header_bytes({"name": "pull 01", "cameras": []}))
     torn = none.with_stem("pull 02")
     torn.write_bytes(none.read_bytes() + b"half a block")
-    said = forcelab("capture", project, "--recover")
-    assert said.status == 1
-    assert "'pull 01' ended before its first sample" in said.out
+    result = forcelab("capture", project, "--recover")
+    assert result.status == 1
+    assert "'pull 01' ended before its first sample" in result.out
     assert not none.exists()
     assert torn.exists()  # something was in it
     torn.unlink()
@@ -242,15 +242,15 @@ def test_a_recording_that_is_not_told_of_is_a_wrong_command_line(
 def test_raw_counts_are_warned_of_before_they_are_recorded(forcelab, daq, tmp_path):
     words = ("--task", "LEGO", "--seconds", "0.3")
     port = f"optoforce:{daq.port}"
-    said = forcelab("capture", tmp_path / "lab.forcelab", "--device", port, *words)
-    assert said.status == 0
+    result = forcelab("capture", tmp_path / "lab.forcelab", "--device", port, *words)
+    assert result.status == 0
     warning = (
         f"{port} is not calibrated: its forces are recorded as raw counts, which do not compare "
         f"with newtons; give ?calibration=FILE.\n"
     )
-    assert warning in said.err
-    assert said.err.index(warning) < said.err.index("Recording 'LEGO 01'")
+    assert warning in result.err
+    assert result.err.index(warning) < result.err.index("Recording 'LEGO 01'")
     file = asset("calibrations", "3-axis-40N.toml")
     newtons = f"{port}?calibration={file}"
-    said = forcelab("capture", tmp_path / "lab.forcelab", "--device", newtons, *words)
-    assert "calibrated" not in said.err
+    result = forcelab("capture", tmp_path / "lab.forcelab", "--device", newtons, *words)
+    assert "calibrated" not in result.err

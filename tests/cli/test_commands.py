@@ -15,12 +15,12 @@ from pathlib import Path
 from unicodedata import normalize
 
 import pytest
-from quick import FAST
+from fast_options import FAST
 
 from forcelab import __version__
 from forcelab.cli import build_parser, main
-from forcelab.cli.files import file_names
 from forcelab.formats.label_tables import read_labels
+from forcelab.formats.output_folder import file_names
 from forcelab.formats.recording import ReadOptions
 from forcelab.gui.qt_check import QtPlatform
 from forcelab.project import Project
@@ -92,9 +92,9 @@ def test_every_example_of_a_manual_can_be_said(capsys, command):
     ],
 )
 def test_a_wrong_command_line_is_told_in_one_sentence(forcelab, words, said):
-    told = forcelab(*words).wrong_word
-    assert said in told
-    assert told.endswith("--help'.\n")
+    output = forcelab(*words).wrong_word
+    assert said in output
+    assert output.endswith("--help'.\n")
 
 
 def test_help_and_version_are_asked_for_as_in_other_programs(forcelab):
@@ -129,17 +129,17 @@ def test_a_calibration_that_is_not_there_is_told_where_nothing_needs_it(
 ):
     table, missing = next(recordings.glob("*.csv")), tmp_path / "no.toml"
     project = tmp_path / "new.forcelab"
-    said = forcelab("import", project, table, "--calibration", missing)
-    assert f"The calibration file '{missing}' cannot be read" in said.sentence
+    result = forcelab("import", project, table, "--calibration", missing)
+    assert f"The calibration file '{missing}' cannot be read" in result.sentence
     assert not project.exists()
 
 
 def test_importing_twice_updates(forcelab, project, recordings):
     files = sorted(recordings.glob("foam-*.csv"))
-    said = forcelab("import", project, *files, "--task", "foam", "--json")
-    assert [one["status"] for one in said.json["demonstrations"]] == ["unchanged"] * 4
-    told = forcelab("import", project, *files, "--task", "foam")
-    assert told.out == "4 recordings: 0 new, 0 updated, 4 unchanged.\n"
+    result = forcelab("import", project, *files, "--task", "foam", "--json")
+    assert [one["status"] for one in result.json["demonstrations"]] == ["unchanged"] * 4
+    output = forcelab("import", project, *files, "--task", "foam")
+    assert output.out == "4 recordings: 0 new, 0 updated, 4 unchanged.\n"
     with Project.open(project) as opened:
         assert len(opened.demonstrations.infos()) == 6
 
@@ -150,8 +150,8 @@ def test_columns_are_read_as_it_is_said(forcelab, tmp_path):
     file.write_text("time,crosshead,fx,button\n" + rows)
     project = tmp_path / "p.forcelab"
     assert "(--signal)" in forcelab("import", project, file).out
-    said = forcelab("import", project, file, "--signal", "crosshead", "--leave-out", "button")
-    assert "crosshead" not in said.out
+    result = forcelab("import", project, file, "--signal", "crosshead", "--leave-out", "button")
+    assert "crosshead" not in result.out
     with Project.open(project) as opened:
         channels = {tuple(c.name for c in info.channels) for info in opened.demonstrations.infos()}
     assert channels == {("fx", "button"), ("crosshead", "fx")}
@@ -161,10 +161,10 @@ def test_remarks_are_told_for_each_file(forcelab, tmp_path):
     file = tmp_path / "late.csv"
     rows = [f"{i / 100},{i}" for i in range(30)] + ["9e9,1"]
     file.write_text("time,a\n" + "\n".join(rows) + "\n")
-    said = forcelab("import", tmp_path / "p.forcelab", file)
-    assert said.status == 0
-    assert "late.csv: " in said.out
-    assert "1 new" in said.out
+    result = forcelab("import", tmp_path / "p.forcelab", file)
+    assert result.status == 0
+    assert "late.csv: " in result.out
+    assert "1 new" in result.out
     strict = tmp_path / "strict.forcelab"
     assert "late.csv" in forcelab("import", strict, file, "--strict").sentence
     assert not strict.exists()
@@ -175,9 +175,9 @@ def test_glitches_are_told_and_stay_as_they_are(forcelab, tmp_path):
     wild = {20: "3e12", 21: "-4e15", 50: "9e37"}  # the last is no reading at all, but missing
     rows = [f"{i / 100},{wild.get(i, i % 7)},{'5e14' if i == 90 else 1}" for i in range(200)]
     file.write_text("\n".join(["time,fx,fz", *rows, ""]))
-    said = forcelab("import", tmp_path / "p.forcelab", file)
-    told = "torn.csv: 3 samples are glitches, no force, and count as missing (fx 2, fz 1)."
-    assert told in said.out.splitlines()
+    result = forcelab("import", tmp_path / "p.forcelab", file)
+    output = "torn.csv: 3 samples are glitches, no force, and count as missing (fx 2, fz 1)."
+    assert output in result.out.splitlines()
     with Project.open(tmp_path / "p.forcelab") as opened:
         assert opened.demonstrations.load("torn").signals[20:22, 0].tolist() == [3e12, -4e15]
 
@@ -202,9 +202,9 @@ def test_a_bad_file_is_named_and_left_out(forcelab, recordings, tmp_path):
 
 
 def test_list_tells_what_there_is(forcelab, project):
-    said = forcelab("list", project)
-    assert "foam-01" in said.out
-    assert "6 demonstrations" in said.out
+    result = forcelab("list", project)
+    assert "foam-01" in result.out
+    assert "6 demonstrations" in result.out
     content = forcelab("list", project, "--task", "sponge", "--json").json
     assert [d["name"] for d in content["demonstrations"]] == ["sponge-11", "sponge-12"]
     assert content["demonstrations"][0]["labelled_seconds"]["coder"] > 1
@@ -217,15 +217,15 @@ def test_list_says_where_the_videos_of_further_cameras_lie(forcelab, project, tm
         info = opened.demonstrations.infos()[0]
         kept = opened.media.attach_file(info.id, film)
     assert kept.read_bytes() == b"a film"
-    said = forcelab("list", project).out
-    assert f"Beside the video of '{info.name}', of another camera: {kept}" in said
-    told = forcelab("list", project, "--json").json["demonstrations"]
-    assert [one["beside"] for one in told if one["id"] == info.id] == [[str(kept)]]
+    result = forcelab("list", project).out
+    assert f"Beside the video of '{info.name}', of another camera: {kept}" in result
+    output = forcelab("list", project, "--json").json["demonstrations"]
+    assert [one["beside"] for one in output if one["id"] == info.id] == [[str(kept)]]
 
 
 def test_exported_labels_read_back_as_they_were(forcelab, project, tmp_path):
-    said = forcelab("export", project, "--out", tmp_path / "csv", "--json")
-    assert len(said.json["written"]) == 6
+    result = forcelab("export", project, "--out", tmp_path / "csv", "--json")
+    assert len(result.json["written"]) == 6
     (track,) = read_labels(tmp_path / "csv" / "foam-01.labels.csv", ReadOptions())
     with Project.open(project) as opened:
         assert track == opened.tracks.get(opened.demonstrations.load("foam-01").id, "coder")
@@ -263,17 +263,17 @@ def test_the_list_tells_what_is_left_to_label(forcelab, project):
     assert left("--to-label", "coder") == ["foam-01", "sponge-11"]
     assert left("--to-label", "coder", "--task", "sponge") == ["sponge-11"]
     forcelab("assign", project, "foam-01", "sponge-11", "--author", "coder", "--done")
-    said = forcelab("list", project, "--to-label", "coder").out
-    assert said == "Nothing of this is left to label for coder.\n"
+    result = forcelab("list", project, "--to-label", "coder").out
+    assert result == "Nothing of this is left to label for coder.\n"
     assert "there is 'coder'" in forcelab("list", project, "--to-label", "Coder").sentence
 
 
 def test_doctor_tries_everything_and_finds_this_machine_well(forcelab):
     from forcelab.gui.exception_hook import log_file
 
-    said = forcelab("doctor", "--json")
-    findings = {finding["what"]: finding for finding in said.json}
-    assert said.status == 0, said.out
+    result = forcelab("doctor", "--json")
+    findings = {finding["what"]: finding for finding in result.json}
+    assert result.status == 0, result.out
     assert findings["Qt platform"]["well"]
     assert findings["video MPEG-4 (mp4v)"]["found"] == "writes and reads"
     assert {"python", "numpy", "fonts", "sqlite"} <= set(findings)
@@ -285,9 +285,9 @@ def test_doctor_names_what_is_missing_and_the_cure(forcelab, monkeypatch):
     monkeypatch.setattr("forcelab.cli.commands.doctor._version", lambda _: None)
     here = QtPlatform("6.8", "offscreen", fonts=3)
     monkeypatch.setattr("forcelab.gui.qt_check.probe", lambda: here)
-    said = forcelab("doctor", "--json")
-    findings = {finding["what"]: finding for finding in said.json}
-    assert said.status == 1
+    result = forcelab("doctor", "--json")
+    findings = {finding["what"]: finding for finding in result.json}
+    assert result.status == 1
     assert findings["pyserial"]["found"] == "missing"
     assert "pip install pyserial" in findings["pyserial"]["cure"]
     assert "cv2" in findings["video"]["found"]
@@ -320,22 +320,22 @@ def test_a_full_disk_behind_standard_output_is_one_sentence(
         monkeypatch.context() as patch,
     ):
         patch.setattr(sys, "stdout", full)
-        said = forcelab(*words, *([project] if words == ["list"] else []))
+        result = forcelab(*words, *([project] if words == ["list"] else []))
     # To close what could not be written raises no error either.
-    assert said.sentence == "forcelab: the output: No space left on device.\n"
+    assert result.sentence == "forcelab: the output: No space left on device.\n"
 
 
 def test_names_cannot_steer_the_terminal(forcelab_on_terminal, project, recordings, tmp_path):
     forcelab = forcelab_on_terminal
     (file := tmp_path / "new\x1b[31m.csv").write_bytes((recordings / "foam-01.csv").read_bytes())
-    said = forcelab("import", project, file, "--task", "a\x1b[31m\nb")
-    assert r"reading new\x1b[31m.csv" in said.err
+    result = forcelab("import", project, file, "--task", "a\x1b[31m\nb")
+    assert r"reading new\x1b[31m.csv" in result.err
     with Project.open(project) as opened:
         opened.media.attach_file(opened.demonstrations.id_of("new\x1b[31m"), file)
-    said = forcelab("list", project)
-    assert "\x1b" not in said.out
-    assert r"a\x1b[31m\nb" in said.out
-    assert r"Beside the video of 'new\x1b[31m'" in said.out
+    result = forcelab("list", project)
+    assert "\x1b" not in result.out
+    assert r"a\x1b[31m\nb" in result.out
+    assert r"Beside the video of 'new\x1b[31m'" in result.out
 
 
 def test_what_an_encoding_lacks_is_printed_as_json_escapes_it(forcelab, project, monkeypatch):
@@ -346,9 +346,9 @@ def test_what_an_encoding_lacks_is_printed_as_json_escapes_it(forcelab, project,
             patch.setattr(sys, "stdout", TextIOWrapper(BytesIO(), "latin-1"))
             assert forcelab(*words).status == 0
             sys.stdout.seek(0)
-            told = sys.stdout.read()
-        assert r"Prüfung \ud83d\ude42" in told
-    assert "Prüfung 🙂" in [one["name"] for one in json.loads(told)["demonstrations"]]
+            output = sys.stdout.read()
+        assert r"Prüfung \ud83d\ude42" in output
+    assert "Prüfung 🙂" in [one["name"] for one in json.loads(output)["demonstrations"]]
 
 
 @pytest.mark.parametrize("words", ["import NEW LINK", "predict LINK LINK", "export OLD --out LINK"])
@@ -366,8 +366,8 @@ def test_a_folder_that_was_removed_meanwhile_is_told(forcelab, tmp_path, monkeyp
     folder.rmdir()
     with Path(os.devnull).open("w") as nowhere, monkeypatch.context() as patch:
         patch.setattr(sys, "stdout", nowhere)
-        said = forcelab("list", "lab.forcelab").sentence
-    assert said == "forcelab: this folder: No such file or directory.\n"
+        result = forcelab("list", "lab.forcelab").sentence
+    assert result == "forcelab: this folder: No such file or directory.\n"
 
 
 def test_an_error_is_one_line_whatever_names_hold(forcelab, tmp_path):
@@ -436,8 +436,8 @@ def test_a_table_that_tells_no_rate_is_refused_with_the_option_that_cures_it(
 ):
     table = tmp_path / "table.csv"
     table.write_text(rows)
-    said = forcelab("import", tmp_path / "p.forcelab", table).sentence
-    assert said.endswith("say how many samples there are a second (--rate).\n")
+    result = forcelab("import", tmp_path / "p.forcelab", table).sentence
+    assert result.endswith("say how many samples there are a second (--rate).\n")
 
 
 def test_closed_standard_output_is_no_traceback(project):
@@ -461,9 +461,9 @@ def test_an_unknown_task_is_told_with_those_there_are(forcelab, project):
 
 def test_names_of_files_are_distinct_and_stay_in_their_folder():
     names = ["a/b", "../x", "A", "a", "", "..", "a" * 300, "gr/ün: 1", "con\nrol", "ü", "u\u0308"]
-    made = file_names(names)
-    assert len({normalize("NFC", name).casefold() for name in made}) == len(names)
-    for name in made:
+    created = file_names(names)
+    assert len({normalize("NFC", name).casefold() for name in created}) == len(names)
+    for name in created:
         assert name.strip(" .")
         assert not set('/\\:\n"*?<>|') & set(name)
         assert len(name.encode()) < 255
@@ -510,10 +510,10 @@ def read_terminal(leader, until=b"\0"):
 
 def test_progress_is_shown_on_a_terminal_only(project, forcelab, forcelab_on_terminal):
     words = ["evaluate", project, "--task", "foam", *FAST]
-    said = forcelab_on_terminal(*words)
-    assert said.status == 0
-    assert "█" in said.err
-    assert said.err.endswith("\r\x1b[K")
+    result = forcelab_on_terminal(*words)
+    assert result.status == 0
+    assert "█" in result.err
+    assert result.err.endswith("\r\x1b[K")
     assert forcelab(*words).err == ""
 
 
@@ -522,8 +522,8 @@ def test_a_reader_that_stops_early_is_no_error(forcelab, project, monkeypatch):
     os.close(reader)  # as head does when it has seen enough
     with os.fdopen(writer, "w") as pipe, monkeypatch.context() as patch:
         patch.setattr(sys, "stdout", pipe)
-        said = forcelab("list", project)
-    assert (said.status, said.err) == (0, "")
+        result = forcelab("list", project)
+    assert (result.status, result.err) == (0, "")
 
 
 def interrupted(project, delay):
@@ -562,26 +562,26 @@ def test_an_interrupt_while_processes_start_shows_no_traceback(project, delay):
 def test_ctrl_c_stops_what_is_done_in_one_process(forcelab, project, monkeypatch):
     pressed = partial(signal.raise_signal, signal.SIGINT)
     monkeypatch.setattr("sklearn.naive_bayes.GaussianNB.fit", lambda *_: pressed())
-    said = forcelab("evaluate", project, *FAST)
-    assert (said.status, said.out) == (130, "")
-    assert said.err == "forcelab: stopped; nothing was left half done.\n"
+    result = forcelab("evaluate", project, *FAST)
+    assert (result.status, result.out) == (130, "")
+    assert result.err == "forcelab: stopped; nothing was left half done.\n"
     assert is_whole(project)
 
 
 def test_a_name_is_stripped_and_one_that_is_nearly_there_is_told(forcelab, recordings, tmp_path):
     project = tmp_path / "lab.forcelab"
     first, second, third = (recordings / f"foam-0{number}.csv" for number in (1, 2, 3))
-    said = forcelab("import", project, first, "--task", " foam ", "--author", " Ines")
-    assert said.err == ""
-    said = forcelab("import", project, second, "--task", "Foam", "--author", "ines", "--json")
-    assert said.json["demonstrations"]
-    assert said.err.splitlines() == [
+    result = forcelab("import", project, first, "--task", " foam ", "--author", " Ines")
+    assert result.err == ""
+    result = forcelab("import", project, second, "--task", "Foam", "--author", "ines", "--json")
+    assert result.json["demonstrations"]
+    assert result.err.splitlines() == [
         "'ines' is a new coder beside 'Ines'.",
         "'Foam' is a new task beside 'foam'.",
     ]
     assert forcelab("import", project, third, "--task", "Foam", "--author", "ines ").err == ""
-    said = forcelab("assign", project, "foam-01", "--author", "INES")
-    assert said.err == "'INES' is a new coder beside 'Ines'.\n"
+    result = forcelab("assign", project, "foam-01", "--author", "INES")
+    assert result.err == "'INES' is a new coder beside 'Ines'.\n"
     with Project.open(project) as opened:
         assert [author.name for author in opened.coding.authors()] == ["Ines", "ines"]
         assert set(opened.demonstrations.tasks()) == {"foam", "Foam"}

@@ -30,8 +30,8 @@ def made(tmp_path_factory):
 
 def test_a_second_time_it_says_so_and_changes_nothing(forcelab, made):
     before = (made / "project.sqlite").stat().st_mtime_ns
-    said = forcelab("demo", made, "--json")
-    assert said.json == {
+    result = forcelab("demo", made, "--json")
+    assert result.json == {
         "project": str(made),
         "made": False,
         "tasks": ["cartridge", "foam", "LEGO", "marker", "stylus"],
@@ -44,8 +44,8 @@ def test_a_second_time_it_says_so_and_changes_nothing(forcelab, made):
 
 def test_the_commands_that_it_proposes_work_as_they_are_printed(forcelab, made, monkeypatch):
     monkeypatch.chdir(made.parent)
-    said = forcelab("demo", made)
-    proposed = [line for line in said.out.splitlines() if line.startswith("  forcelab ")]
+    result = forcelab("demo", made)
+    proposed = [line for line in result.out.splitlines() if line.startswith("  forcelab ")]
     assert len(proposed) == 3
     extra = {
         "evaluate": ["--classifier", "naive-bayes", "--max-scale", "64", "--jobs", "1"],

@@ -5,7 +5,7 @@ import errno
 import json
 
 import pytest
-from quick import FAST
+from fast_options import FAST
 from synthetic import ACTIONS
 
 from forcelab.project import Project

@@ -10,25 +10,25 @@ from forcelab.project import Project
 
 
 def test_a_table_of_some_demonstrations(forcelab, project, tmp_path):
-    said = forcelab(
+    result = forcelab(
         *("export", project, "--out", tmp_path / "out", "--format", "table"),
         *("--demo", "foam-02", "--demo", "foam-01", "--author", "coder"),
     )
-    with Path(said.out.strip()).open(newline="", encoding="utf-8") as file:
+    with Path(result.out.strip()).open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert {row["demonstration"] for row in rows} == {"foam-01", "foam-02"}
     with Project.open(project) as opened:
         for name in ("foam-01", "foam-02"):
             segments = opened.tracks.get(opened.demonstrations.load(name).id, "coder").segments
-            told = [float(row["start"]) for row in rows if row["demonstration"] == name]
-            assert told == pytest.approx([segment.start for segment in segments])
+            output = [float(row["start"]) for row in rows if row["demonstration"] == name]
+            assert output == pytest.approx([segment.start for segment in segments])
 
 
 def test_a_table_of_all_is_not_taken_for_labels_of_one_recording(forcelab, project, tmp_path):
-    said = forcelab("export", project, "--out", tmp_path, "--format", "table")
+    result = forcelab("export", project, "--out", tmp_path, "--format", "table")
     lab = tmp_path / "lab.csv"
     lab.write_text("time,fx\n" + "".join(f"{i / 100},{i % 7}\n" for i in range(50)))
-    assert said.status == 0
+    assert result.status == 0
     assert label_tables.has_labels_beside(lab) is None
 
 
@@ -43,8 +43,8 @@ def test_a_table_of_all_is_not_taken_for_labels_of_one_recording(forcelab, proje
 def test_what_there_is_not_is_refused_and_nothing_is_written(
     forcelab, project, tmp_path, words, told
 ):
-    said = forcelab("export", project, "--out", tmp_path / "out", *words)
-    assert told in said.sentence
+    result = forcelab("export", project, "--out", tmp_path / "out", *words)
+    assert told in result.sentence
     assert not (tmp_path / "out").exists()
 
 

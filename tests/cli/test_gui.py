@@ -63,8 +63,8 @@ def test_a_picture_has_the_size_and_theme_asked_for_and_leaves_no_settings(
     forcelab, project, tmp_path
 ):
     out = tmp_path / "window.png"
-    said = forcelab(*words_for(project, out, "light", "1280x800"))
-    assert (said.status, said.out, said.err) == (0, f"{out}\n", "")
+    result = forcelab(*words_for(project, out, "light", "1280x800"))
+    assert (result.status, result.out, result.err) == (0, f"{out}\n", "")
     assert looks_of(out) == (1280, 800, True)
     assert not (tmp_path / "settings.ini").exists()
 
@@ -96,19 +96,19 @@ def test_a_picture_that_cannot_be_drawn_is_one_sentence(
 
 
 def test_a_picture_is_drawn_of_a_project_with_a_recording_that_a_crash_ended(forcelab, tmp_path):
-    with Project.create(tmp_path / "lab.forcelab") as made:
-        captures = made.path / CAPTURES
+    with Project.create(tmp_path / "lab.forcelab") as created:
+        captures = created.path / CAPTURES
     captures.mkdir()
     (captures / "pull 01.journal").write_bytes(header_bytes({"name": "pull 01"}))
     out = tmp_path / "w.png"
-    said = forcelab("gui", made.path, "--screenshot", out)
-    assert (said.status, said.out) == (0, f"{out}\n")
+    result = forcelab("gui", created.path, "--screenshot", out)
+    assert (result.status, result.out) == (0, f"{out}\n")
 
 
 def test_no_project_and_no_display_are_one_sentence_each(forcelab, tmp_path, monkeypatch):
     nothing = tmp_path / "nothing.forcelab"
-    said = forcelab("gui", nothing, "--screenshot", tmp_path / "w.png")
-    assert "nothing.forcelab" in said.sentence
+    result = forcelab("gui", nothing, "--screenshot", tmp_path / "w.png")
+    assert "nothing.forcelab" in result.sentence
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(QApplication, "exec", lambda *_: 0)  # a window would wait for its user

@@ -10,20 +10,20 @@ def notes(said):
 
 
 def test_a_note_is_written_replaced_and_taken_away(forcelab, project):
-    said = forcelab("note", project, "foam-01", "slipped\nat 3.2 s", "--author", "Ada", "--json")
-    assert notes(said) == [("foam-01", "Ada", "slipped at 3.2 s")]
-    assert said.json["notes"][0]["task"] == "foam"
-    said = forcelab("note", project, "foam-01", "leave out", "--author", "Ada")
-    assert said.out.splitlines()[1].endswith("leave out")
-    assert "slipped" not in said.out
+    result = forcelab("note", project, "foam-01", "slipped\nat 3.2 s", "--author", "Ada", "--json")
+    assert notes(result) == [("foam-01", "Ada", "slipped at 3.2 s")]
+    assert result.json["notes"][0]["task"] == "foam"
+    result = forcelab("note", project, "foam-01", "leave out", "--author", "Ada")
+    assert result.out.splitlines()[1].endswith("leave out")
+    assert "slipped" not in result.out
     forcelab("note", project, "foam-02", "second try", "--author", "Bert")
     both = [("foam-01", "Ada", "leave out"), ("foam-02", "Bert", "second try")]
     assert notes(forcelab("note", project, "--json")) == both
     assert notes(forcelab("note", project, "foam-02", "--json")) == both[1:]
     assert notes(forcelab("note", project, "--author", "Ada", "--json")) == both[:1]
     assert forcelab("note", project, "foam-01", "", "--author", "Ada").out == "There is no note.\n"
-    said = forcelab("note", project, "foam-01", "--history", "--json")
-    assert [text for *_, text in notes(said)] == ["slipped at 3.2 s", "leave out", ""]
+    result = forcelab("note", project, "foam-01", "--history", "--json")
+    assert [text for *_, text in notes(result)] == ["slipped at 3.2 s", "leave out", ""]
     with Project.open(project) as opened:
         assert [note.text for note in opened.coding.notes()] == ["second try"]
 
@@ -33,12 +33,12 @@ def test_the_list_has_a_column_of_notes_where_there_are_any(forcelab, project):
     assert "notes" not in before
     forcelab("note", project, "foam-02", "second\x1b[31m try", "--author", "Bert")
     forcelab("note", project, "foam-02", "leave out", "--author", "Ada")
-    said = forcelab("list", project)
-    header, *rows = said.out.splitlines()
+    result = forcelab("list", project)
+    header, *rows = result.out.splitlines()
     assert header.endswith("  notes")
     [noted] = [row for row in rows if "foam-02" in row]
     assert noted.endswith(r"  Bert: second\x1b[31m try; Ada: leave out")
-    without = [line for line in said.out.splitlines() if "foam-02" not in line]
+    without = [line for line in result.out.splitlines() if "foam-02" not in line]
     assert without[1:] == [line for line in before.splitlines() if "foam-02" not in line][1:]
     listed = {
         d["name"]: d["notes"] for d in forcelab("list", project, "--json").json["demonstrations"]
@@ -61,8 +61,8 @@ def test_what_is_left_to_a_blind_coder_is_listed_without_the_notes_of_others(for
     for name in ("foam-01", "foam-02"):
         forcelab("note", project, name, "leave out", "--author", "Bert")
     forcelab("assign", project, "foam-01", "--author", "Ada")
-    said = forcelab("list", project, "--to-label", "Ada")
-    assert ["leave out" in line for line in said.out.splitlines() if "foam-0" in line][:2] == [
+    result = forcelab("list", project, "--to-label", "Ada")
+    assert ["leave out" in line for line in result.out.splitlines() if "foam-0" in line][:2] == [
         False,
         True,
     ]
@@ -83,8 +83,8 @@ def test_removing_says_that_notes_would_go(forcelab, project):
 
 def test_a_name_that_is_nearly_there_is_told(forcelab, project):
     forcelab("note", project, "foam-01", "x", "--author", "Ada")
-    said = forcelab("note", project, "foam-01", "y", "--author", "ada")
-    assert said.err == "'ada' is a new coder beside 'Ada'.\n"
+    result = forcelab("note", project, "foam-01", "y", "--author", "ada")
+    assert result.err == "'ada' is a new coder beside 'Ada'.\n"
 
 
 @pytest.mark.parametrize(

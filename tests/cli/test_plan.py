@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fast_options import FAST
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from quick import FAST
 from synthetic import synthetic_demonstration
 
 from forcelab.cli.commands import plan as planning

@@ -51,10 +51,10 @@ def test_it_is_removed_only_when_that_is_confirmed(forcelab, project):
         names = names_of(opened)
         authors = opened.demonstrations.info(opened.demonstrations.load("foam-01").id).authors
     sentence = forcelab("remove", project, "foam-01").sentence
-    for told in ("'foam-01' was not removed", "1 assignment", "--yes", *authors):
-        assert told in sentence
-    said = forcelab("remove", project, "foam-01", "--yes", "--json")
-    assert [one["name"] for one in said.json["removed"]] == ["foam-01"]
+    for output in ("'foam-01' was not removed", "1 assignment", "--yes", *authors):
+        assert output in sentence
+    result = forcelab("remove", project, "foam-01", "--yes", "--json")
+    assert [one["name"] for one in result.json["removed"]] == ["foam-01"]
     with Project.open(project) as opened:
         assert names_of(opened) == [name for name in names if name != "foam-01"]
     assert "no demonstration 'foam-01'" in forcelab("remove", project, "foam-01", "--yes").sentence
@@ -94,16 +94,16 @@ def test_the_list_of_runs_tells_what_each_takes_up(forcelab, project, runs):
     assert [run["run"] for run in plain] == runs
     assert plain[0]["bytes"] > 300_000 > plain[2]["bytes"]
     assert [run["recogniser"] is None for run in plain] == [False, False, True]
-    told = forcelab("runs", project).out
-    assert "alone" in told
-    assert "of a run" not in told  # it belongs to a run, beside which it stands
+    output = forcelab("runs", project).out
+    assert "alone" in output
+    assert "of a run" not in output  # it belongs to a run, beside which it stands
 
 
 def test_runs_go_with_their_recognisers_and_give_the_room_back(forcelab, project, runs):
     store = project / "project.sqlite"
     sentence = forcelab("remove", project, "--run", *runs).sentence
-    for told in ("run 1, run 2, run 3 were not removed", "2 recognisers", "MB"):
-        assert told in sentence
+    for output in ("run 1, run 2, run 3 were not removed", "2 recognisers", "MB"):
+        assert output in sentence
     with Project.open(project) as opened:
         before = store.stat().st_size
         paths = [opened.runs.recogniser_path(use.recogniser) for use in opened.runs.uses()[:2]]
@@ -120,8 +120,8 @@ def test_runs_go_with_their_recognisers_and_give_the_room_back(forcelab, project
 def test_what_people_said_and_accepted_of_a_run_stays(forcelab, project, runs):
     with Project.open(project) as opened:
         id_ = opened.demonstrations.load("foam-01").id
-        said = Verdict(id_, "bert", "anna", 0.0, 0.1, "grab", "slip", "model", run=1)
-        opened.coding.add_verdict(said)
+        result = Verdict(id_, "bert", "anna", 0.0, 0.1, "grab", "slip", "model", run=1)
+        opened.coding.add_verdict(result)
         labelling = TrackEditor(opened, id_, "anna")
         labelling.accept((Segment(0.2, 0.3, "slip"),), "model fast 1")
         segments, origins = labelling.segments, opened.tracks.origins(id_, "anna")
@@ -134,7 +134,7 @@ def test_what_people_said_and_accepted_of_a_run_stays(forcelab, project, runs):
         assert opened.tracks.origins(id_, "anna") == origins
         assert [origin.proposer for origin in origins.values()] == ["model fast 1"]
         (kept,) = opened.coding.verdicts()
-        assert replace(said, run=None, time=kept.time) == Verdict(
+        assert replace(result, run=None, time=kept.time) == Verdict(
             **{one.name: getattr(kept, one.name) for one in fields(Verdict)}
         )
         # The store refuses to change what people said, as before.
@@ -189,8 +189,8 @@ def test_what_somebody_else_removes_meanwhile_does_not_keep_the_rest(
     with Project.open(project) as opened:
         (alone,) = (one.id for one in opened.runs.recognisers() if one.name == "alone")
     monkeypatch.setattr(DemonstrationStore, "remove_all", others_first)
-    told = forcelab("remove", project, "--run", *runs[:2], "--recogniser", alone, "--yes")
-    assert told.status == 0
+    output = forcelab("remove", project, "--run", *runs[:2], "--recogniser", alone, "--yes")
+    assert output.status == 0
     with Project.open(project) as opened:
         assert [run.id for run in opened.runs.summaries()] == runs[2:]
         assert opened.runs.recognisers() == ()
@@ -209,9 +209,9 @@ def test_a_damaged_recogniser_can_be_removed(forcelab, project, runs, damage):
     with closing(sqlite3.connect(project / "project.sqlite")) as store, store:
         store.execute("PRAGMA ignore_check_constraints = ON")
         store.execute(f"UPDATE recogniser SET {damage} WHERE id = ?", [alone])
-    told = forcelab("runs", project).sentence
+    output = forcelab("runs", project).sentence
     if "settings" in damage:
-        assert f"remove it with 'forcelab remove --recogniser {alone[:8]}', or" in told
-    told = forcelab("remove", project, "--recogniser", alone[:8], "--yes").out
-    assert told.startswith(f"Removed recogniser '{alone[:8]}': its file (")
+        assert f"remove it with 'forcelab remove --recogniser {alone[:8]}', or" in output
+    output = forcelab("remove", project, "--recogniser", alone[:8], "--yes").out
+    assert output.startswith(f"Removed recogniser '{alone[:8]}': its file (")
     assert "alone" not in forcelab("runs", project).out

@@ -14,20 +14,20 @@ def actions(project, author="coder"):
 
 def test_an_action_is_renamed_in_all_of_a_coders_labels(forcelab, project):
     assert "hold" in actions(project)
-    said = forcelab("rename", project, "hold", "grip", "--author", "coder", "--task", "foam")
-    assert said.status == 0
-    assert said.out.startswith("'hold' is now 'grip' in ")
-    assert said.out.endswith("in 4 demonstrations of foam.\n")
+    result = forcelab("rename", project, "hold", "grip", "--author", "coder", "--task", "foam")
+    assert result.status == 0
+    assert result.out.startswith("'hold' is now 'grip' in ")
+    assert result.out.endswith("in 4 demonstrations of foam.\n")
     assert {"grip"} == actions(project) & {"hold", "grip"}
 
 
 def test_two_are_merged_only_with_yes(forcelab, project):
     before = actions(project)
     words = ("rename", project, "hold", "grab", "--author", "coder")
-    told = forcelab(*words).sentence
-    assert "'hold' becomes 'grab' in " in told
-    assert "There is an action 'grab' already. Give --yes to merge the two." in told
-    assert told.endswith("Give --yes to merge the two.\n")
+    output = forcelab(*words).sentence
+    assert "'hold' becomes 'grab' in " in output
+    assert "There is an action 'grab' already. Give --yes to merge the two." in output
+    assert output.endswith("Give --yes to merge the two.\n")
     assert actions(project) == before
     content = forcelab(*words, "--yes", "--json").json
     assert (content["merged"], content["tasks"]) == (True, ["foam", "sponge"])
@@ -37,15 +37,15 @@ def test_two_are_merged_only_with_yes(forcelab, project):
 
 def test_what_cannot_be_renamed_is_one_sentence(forcelab, project):
     before = actions(project)
-    for words, said in (
+    for words, result in (
         (("hodl", "grip", "--author", "coder"), "did you mean 'hold'"),
         (("hold", "grip", "--author", "coder", "--task", "x"), "no task 'x'"),
         (("hold", "grip", "--author", "Ben"), "Ben has no segment of it"),
     ):
-        assert said in forcelab("rename", project, *words).sentence
+        assert result in forcelab("rename", project, *words).sentence
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("forcelab.project.database.os.access", lambda *_: False)
-        told = forcelab("rename", project, "hold", "grab", "--author", "coder").sentence
-        assert "may only be read here" in told
+        output = forcelab("rename", project, "hold", "grab", "--author", "coder").sentence
+        assert "may only be read here" in output
     assert "--author must be given" in forcelab("rename", project, "hold", "grip").wrong_word
     assert actions(project) == before

@@ -49,12 +49,12 @@ def replaying(path, *words):
         preexec_fn=heard,  # noqa: PLW1509 - no thread of the tests holds what it needs
     )
     try:
-        told = ""
-        while not told.endswith("}\n") or not complete(told):
+        output = ""
+        while not output.endswith("}\n") or not complete(output):
             line = child.stdout.readline()
-            assert line, told
-            told += line
-        yield child, json.loads(told)
+            assert line, output
+            output += line
+        yield child, json.loads(output)
     finally:
         child.kill()
         child.wait()
@@ -77,9 +77,9 @@ def complete(text):
 
 def test_both_sensors_are_played_as_they_were_recorded(stored):
     demonstration = recording()
-    with replaying(stored(demonstration), "--lead", "0.3") as (child, told):
-        assert [port["channels"] for port in told["ports"]] == [list(NAMES[:3]), list(NAMES[3:])]
-        devices = [device_named(port["device"]) for port in told["ports"]]
+    with replaying(stored(demonstration), "--lead", "0.3") as (child, output):
+        assert [port["channels"] for port in output["ports"]] == [list(NAMES[:3]), list(NAMES[3:])]
+        devices = [device_named(port["device"]) for port in output["ports"]]
         for device in devices:
             device.open()
         number_sensors(devices)
@@ -102,7 +102,7 @@ def test_both_sensors_are_played_as_they_were_recorded(stored):
         whole = played[begins : begins + N - 10]
         offsets = [np.abs(whole - truth[i : i + len(whole)]).max() for i in range(6)]
         assert min(offsets) < 0.05
-    assert not any(os.path.lexists(port["port"]) for port in told["ports"])
+    assert not any(os.path.lexists(port["port"]) for port in output["ports"])
 
 
 def test_channels_of_any_kind_are_played_as_lines_of_text(stored):
@@ -115,8 +115,8 @@ def test_channels_of_any_kind_are_played_as_lines_of_text(stored):
         signals=np.delete(signals, np.s_[200:240], axis=0),
         channels=channels,
     )
-    with replaying(stored(demonstration), "--as", "text", "--lead", "0.3") as (child, told):
-        (port,) = told["ports"]
+    with replaying(stored(demonstration), "--as", "text", "--lead", "0.3") as (child, output):
+        (port,) = output["ports"]
         assert port["channels"] == [channel.name for channel in channels]
         device = device_named(port["device"])
         device.open()
@@ -142,29 +142,29 @@ def test_channels_of_any_kind_are_played_as_lines_of_text(stored):
 
 
 def test_a_closed_terminal_ends_it_with_a_sentence_and_takes_the_ports_away(stored):
-    with replaying(stored(recording())) as (child, told):
-        assert all(os.path.lexists(port["port"]) for port in told["ports"])
+    with replaying(stored(recording())) as (child, output):
+        assert all(os.path.lexists(port["port"]) for port in output["ports"])
         child.send_signal(signal.SIGHUP)
         assert child.wait(30) == 128 + signal.SIGHUP
         assert child.stderr.read() == "forcelab: stopped; nothing was left half done.\n"
-    assert not any(os.path.lexists(port["port"]) for port in told["ports"])
+    assert not any(os.path.lexists(port["port"]) for port in output["ports"])
 
 
 def test_a_recording_without_a_3_axis_sensor_is_refused_in_a_sentence(stored, forcelab):
     names = [Channel(name) for name in "abcdef"]
     path = stored(recording(channels=tuple(names)))
-    said = forcelab("replay", path, "tongs 01").sentence
-    assert "no 3-axis force sensor" in said
-    assert "a, b, c, d, e, f" in said
+    result = forcelab("replay", path, "tongs 01").sentence
+    assert "no 3-axis force sensor" in result
+    assert "a, b, c, d, e, f" in result
 
 
 def test_a_calibration_is_refused_where_it_would_change_nothing(stored, forcelab):
     words = ["--as", "text", "--calibration", "mine.toml"]
-    said = forcelab("replay", stored(recording()), "tongs 01", *words)
-    assert "leave --calibration away" in said.wrong_word
+    result = forcelab("replay", stored(recording()), "tongs 01", *words)
+    assert "leave --calibration away" in result.wrong_word
 
 
 @pytest.mark.parametrize("words", [["--speed", "0"], ["--lead", "-1"]])
 def test_what_cannot_be_played_is_refused(stored, forcelab, words):
-    said = forcelab("replay", stored(recording()), "tongs 01", *words)
-    assert "Replaying needs a speed above 0" in said.sentence
+    result = forcelab("replay", stored(recording()), "tongs 01", *words)
+    assert "Replaying needs a speed above 0" in result.sentence

@@ -33,17 +33,19 @@ def test_the_list_names_every_run_with_its_scores(path, forcelab):
 
 
 def test_a_comparison_says_what_differed_and_by_how_much(path, forcelab):
-    told = forcelab("runs", path, "--compare", 1, 2).out
-    assert "stride" in told
-    assert "foam 03" in told
+    output = forcelab("runs", path, "--compare", 1, 2).out
+    assert "stride" in output
+    assert "foam 03" in output
     plain = forcelab("runs", path, "--compare", 2, 1, "--json").json
     one, other = (scores["accuracy"] for scores in plain["pooled"]["filtered"])
-    assert f"{100 * (one - other):+.1f}" in told
+    assert f"{100 * (one - other):+.1f}" in output
     assert plain["runs"] == [2, 1]
     kappas = [f"{scores['kappa']:.3f}" for scores in plain["pooled"]["filtered"]]
-    (kappa,) = [line.split() for line in told.split("filtered")[1].splitlines() if "kappa" in line]
+    (kappa,) = [
+        line.split() for line in output.split("filtered")[1].splitlines() if "kappa" in line
+    ]
     assert kappa[1:3] == kappas[::-1]
-    named = {line.split("  ")[0] for line in told.splitlines()}
+    named = {line.split("  ")[0] for line in output.splitlines()}
     assert {"balanced", "F1@50", "F1@50 labelled", "boundary median", "boundary 90 %"} <= named
     assert len(plain["shared"]) == 3
 
@@ -54,6 +56,6 @@ def test_a_run_that_is_not_there_is_told_in_a_sentence(path, forcelab):
 
 def test_a_project_without_runs_says_how_to_make_one(tmp_path, forcelab):
     Project.create(tmp_path / "p.forcelab").close()
-    said = forcelab("runs", tmp_path / "p.forcelab")
-    assert said.status == 0
-    assert "forcelab evaluate" in said.out
+    result = forcelab("runs", tmp_path / "p.forcelab")
+    assert result.status == 0
+    assert "forcelab evaluate" in result.out

@@ -37,8 +37,8 @@ def content(path):
 
 
 def test_the_same_seed_gives_the_same_demonstrations_in_every_project(quick, forcelab, tmp_path):
-    said = forcelab(*FOAM, "--count", "2", "--out", tmp_path / "one")
-    assert said.out.splitlines()[-1] == "2 demonstrations: 2 new, 0 updated, 0 unchanged."
+    result = forcelab(*FOAM, "--count", "2", "--out", tmp_path / "one")
+    assert result.out.splitlines()[-1] == "2 demonstrations: 2 new, 0 updated, 0 unchanged."
     forcelab(*FOAM, "--count", "3", "--out", tmp_path / "two")
     (one, vocabularies), (two, same) = content(tmp_path / "one"), content(tmp_path / "two")
     assert same == vocabularies
@@ -53,9 +53,9 @@ def test_once_more_is_unchanged_and_more_of_them_are_added(quick, forcelab, tmp_
     project = tmp_path / "lab.forcelab"
     for count, statuses in ((1, ["new"]), (2, ["unchanged", "new"])):
         words = [*FOAM, "--count", count, "--out", project, "--no-video", "--json"]
-        told = forcelab(*words).json
-        assert [one["status"] for one in told["demonstrations"]] == statuses
-        assert told["project"] == str(project)
+        output = forcelab(*words).json
+        assert [one["status"] for one in output["demonstrations"]] == statuses
+        assert output["project"] == str(project)
     listed = forcelab("list", project, "--json").json["demonstrations"]
     assert [one["name"] for one in listed] == ["foam-7-01", "foam-7-02"]
     assert not any(one["video"] for one in listed)
@@ -82,8 +82,8 @@ def test_actions_that_a_task_has_already_keep_their_looks(quick, forcelab, proje
 )
 def test_what_cannot_be_simulated_is_refused(forcelab, tmp_path, words, sentence):
     out = tmp_path / "lab.forcelab"
-    said = forcelab(*FOAM, "--count", "1", "--out", out, *words)
-    assert sentence in said.wrong_word
+    result = forcelab(*FOAM, "--count", "1", "--out", out, *words)
+    assert sentence in result.wrong_word
     assert not out.exists()
 
 
@@ -136,8 +136,8 @@ def test_a_full_disk_is_one_sentence_and_adds_nothing(
 ):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     with full_disk(30_000):
-        said = forcelab(*FOAM, "--count", "1", "--out", tmp_path / "lab.forcelab", *video)
-    assert " disk" in said.sentence
+        result = forcelab(*FOAM, "--count", "1", "--out", tmp_path / "lab.forcelab", *video)
+    assert " disk" in result.sentence
     assert list(tmp_path.iterdir()) == []
 
 

@@ -14,9 +14,9 @@ from forcelab.project import Project
 @pytest.fixture(scope="module")
 def filmed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("filmed")
-    with Project.create(folder / "lab.forcelab") as made:
-        made.demonstrations.add(filmed_demonstration(folder))
-        made.demonstrations.add(synthetic_demonstration(1, rate=100.0)[0])
+    with Project.create(folder / "lab.forcelab") as created:
+        created.demonstrations.add(filmed_demonstration(folder))
+        created.demonstrations.add(synthetic_demonstration(1, rate=100.0)[0])
     return folder / "lab.forcelab"
 
 
@@ -31,33 +31,33 @@ def clock_of(folder):
 
 
 def test_a_proposal_is_told_and_not_stored(project, forcelab):
-    said = forcelab("sync", project, "filmed 1")
-    assert said.status == 0
-    assert "confidence" in said.out
-    assert "--accept" in said.out
-    told = forcelab("sync", project, "filmed 1", "--json").json
-    assert told["clock"]["offset"] == pytest.approx(OFFSET, abs=0.04)
-    assert told["clock"]["rate"] == 1.0
-    assert told["confidence"] > 0.5
-    assert len(told["taps"]) == 2
-    assert told["residual"] < 0.034
-    assert told["stored"] is False
+    result = forcelab("sync", project, "filmed 1")
+    assert result.status == 0
+    assert "confidence" in result.out
+    assert "--accept" in result.out
+    output = forcelab("sync", project, "filmed 1", "--json").json
+    assert output["clock"]["offset"] == pytest.approx(OFFSET, abs=0.04)
+    assert output["clock"]["rate"] == 1.0
+    assert output["confidence"] > 0.5
+    assert len(output["taps"]) == 2
+    assert output["residual"] < 0.034
+    assert output["stored"] is False
     assert clock_of(project) == ClockMap()
 
 
 def test_an_accepted_proposal_is_stored(project, forcelab):
-    told = forcelab("sync", project, "filmed 1", "--accept", "--json").json
-    assert told["stored"] is True
-    assert clock_of(project) == ClockMap(**told["clock"])
+    output = forcelab("sync", project, "filmed 1", "--accept", "--json").json
+    assert output["stored"] is True
+    assert clock_of(project) == ClockMap(**output["clock"])
 
 
 def test_a_clock_is_set_by_hand(project, forcelab):
-    said = forcelab("sync", project, "filmed 1", "--offset", "-1.25", "--rate", "1.00002")
-    assert "offset -1.2500 s, rate +20.0 ppm" in said.out
+    result = forcelab("sync", project, "filmed 1", "--offset", "-1.25", "--rate", "1.00002")
+    assert "offset -1.2500 s, rate +20.0 ppm" in result.out
     assert clock_of(project) == ClockMap(-1.25, 1.00002)
-    told = forcelab("sync", project, "filmed 1", "--offset", "2", "--json").json
-    assert told["before"] == {"offset": -1.25, "rate": 1.00002}
-    assert "confidence" not in told
+    output = forcelab("sync", project, "filmed 1", "--offset", "2", "--json").json
+    assert output["before"] == {"offset": -1.25, "rate": 1.00002}
+    assert "confidence" not in output
     assert clock_of(project) == ClockMap(2.0, 1.00002)
 
 
@@ -77,8 +77,8 @@ def test_what_cannot_be_done_is_told_and_changes_nothing(project, forcelab, word
 
 
 def test_without_a_video_that_is_said(project, forcelab):
-    with Project.open(project) as made:
-        (name,) = (info.name for info in made.demonstrations.infos() if not info.has_video)
+    with Project.open(project) as created:
+        (name,) = (info.name for info in created.demonstrations.infos() if not info.has_video)
     assert "has no video" in forcelab("sync", project, name).sentence
 
 
@@ -86,14 +86,14 @@ def test_a_proposal_that_is_not_sure_says_what_to_do_and_is_not_stored(
     project, forcelab, monkeypatch
 ):
     monkeypatch.setattr("forcelab.signals.sync.TRUSTED", 1.1)
-    said = forcelab("sync", project, "filmed 1").out
-    assert "low: look at the frames at a tap" in said
+    result = forcelab("sync", project, "filmed 1").out
+    assert "low: look at the frames at a tap" in result
     refused = forcelab("sync", project, "filmed 1", "--accept").sentence
     assert "'filmed 1' is not stored" in refused
     assert clock_of(project) == ClockMap()
     # The words of either are enough to have it all the same, whatever clock was there.
     options = refused.split("give ")[1].split(" instead")[0]
-    assert f"if the frames at a tap fit, give {options} to store it" in said
+    assert f"if the frames at a tap fit, give {options} to store it" in result
     forcelab("sync", project, "filmed 1", "--offset", "2", "--rate", "1.00002")
     refused = forcelab("sync", project, "filmed 1", "--accept").sentence
     options = refused.split("give ")[1].split(" instead")[0]

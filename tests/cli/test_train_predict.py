@@ -5,7 +5,7 @@ import io
 import shutil
 
 import pytest
-from quick import FAST
+from fast_options import FAST
 
 from forcelab.cli import main
 from forcelab.labels import UNLABELLED, to_codes
@@ -16,11 +16,11 @@ SETTINGS = [word for word in FAST if word not in ("--jobs", "1")]
 
 
 @pytest.fixture(scope="module")
-def trained(made, tmp_path_factory):
+def trained(imported, tmp_path_factory):
     """A folder with a recogniser and the project that it was trained on."""
     folder = tmp_path_factory.mktemp("trained")
     project, file = folder / "lab.forcelab", folder / "foam.skops"
-    shutil.copytree(made, project)
+    shutil.copytree(imported, project)
     assert main(["train", str(project), "--task", "foam", *SETTINGS, "--out", str(file)]) == 0
     return folder
 
@@ -33,8 +33,8 @@ def recogniser(trained, project, tmp_path):
 
 
 def test_a_recogniser_labels_a_recording_it_has_not_seen(forcelab, recogniser, recordings, project):
-    said = forcelab("predict", recogniser, recordings / "sponge-11.csv")
-    rows = list(csv.DictReader(io.StringIO(said.out)))
+    result = forcelab("predict", recogniser, recordings / "sponge-11.csv")
+    rows = list(csv.DictReader(io.StringIO(result.out)))
     assert list(rows[0]) == ["start", "end", "action", "author"]
     assert {row["author"] for row in rows} == {"model foam"}
     with Project.open(project) as opened:
@@ -58,9 +58,9 @@ def test_forces_in_another_unit_than_the_learnt_one_are_remarked_on(
     assert "learnt" not in forcelab("predict", recogniser, known).err
     counts = tmp_path / "counts.csv"
     counts.write_text(known.read_text().replace(" [N]", ""))
-    said = forcelab("predict", recogniser, counts)
-    assert said.status == 0
-    assert "counts: The channel 'tangential 1' is without a unit, but the recogniser" in said.err
+    result = forcelab("predict", recogniser, counts)
+    assert result.status == 0
+    assert "counts: The channel 'tangential 1' is without a unit, but the recogniser" in result.err
 
 
 def test_the_project_keeps_a_copy_that_works(forcelab, recogniser, project, recordings):
@@ -107,11 +107,11 @@ def test_json_tells_the_segments(forcelab, recogniser, recordings):
 
 
 def test_train_tells_what_was_learnt_as_json(forcelab, project, tmp_path):
-    said = forcelab(
+    result = forcelab(
         "train", project, "--task", "foam", *SETTINGS, "--out", tmp_path / "r", "--json"
     )
-    assert said.json["actions"] == ["still", "grab", "hold", "release"]
-    assert said.json["demonstrations"] == 4
+    assert result.json["actions"] == ["still", "grab", "hold", "release"]
+    assert result.json["demonstrations"] == 4
 
 
 def test_other_channels_are_refused(forcelab, recogniser, tmp_path):
@@ -144,8 +144,8 @@ def test_an_output_never_replaces_what_is_read(forcelab, recogniser, recordings,
     assert "what is read here" in forcelab("predict", recogniser, table, "--out", table).sentence
     # Into the folder of the recording: beside it, under a name that is no recording's or label's.
     before = table.read_bytes()
-    said = forcelab("predict", recogniser, table, "--out", tmp_path, "--format", "audacity")
-    assert said.out == f"{tmp_path / 'mine.predicted.txt'}\n"
+    result = forcelab("predict", recogniser, table, "--out", tmp_path, "--format", "audacity")
+    assert result.out == f"{tmp_path / 'mine.predicted.txt'}\n"
     assert table.read_bytes() == before
     assert "read here" in forcelab("predict", recogniser, project, "--out", project / "x").sentence
     inside = project / "r.skops"
@@ -191,16 +191,16 @@ def test_training_on_several_tasks_is_never_by_accident(forcelab, project, tmp_p
 def test_names_cannot_steer_the_terminal(forcelab, project, recordings, tmp_path):
     (merge := tmp_path / "merge.json").write_text('{"grab": "gr\\u001bab"}')
     recogniser = tmp_path / "r.skops"
-    said = forcelab(
+    result = forcelab(
         "train", project, "--task", "foam", "--merge", merge, *SETTINGS, "--out", recogniser
     )
-    assert r"gr\x1bab" in said.out
-    assert "\x1b" not in said.out
+    assert r"gr\x1bab" in result.out
+    assert "\x1b" not in result.out
     counts = tmp_path / "foam\x1b[31m.csv"
     counts.write_text((recordings / "foam-01.csv").read_text().replace(" [N]", ""))
-    said = forcelab("predict", recogniser, counts).err
-    assert r"foam\x1b[31m: The channel" in said
-    assert "\x1b" not in said
+    result = forcelab("predict", recogniser, counts).err
+    assert r"foam\x1b[31m: The channel" in result
+    assert "\x1b" not in result
 
 
 def test_actions_without_a_sample_are_not_said_to_be_learnt(forcelab, project, tmp_path):
@@ -222,16 +222,16 @@ def test_a_recording_at_a_lower_rate_is_told_what_the_recogniser_cannot_see(
     slow = tmp_path / "slow.csv"
     slow.write_text("".join([lines[0], *lines[1::4]]), "utf-8")
     assert forcelab("predict", recogniser, recordings / "foam-01.csv").err == ""
-    told = forcelab("predict", recogniser, slow).err
-    assert told.count("\n") == 1
-    assert "sampled at 25 Hz, and the recogniser learnt at 100 Hz: " in told
-    assert "look above 12.5 Hz" in told
-    assert "--rate 25" in told
+    output = forcelab("predict", recogniser, slow).err
+    assert output.count("\n") == 1
+    assert "sampled at 25 Hz, and the recogniser learnt at 100 Hz: " in output
+    assert "look above 12.5 Hz" in output
+    assert "--rate 25" in output
 
 
 def test_times_are_printed_with_no_digits_that_mean_nothing(forcelab, recogniser, recordings):
-    told = forcelab("predict", recogniser, recordings / "foam-01.csv")
-    times = [cell for row in told.out.splitlines()[1:] for cell in row.split(",")[:2]]
+    output = forcelab("predict", recogniser, recordings / "foam-01.csv")
+    times = [cell for row in output.out.splitlines()[1:] for cell in row.split(",")[:2]]
     assert times
     assert all(len(time.partition(".")[2]) <= 2 for time in times)
     plain = forcelab("predict", recogniser, recordings / "foam-01.csv", "--json").json

@@ -57,7 +57,7 @@ class Answering(QObject):
 
     def state(self):
         document = self.window.document
-        learning, video = self.window.review.learning, self.window.label.video
+        trainer, video = self.window.review.trainer, self.window.label.video
         place = document.review.examined
         return {
             "id": document.id,
@@ -75,10 +75,10 @@ class Answering(QObject):
             "per_pixel": self.window.label.tracks.seconds_per_pixel,
             "focus": type(QApplication.focusWidget()).__name__,
             "window": int(self.window.winId()),
-            "training": learning.training,
-            "fold": learning.step.fold if learning.step is not None else 0,
+            "training": trainer.training,
+            "fold": trainer.step.fold if trainer.step is not None else 0,
             "run": document.review.run.number if document.review.run is not None else 0,
-            "edits": learning.edits,
+            "edits": trainer.edits,
             "examined": place and [place.start, place.end, place.human, place.predicted],
             "frame": video.shown_index if video.isVisible() else -1,
             "reviewing": self.window.review.isVisible(),

@@ -22,8 +22,8 @@ CANARY = "canary"
 def record(**changed):
     """A record of the authors' databases, twenty samples long."""
     signals = [[] if place in (0, 1, 4, 5, 6) else [place / 8] * 20 for place in range(11)]
-    made = {"name": "a", "timestamps": [i / 100 for i in range(20)], "labels": ["grab"] * 20}
-    return made | {"signals": signals} | changed
+    created = {"name": "a", "timestamps": [i / 100 for i in range(20)], "labels": ["grab"] * 20}
+    return created | {"signals": signals} | changed
 
 
 def database(records, protocol=2):
@@ -152,8 +152,8 @@ def foreign():
     yield "store.sqlite", b"SQLite format 3\x00" + bytes(84)
     yield "object.npy", pickle.dumps(np.arange(3), 2)
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w") as made:
-        made.writestr("../" + CANARY, "x")
+    with zipfile.ZipFile(stream, "w") as created:
+        created.writestr("../" + CANARY, "x")
     yield "escape.zip", stream.getvalue()
 
 
@@ -191,11 +191,11 @@ def test_a_broken_file_is_one_sentence_and_nothing_is_written_or_executed(room, 
     status = main(["import", "p.forcelab", name])
     assert time.process_time() - started < 2
     assert snapshot(room) == before
-    said = capsys.readouterr()
-    assert (status, said.out) == (1, "")
-    assert said.err.startswith("forcelab: ")
-    assert said.err.endswith("\n")
-    sentence = said.err.removeprefix("forcelab: ").removesuffix("\n")
+    result = capsys.readouterr()
+    assert (status, result.out) == (1, "")
+    assert result.err.startswith("forcelab: ")
+    assert result.err.endswith("\n")
+    sentence = result.err.removeprefix("forcelab: ").removesuffix("\n")
     assert name in sentence
     assert sentence.isprintable()
     assert len(sentence) < 400

@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 from filmed import filmed_demonstration
 
+from forcelab.cli import main
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.boris import Observation, to_boris
 from forcelab.formats.elan import to_elan
-from forcelab.formats.export import exporting
+from forcelab.formats.export import FORMATS, ExportFormat, exporting
 from forcelab.formats.importing import importing
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
@@ -244,9 +245,19 @@ def test_files_of_demonstrations_with_the_same_name_are_told_by_their_tasks(tmp_
     times = np.arange(100) / 100
     with Project.create(path) as project:
         for i, (name, task) in enumerate([("pull", "foam"), ("Pull", "stylus"), ("push", "foam")]):
-            made = Demonstration(name, task, times, times[:, None] + i, (Channel("fz", "N"),))
-            project.tracks.edit(project.demonstrations.add(made).id, "Ann", (), ZOE, "painted")
+            created = Demonstration(name, task, times, times[:, None] + i, (Channel("fz", "N"),))
+            project.tracks.edit(project.demonstrations.add(created).id, "Ann", (), ZOE, "painted")
     for kind, endings in (("csv", ".labels.csv"), ("audacity", " - Ann.txt")):
         written = finish(exporting(path, tmp_path / kind, kind))
         names = [f"{name}{endings}" for name in ("foam - pull", "push", "stylus - Pull")]
         assert sorted(file.name for file in written) == names
+
+
+def test_a_format_is_written_once_it_is_registered(project, tmp_path, monkeypatch):
+    count = ExportFormat("Counts", ".count", "track", lambda part: b"%d" % len(part.tracks))
+    monkeypatch.setitem(FORMATS, "count", count)
+    out = tmp_path / "out"
+    assert main(["export", str(project), "--out", str(out), "--format", "count"]) == 0
+    assert sorted(path.read_text() for path in out.glob("* - *.count")) == ["1", "1"]
+    with pytest.raises(InputError, match="There is no format 'cuont'; did you mean 'count'"):
+        export(project, "cuont")

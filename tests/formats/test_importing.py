@@ -93,17 +93,17 @@ def test_a_file_that_is_read_with_other_columns_is_told_to_be_there_twice(
             opened.tracks.edit(opened.demonstrations.load("a").id, "Ann", (), GRAB, "painted")
     report = import_files(project, [file], ReadOptions(task="foam", leave_out=("fx",)))
     its = "with its labels" if labelled else "not labelled yet"
-    said = (
+    result = (
         f"The same file was in the project as 'a', {its}, with other columns or times; read anew "
         f"it is 'a (2)'. Remove the one that is not wanted, by its menu in the list of "
         f"demonstrations or 'forcelab remove'."
     )
-    assert said in report.remarks[file]
+    assert result in report.remarks[file]
     (tmp_path / "other").mkdir()
     alike = table(tmp_path / "other" / "a.csv", 2)  # as long, and called as it is
     report = import_files(project, [alike], ReadOptions(task="foam"))
-    (told,) = [one for one in report.remarks[alike] if "'a (3)'" in one]
-    assert told == "Another recording of task 'foam' is called 'a'; this one is now 'a (3)'."
+    (output,) = [one for one in report.remarks[alike] if "'a (3)'" in one]
+    assert output == "Another recording of task 'foam' is called 'a'; this one is now 'a (3)'."
 
 
 def test_a_labels_file_named_beside_its_recording_is_read_with_it(tmp_path, project):
@@ -195,9 +195,9 @@ def test_what_is_remarked_on_several_files_is_told_once(tmp_path, project):
 
     files = [counting(f"{n:03}{'x' * n}.csv", lambda i: i % 2) for n in range(5)]
     files.append(counting("odd.csv", lambda i: i % 3))
-    told = import_files(project, files, ReadOptions(rate=100.0)).told()
+    output = import_files(project, files, ReadOptions(rate=100.0)).remark_lines()
     first = "000.csv, 001x.csv, 002xx.csv and"
-    assert told == (
+    assert output == (
         f"{first} 3 more: 'packet' counts the samples and places the rows: none was lost.",
         f"{first} 2 more: Column button holds nothing but 0 and 1, as of a button, and became a "
         "signal; leave out what measures nothing.",
@@ -217,9 +217,9 @@ def test_several_bad_files_are_one_sentence_that_counts_them(tmp_path, project):
 
 def test_progress_tells_each_file_before_it_is_read(tmp_path, project):
     files = [table(tmp_path / "a.csv", 1), table(tmp_path / "b.csv", 2)]
-    told = []
-    report = finish(importing(project, files), told.append)
-    assert told == [
+    output = []
+    report = finish(importing(project, files), output.append)
+    assert output == [
         Progress(0, 3, "reading a.csv"),
         Progress(1, 3, "reading b.csv"),
         Progress(2, 3, "writing p.forcelab"),
@@ -354,9 +354,9 @@ def archive(tmp_path):
         old.tracks.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
         old.actions.set_vocabulary("", old.actions.vocabulary("").rebound("grab", "q"))
         used = [LabelsUsed(id_, "Ada", old.tracks.head(id_, "Ada"))]
-        made = {"settings": {}, "seed": 1, "labels": used, "versions": {}}
-        old.runs.add_recogniser("mlp", b"opaque", **made)
-        old.runs.add("evaluate", **made, result={"accuracy": 0.5})
+        created = {"settings": {}, "seed": 1, "labels": used, "versions": {}}
+        old.runs.add_recogniser("mlp", b"opaque", **created)
+        old.runs.add("evaluate", **created, result={"accuracy": 0.5})
         write_archive(old, tmp_path / "old.zip")
     return tmp_path / "old.zip"
 

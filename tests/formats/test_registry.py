@@ -99,9 +99,9 @@ def test_a_foreign_file_is_told_by_what_it_is(tmp_path, kind, data, name):
     ],
 )
 def test_a_foreign_zip_is_told_by_what_is_in_it(tmp_path, entries, kind):
-    with zipfile.ZipFile(tmp_path / "a.zip", "w") as made:
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as created:
         for entry in entries:
-            made.writestr(entry, "x")
+            created.writestr(entry, "x")
     with pytest.raises(InputError, match=rf"a\.zip' looks like {kind}"):
         read(tmp_path / "a.zip")
 

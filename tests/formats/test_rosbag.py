@@ -4,8 +4,11 @@ import contextlib
 import os
 import re
 import sqlite3
+import struct
 import subprocess
 import sys
+import tempfile
+import time
 from pathlib import Path
 
 import numpy as np
@@ -156,9 +159,9 @@ def test_a_tag_that_never_changes_labels_nothing_unless_it_is_asked_for(tmp_path
 
 
 def test_a_topic_of_labels_holds_until_its_next_message(tmp_path):
-    said = [(0.1, {"data": "grab"}), (0.3, {"data": "hold"}), (0.4, {"data": ""})]
+    result = [(0.1, {"data": "grab"}), (0.3, {"data": "hold"}), (0.4, {"data": ""})]
     forces = [(t, wrench(t)) for t in np.arange(50) / 100]
-    topics = {"/action": ("std_msgs/msg/String", said), "/ft": (WRENCH, forces)}
+    topics = {"/action": ("std_msgs/msg/String", result), "/ft": (WRENCH, forces)}
     recording = one(write(tmp_path / "a.bag", topics))
     assert labels(recording) == [(0.1, 0.3, "grab"), (0.3, 0.4, "hold")]
 
@@ -341,8 +344,10 @@ def test_a_list_that_changes_its_length_is_refused(tmp_path, first, then):
         for i, count in enumerate(counts)
     ]
     path = write(tmp_path / "a.bag", {"/hand": ("my_lab/msg/Hand", messages)}, text)
-    wanted = f"message 10 of /hand holds {then} values in /hand.fingers, and the first one {first}"
-    with pytest.raises(InputError, match=wanted):
+    expected = (
+        f"message 10 of /hand holds {then} values in /hand.fingers, and the first one {first}"
+    )
+    with pytest.raises(InputError, match=expected):
         one(path)
 
 
@@ -491,6 +496,47 @@ def test_more_messages_than_bytes_are_refused(tmp_path, monkeypatch):
         one(path)
 
 
+def test_a_packed_file_that_would_fill_the_temporary_folder_is_refused(tmp_path, monkeypatch):
+    path = write(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2)
+    (file,) = path.glob("*.mcap")
+    packed = file.with_name(f"{file.name}.zstd")
+    metadata = (path / "metadata.yaml").read_text().replace(file.name, packed.name)
+    metadata = re.sub("compression_format:.*", "compression_format: zstd", metadata)
+    metadata = re.sub("compression_mode:.*", "compression_mode: FILE", metadata)
+    (path / "metadata.yaml").write_text(metadata)
+    packed.write_bytes(zstd.compress(file.read_bytes()))
+    assert one(path).demonstration.times.size == 20
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
+    packed.write_bytes(zstd.compress(file.read_bytes() + bytes(2**27)))
+    monkeypatch.setattr(tempfile, "TemporaryDirectory", None)  # nothing is unpacked there
+    with pytest.raises(InputError, match=r"zstd' has .* bytes and unpacks to more than"):
+        one(path)
+    assert not list(temporary.iterdir())
+
+
+@pytest.mark.parametrize("compression", [None, "bz2"])
+def test_an_index_that_names_one_message_again_and_again_is_refused(tmp_path, compression):
+    path = write(tmp_path / "a.bag", {"/ft": (WRENCH, wrenches(2))}, compression=compression)
+    whole = path.read_bytes()
+    # The record of the index, and behind it where the next ones are.
+    place = whole.rindex(b"op=\x04") - 8
+    (length,) = struct.unpack_from("<I", whole, place)
+    start = place + 4 + length
+    head = whole[place:start].replace(b"count=\x02\x00\x00\x00", b"count=\x00\x93\x04\x00")
+    entries = whole[start + 4 : start + 16] * 299_776
+    rest = whole[start + 28 :]
+    false = whole[:place] + head + struct.pack("<I", len(entries)) + entries + rest
+    moved = struct.unpack_from("<Q", false, (at := false.index(b"index_pos=") + 10))[0]
+    false = false[:at] + struct.pack("<Q", moved + len(entries) - 24) + false[at + 8 :]
+    path.write_bytes(false)
+    begin = time.monotonic()
+    with pytest.raises(InputError, match="its index names 1 message 100 times"):
+        one(path)
+    assert time.monotonic() - begin < 10
+
+
 def test_a_bag_under_another_name_says_what_to_call_it(tmp_path):
     path = write(tmp_path / "a.bag", {"/ft": (WRENCH, wrenches())}).rename(tmp_path / "a.bin")
     with pytest.raises(
@@ -526,6 +572,6 @@ def test_bags_are_imported_by_the_command_line(tmp_path, capsys):
 
 
 def test_labels_of_several_lines_become_one(tmp_path):
-    said = [(0.1, {"data": " grab\nit "}), (0.3, {"data": ""})]
-    topics = {"/ft": (WRENCH, wrenches()), "/action": ("std_msgs/msg/String", said)}
+    result = [(0.1, {"data": " grab\nit "}), (0.3, {"data": ""})]
+    topics = {"/ft": (WRENCH, wrenches()), "/action": ("std_msgs/msg/String", result)}
     assert one(write(tmp_path / "a.bag", topics)).tracks[0].actions == ("grab it",)

@@ -91,7 +91,7 @@ def test_seeking_while_it_plays_goes_on_from_there(document, player):
 
 
 def test_a_stretch_is_played_once_and_ends_where_it_ends(document, player):
-    player.play_stretch(3.0, 3.5)
+    player.play_span(3.0, 3.5)
     wait(player, 0.4)
     assert document.view.cursor == pytest.approx(3.4)
     wait(player, 0.4)
@@ -103,7 +103,7 @@ def test_a_stretch_is_played_once_and_ends_where_it_ends(document, player):
 
 
 def test_seeking_out_of_the_stretch_leaves_it(document, player):
-    player.play_stretch(3.0, 3.5)
+    player.play_span(3.0, 3.5)
     document.view.seek(6.0)
     wait(player, 1.0)
     assert document.view.cursor == pytest.approx(7.0)

@@ -13,7 +13,7 @@ from forcelab.errors import InputError
 from forcelab.gui.document import Document
 from forcelab.gui.label.segment_commands import erase_range, fill_range
 from forcelab.gui.label.segment_list import SegmentTable
-from forcelab.gui.label.tracks import own_menu
+from forcelab.gui.label.track_menus import own_menu
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
 from forcelab.project.demonstrations import DemonstrationStore

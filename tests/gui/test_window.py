@@ -173,6 +173,23 @@ def test_lists_keep_the_widths_that_they_were_dragged_to(windows, study, until):
     until(lambda: list_widths(window) == dragged)
 
 
+def test_lists_of_a_window_that_was_closed_while_small_are_wide_when_it_is_enlarged(
+    windows, study, until
+):
+    window = windows(LaunchOptions(project=study))
+    window.resize(1440, 900)
+    until(lambda: len(list_widths(window)) == 3)
+    drag_border(window, window._dock, 60, until)
+    drag_border(window.label, window.label._docks["actions"], -60, until)
+    dragged = list_widths(window)
+    window.resize(window.minimumSizeHint())
+    until(lambda: max(list_widths(window)) < min(dragged))
+    window.close()
+    again = windows(LaunchOptions(project=study))
+    again.resize(1440, 900)
+    until(lambda: list_widths(again) == dragged)
+
+
 def click_on(window, control):
     """As a mouse does, which the system hands to the window."""
     spot = control.mapTo(window, control.rect().center())
@@ -207,6 +224,36 @@ def test_a_click_on_what_is_switched_off_says_why(windows, study, until):
             train, QHelpEvent(QEvent.Type.ToolTip, spot, train.mapToGlobal(spot))
         )
         assert (QToolTip.text() == "A training goes on.") == bool(obstacle)
+
+
+def test_a_menu_says_why_an_entry_is_switched_off(windows, study, until):
+    window = windows(LaunchOptions(project=study))
+    split = window.commands["split"]
+    (menu,) = [one for one in split.associatedObjects() if isinstance(one, QMenu)]
+    view = "This acts on the demonstration in view; go to Label or Review."
+    for workspace, reason in (("capture", view), ("label", "")):
+        window.show_workspace(workspace)
+        menu.popup(window.mapToGlobal(QPoint(0, 0)))
+        spot = menu.actionGeometry(split).center()
+        QToolTip.showText(QPoint(0, 0), "no reason")
+        asked = QHelpEvent(QEvent.Type.ToolTip, spot, menu.mapToGlobal(spot))
+        QApplication.sendEvent(menu, asked)
+        assert QToolTip.text() == (reason or "no reason")
+        QToolTip.showText(QPoint(0, 0), "no reason")
+        QTest.mouseClick(menu, Qt.MouseButton.LeftButton, pos=spot)
+        assert (QToolTip.text() == view) == bool(reason)
+        assert menu.isVisible() == bool(reason)
+    assert split.isEnabled()
+
+
+def test_redo_of_the_history_says_why_it_is_switched_off(windows, study, until):
+    window = windows(LaunchOptions(project=study))
+    history = window.label.history
+    window.label._docks["history"].raise_()
+    until(history.undo.isVisible)
+    QToolTip.hideText()
+    click_on(window, history.redo)
+    assert QToolTip.text() == "Nothing was undone here."
 
 
 def test_a_last_project_that_was_moved_is_not_replaced_by_another(
@@ -529,7 +576,7 @@ def test_nothing_flashes_up_as_a_window_of_its_own(windows, study, app):
     app.installEventFilter(appearing)
     try:
         window = windows(LaunchOptions(project=study))
-        for name in ("review", "capture", "tradeoff"):
+        for name in ("review", "capture"):
             window.show_workspace(name)
         lists = window.review.workspace.lists
         for index in range(lists.count()):

@@ -52,7 +52,7 @@ def window(kept, until):
 
 
 def ticked(window):
-    names = ("label", "review", "capture", "tradeoff")
+    names = ("label", "review", "capture")
     return [name for name in names if window.commands[f"workspace_{name}"].isChecked()]
 
 
@@ -100,7 +100,7 @@ def test_a_key_paints_while_the_demonstrations_have_the_focus(window):
 
 
 def test_a_key_does_not_paint_behind_a_workspace_without_the_track(window):
-    window.show_workspace("tradeoff")
+    window.show_workspace("capture")
     QTest.keyClick(window.demonstrations.view, Qt.Key.Key_1)
     assert window.document.stroke is None
 
@@ -196,4 +196,4 @@ def test_where_nothing_is_painted_no_dialog_asks_for_gaps(window):
     said = []
     window.document.message_shown.connect(lambda sentence, _: said.append(sentence))
     window.commands["fill_gaps"].trigger()  # a dialog would wait here for ever
-    assert "no segments of yours" in said[-1]
+    assert "You have no segments" in said[-1]

@@ -134,6 +134,17 @@ def test_two_tracks_of_one_author_are_refused_and_nothing_is_added(project, make
     assert list((path / "demonstrations").iterdir()) == []
 
 
+@pytest.mark.parametrize("place", [(-1.01, 0.1), (0.1, 1.7), (50.0, 51.0)])
+def test_labels_beyond_their_recording_are_refused_and_nothing_is_added(project, make, place):
+    late = Track("anna", (Segment(*place, "grab"),))
+    with pytest.raises(InputError, match=r"beyond its recording.*'anna' on '02'; shift or erase"):
+        project.demonstrations.add_all(
+            [Incoming(make(1), ()), Incoming(make(2, name="02"), (late,))]
+        )
+    assert project.demonstrations.infos() == ()
+    project.demonstrations.add(make(2), [Track("anna", (Segment(-0.9, 1.4, "grab"),))])
+
+
 def test_added_labels_extend_the_vocabulary_and_change_nothing_in_it(project, make):
     project.demonstrations.add(make(1), [Track("anna", HOLD)])
     assert project.actions.vocabulary("LEGO").names == ("grab", "hold")

@@ -17,7 +17,7 @@ from forcelab.cli import main
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Segment, Track, from_codes
-from forcelab.process import elsewhere
+from forcelab.process import run_in_process
 from forcelab.project import Project
 from forcelab.recognition.cross_validation import leave_one_out
 from forcelab.recognition.dataset import Choice
@@ -38,7 +38,7 @@ def path(tmp_path_factory):
 def trained(path):
     """What was told while training in a process of its own, and the run's number."""
     told = []
-    number = finish(elsewhere(reviewing, path, FAST, CHOICE, "foam"), told.append)
+    number = finish(run_in_process(reviewing, path, FAST, CHOICE, "foam"), told.append)
     return told, number
 
 
@@ -218,7 +218,7 @@ def test_a_training_that_is_cancelled_leaves_nothing_behind(tmp_path):
     before = sorted(p.relative_to(path) for p in path.rglob("*"))
     threads = threading.active_count()
     for phase in ("features", "fold", "final fit"):
-        with closing(elsewhere(reviewing, path, FAST, CHOICE, "foam")) as job:
+        with closing(run_in_process(reviewing, path, FAST, CHOICE, "foam")) as job:
             next(step for step in job if getattr(step, "phase", "") == phase)
     with Project.open(path) as project:
         assert project.runs.summaries() == ()

@@ -12,34 +12,32 @@ from __future__ import annotations
 import argparse
 from dataclasses import asdict
 
-from forcelab.cli.options import UsageError, json_flag
-from forcelab.cli.output import json_text
+from forcelab.cli.options import UsageError, add_json
+from forcelab.cli.output import print_result
 from forcelab.glossary import Entry, glossary
 from forcelab.resources import asset
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     parser.add_argument("actions", metavar="ACTION", nargs="*", help="only these (all)")
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Tell what each action is, or those that were asked for."""
     entries = {entry.action: entry for entry in glossary()}
     for action in arguments.actions:
         if action not in entries:
             known = ", ".join(entries)
             raise UsageError(f"There is no '{action}' in the glossary; it has {known}.")
     chosen = [entries[action] for action in arguments.actions or entries]
-    if arguments.json:
-        print(json_text([_entry_json(entry) for entry in chosen]))
-    else:
-        print("\n\n".join(_entry_text(entry) for entry in chosen))
+    print_result(
+        arguments.json,
+        [{**asdict(entry), "picture": str(asset(entry.picture))} for entry in chosen],
+        "\n\n".join(_entry_text(entry) for entry in chosen),
+    )
 
 
 def _entry_text(entry: Entry) -> str:
-    """An entry for people."""
     return (
         f"{entry.action}: {entry.sentence}\n"
         f"  starts   {entry.starts}\n"
@@ -47,8 +45,3 @@ def _entry_text(entry: Entry) -> str:
         f"  unlike   {entry.unlike}\n"
         f"  picture  {asset(entry.picture)}"
     )
-
-
-def _entry_json(entry: Entry) -> dict[str, str]:
-    """An entry as plain values, its picture with the whole path."""
-    return {**asdict(entry), "picture": str(asset(entry.picture))}

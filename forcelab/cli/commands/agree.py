@@ -14,8 +14,8 @@ import argparse
 from collections.abc import Sequence
 from typing import Any
 
-from forcelab.cli.options import add_project, json_flag, name_of
-from forcelab.cli.output import json_text, percent, printable, progress_bar, table
+from forcelab.cli.options import add_json, add_project, add_task, name_of
+from forcelab.cli.output import percent, print_result, printable, progress_bar, table
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.project import Project
@@ -38,9 +38,8 @@ WORST_JSON = 100
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
-    parser.add_argument("--task", metavar="TASK", type=name_of, help="only this task")
+    add_task(parser, "only this task")
     parser.add_argument(
         "--authors",
         metavar="NAME",
@@ -55,7 +54,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         nargs=2,
         help="two names of one coder, who labelled twice: how consistent that coder is",
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -73,15 +72,12 @@ def run(arguments: argparse.Namespace) -> None:
             f"No demonstration is labelled by two coders; have a second one label some with "
             f"'forcelab assign {arguments.project} DEMO --author NAME'."
         )
-    names = {one.id: one.name for one in coded}
-    if arguments.json:
-        print(json_text(_json_content(found, names)))
-        return
-    print("\n".join(map(printable, _report(found, names))))
+    names = {demonstration.id: demonstration.name for demonstration in coded}
+    text = "\n".join(map(printable, _report(found, names)))
+    print_result(arguments.json, _json_content(found, names), text)
 
 
 def _report(found: Agreement, names: dict[str, str]) -> list[str]:
-    """The figures for people."""
     lines = []
     if found.pairs:
         lines += [*_pairs(found.pairs), ""]
@@ -164,16 +160,15 @@ def _places(pair: PairAgreement, names: dict[str, str]) -> list[str]:
 
 
 def _consistency_table(own: Consistency, names: dict[str, str]) -> list[str]:
-    """How consistent a coder is."""
     rows = [[f"{own.author} alone", "segments", "mean s", "variation %"]]
     rows += [
         [
-            f"  {one.task}: {one.action}",
-            str(one.count),
-            f"{one.mean:.3f}",
-            percent(one.variation),
+            f"  {action.task}: {action.action}",
+            str(action.count),
+            f"{action.mean:.3f}",
+            percent(action.variation),
         ]
-        for one in own.actions
+        for action in own.actions
     ]
     lines = table(rows, right=(1, 2, 3)).split("\n")
     lines += [
@@ -188,17 +183,14 @@ def _consistency_table(own: Consistency, names: dict[str, str]) -> list[str]:
 
 
 def _place_text(place: Interval, names: dict[str, str]) -> str:
-    """A place in words."""
     return f"in {names[place.demonstration]} at {place.start:.3f} s"
 
 
 def _kappa(kappa: float | None) -> str:
-    """A kappa with its word."""
     return "-" if kappa is None else f"{kappa:.3f} ({landis_koch(kappa)})"
 
 
 def _json_content(found: Agreement, names: dict[str, str]) -> dict[str, Any]:
-    """The figures and the worst places as plain values."""
 
     def plain(places: Sequence[Interval], first: str, second: str) -> list[dict[str, Any]]:
         return [

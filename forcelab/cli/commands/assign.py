@@ -14,33 +14,25 @@ from __future__ import annotations
 
 import argparse
 
-from forcelab.cli.options import UsageError, add_project, json_flag, name_of
-from forcelab.cli.output import json_text, table
+from forcelab.cli.options import UsageError, add_author, add_json, add_project, add_task
+from forcelab.cli.output import print_result, table
 from forcelab.cli.project_hints import hint_at_new_names
 from forcelab.project import Assignment, DemonstrationInfo, Project
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
     parser.add_argument(
         "demonstrations", metavar="DEMO", nargs="*", help="names or ids of demonstrations"
     )
-    parser.add_argument(
-        "--author",
-        metavar="NAME",
-        type=name_of,
-        help="the coder; without DEMO and --task: only this one's",
-    )
-    parser.add_argument(
-        "--task", metavar="TASK", type=name_of, help="all demonstrations of this task"
-    )
+    add_author(parser, "the coder; without DEMO and --task: only this one's")
+    add_task(parser, "all demonstrations of this task")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--open", action="store_true", help="assign openly, not blind")
     what.add_argument("--done", action="store_true", help="mark as done")
     what.add_argument("--reopen", action="store_true", help="mark as not done after all")
     what.add_argument("--remove", action="store_true", help="take the assignment back")
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -49,30 +41,31 @@ def run(arguments: argparse.Namespace) -> None:
         infos = {info.id: info for info in project.demonstrations.infos()}
         chosen = _selected_ids(project, infos, arguments)
         if chosen:
-            _check_author(arguments.author)
+            if arguments.author is None:
+                raise UsageError("Nobody was named; say who the coder is with --author NAME.")
             with hint_at_new_names(arguments.project):
                 for id_ in chosen:
-                    _carry_out(project, id_, arguments)
+                    _assign(project, id_, arguments)
         elif arguments.open or arguments.done or arguments.reopen or arguments.remove:
             raise UsageError("No demonstration was named; give names, ids or --task.")
         assignments = project.coding.assignments(arguments.author)
-    if chosen:
-        assignments = tuple(one for one in assignments if one.demonstration in chosen)
-    if arguments.json:
-        content = [_json_content(one, infos[one.demonstration]) for one in assignments]
-        print(json_text({"assignments": content}))
-        return
-    if not assignments:
-        print("Nothing is assigned.")
-        return
-    rows = [["task", "demonstration", "coder", "", "assigned", "done"]]
-    print(table(rows + [_row(one, infos[one.demonstration]) for one in assignments]))
+    shown = [
+        (assignment, infos[assignment.demonstration])
+        for assignment in assignments
+        if not chosen or assignment.demonstration in chosen
+    ]
+    header = ["task", "demonstration", "coder", "", "assigned", "done"]
+    print_result(
+        arguments.json,
+        {"assignments": [_json_content(*pair) for pair in shown]},
+        table([header, *(_row(*pair) for pair in shown)]) if shown else "Nothing is assigned.",
+    )
 
 
 def _selected_ids(
     project: Project, infos: dict[str, DemonstrationInfo], arguments: argparse.Namespace
 ) -> list[str]:
-    """The ids of the demonstrations that are meant, each once."""
+    """The ids of the demonstrations that the command line names, each once."""
     ids = [project.demonstrations.id_of(key) for key in arguments.demonstrations]
     if arguments.task is not None:
         project.demonstrations.check_task(arguments.task)
@@ -80,13 +73,7 @@ def _selected_ids(
     return list(dict.fromkeys(ids))
 
 
-def _check_author(author: str | None) -> None:
-    """Refuse to assign to nobody."""
-    if author is None:
-        raise UsageError("Nobody was named; say who the coder is with --author NAME.")
-
-
-def _carry_out(project: Project, id_: str, arguments: argparse.Namespace) -> None:
+def _assign(project: Project, id_: str, arguments: argparse.Namespace) -> None:
     """Assign one demonstration, or change its assignment."""
     if arguments.remove:
         project.coding.unassign(id_, arguments.author)
@@ -96,21 +83,22 @@ def _carry_out(project: Project, id_: str, arguments: argparse.Namespace) -> Non
         project.coding.assign(id_, arguments.author, blind=not arguments.open)
 
 
-def _row(one: Assignment, info: DemonstrationInfo) -> list[str]:
-    """An assignment's line."""
-    done = "-" if one.done is None else f"{one.done:%Y-%m-%d %H:%M}"
-    how = "blind" if one.blind else "open"
-    return [info.task, info.name, one.author, how, f"{one.assigned:%Y-%m-%d %H:%M}", done]
+def _row(assignment: Assignment, info: DemonstrationInfo) -> list[str]:
+    assigned, done = (
+        "-" if time is None else f"{time:%Y-%m-%d %H:%M}"
+        for time in (assignment.assigned, assignment.done)
+    )
+    how = "blind" if assignment.blind else "open"
+    return [info.task, info.name, assignment.author, how, assigned, done]
 
 
-def _json_content(one: Assignment, info: DemonstrationInfo) -> dict[str, object]:
-    """An assignment as plain values."""
+def _json_content(assignment: Assignment, info: DemonstrationInfo) -> dict[str, object]:
     return {
         "id": info.id,
         "name": info.name,
         "task": info.task,
-        "author": one.author,
-        "blind": one.blind,
-        "assigned": one.assigned.isoformat(),
-        "done": None if one.done is None else one.done.isoformat(),
+        "author": assignment.author,
+        "blind": assignment.blind,
+        "assigned": assignment.assigned.isoformat(),
+        "done": None if assignment.done is None else assignment.done.isoformat(),
     }

@@ -13,17 +13,16 @@ import argparse
 import sys
 from pathlib import Path
 
-from forcelab.cli.options import add_project, json_flag
-from forcelab.cli.output import json_text, printable
+from forcelab.cli.options import add_demonstration, add_json, add_project
+from forcelab.cli.output import print_result, printable
 from forcelab.clock import ClockMap
 from forcelab.project import Project
 from forcelab.video.validate import check_video
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
-    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+    add_demonstration(parser)
     parser.add_argument("video", metavar="VIDEO", type=Path, help="video file")
     parser.add_argument(
         "--offset",
@@ -32,7 +31,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         default=0.0,
         help="force time at which the video's clock reads zero, s (0)",
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -42,23 +41,21 @@ def run(arguments: argparse.Namespace) -> None:
         demonstration = project.demonstrations.load(arguments.demonstration)
         damage = check_video(arguments.video, demonstration.duration)
         project.media.attach_video(demonstration.id, arguments.video, clock)
-    if arguments.json:
-        content = {
-            "demonstration": demonstration.name,
-            "id": demonstration.id,
-            "video": str(arguments.video),
-            "replaced": demonstration.video is not None,
-            "offset": clock.offset,
-            "remarks": [damage] if damage else [],
-        }
-        print(json_text(content))
-        return
+    content = {
+        "demonstration": demonstration.name,
+        "id": demonstration.id,
+        "video": str(arguments.video),
+        "replaced": demonstration.video is not None,
+        "offset": clock.offset,
+        "remarks": [damage] if damage else [],
+    }
     video, name = str(arguments.video), demonstration.name
-    told = (
+    done = (
         f"Attached '{video}' to '{name}'"
         if demonstration.video is None
         else f"Replaced the video of '{name}' by '{video}'"
     )
-    print(printable(f"{told}, offset {clock.offset:+.4f} s; 'forcelab sync' can find the offset."))
-    if damage:
+    text = f"{done}, offset {clock.offset:+.4f} s; 'forcelab sync' can find the offset."
+    print_result(arguments.json, content, printable(text))
+    if damage and not arguments.json:
         print(f"forcelab: {printable(damage)}", file=sys.stderr)

@@ -40,7 +40,7 @@ from forcelab.capture.reader import RecorderState
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.save import CAPTURES, Recovered, SavedRecording, recover, unfinished
 from forcelab.cli.interrupts import uninterrupted
-from forcelab.cli.options import PROJECT, UsageError, json_flag, name_of
+from forcelab.cli.options import PROJECT, UsageError, add_json, add_task
 from forcelab.cli.output import json_text, printable, table
 from forcelab.cli.project_hints import hint_at_new_names
 from forcelab.errors import InputError
@@ -54,7 +54,7 @@ NOTHING_FOUND = "No serial port and no camera is plugged in, or this user may no
 
 def list_devices(arguments: argparse.Namespace) -> None:
     """Print the serial ports and cameras, and what they seem to be."""
-    ports, films = find_ports(), cameras()
+    ports, found_cameras = find_ports(), cameras()
     if arguments.json:
         content = {
             "ports": [
@@ -70,12 +70,13 @@ def list_devices(arguments: argparse.Namespace) -> None:
                 for port in ports
             ],
             "cameras": [
-                {"camera": film.device, "name": film.name, "usable": film.usable} for film in films
+                {"camera": camera.device, "name": camera.name, "usable": camera.usable}
+                for camera in found_cameras
             ],
         }
         print(json_text(content))
         return
-    if not ports and not films:
+    if not ports and not found_cameras:
         print(NOTHING_FOUND)
         return
     rows = [["what to say", "what it seems to be", "serial number", ""]]
@@ -90,12 +91,12 @@ def list_devices(arguments: argparse.Namespace) -> None:
     ]
     rows += [
         [
-            f"--camera {film.device.removeprefix('/dev/video')}",
-            film.name,
+            f"--camera {camera.device.removeprefix('/dev/video')}",
+            camera.name,
             "-",
-            _access_text(film.usable),
+            _access_text(camera.usable),
         ]
-        for film in films
+        for camera in found_cameras
     ]
     print(table(rows))
     if not all(port.usable for port in ports):
@@ -114,19 +115,9 @@ ResultT = TypeVar("ResultT")
 
 
 class LiveTrackRecorder:
-    """A recogniser on a recording, which goes on and is kept whatever fails here.
+    """A recogniser on a recording, which goes on and is saved whatever fails here.
 
-    Parameters
-    ----------
-    live : LiveRecognition
-        It has begun.
-    out : TextIO
-        Takes the segments as they end, where there is no line that shows them.
-
-    Attributes
-    ----------
-    trouble : str
-        Why the recording has no track; empty where it has one.
+    Segments go to `out` as they end, unless a line on the terminal shows them.
     """
 
     def __init__(self, live: LiveRecognition, out: TextIO) -> None:
@@ -149,9 +140,9 @@ class LiveTrackRecorder:
         """The recording has ended: take in the last of it."""
         self._print(self._tried(self._live.finish) or ())
 
-    def keep(self, path: Path, kept: SavedRecording) -> dict[str, Any] | None:
+    def keep(self, path: Path, saved: SavedRecording) -> dict[str, Any] | None:
         """Keep the track and tell what became of it as plain values; None where there is none."""
-        return self._tried(partial(self._live.keep, path, kept))
+        return self._tried(partial(self._live.keep, path, saved))
 
     def _tried(self, do: Callable[[], ResultT]) -> ResultT | None:
         """What a step gives; None once the track is lost."""
@@ -175,23 +166,19 @@ class LiveTrackRecorder:
     def _print(self, found: Sequence[Recognised]) -> None:
         """Print the segments that have ended, as long as anybody reads that."""
         try:
-            for one in found if self._out is not None else ():
-                sure = "" if math.isnan(one.probability) else f"  {one.probability:.2f}"
-                start, end = (max(at - self._live.begun, 0.0) for at in (one.start, one.end))
-                line = f"{start:7.2f} {end:7.2f}  {printable(one.action)}{sure}"
+            for segment in found if self._out is not None else ():
+                sure = "" if math.isnan(segment.probability) else f"  {segment.probability:.2f}"
+                start, end = (
+                    max(at - self._live.begun, 0.0) for at in (segment.start, segment.end)
+                )
+                line = f"{start:7.2f} {end:7.2f}  {printable(segment.action)}{sure}"
                 print(line, file=self._out, flush=True)
         except OSError:
             self._out = None
 
 
 def recognition_summary(figures: dict[str, Any]) -> str:
-    """What became of it, in a sentence.
-
-    Parameters
-    ----------
-    figures : dict
-        As :meth:`forcelab.live.recognition.LiveRecognition.keep` gives them.
-    """
+    """A sentence on the figures that :meth:`LiveRecognition.keep` gives."""
     after = figures["after"]
     late = (
         "no label in time"
@@ -210,7 +197,6 @@ LOOK, BLOCK = 0.1, 0.02
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     parser.add_argument("project", metavar="PROJECT", type=Path, nargs="?", help=PROJECT)
     parser.add_argument(
         "--device",
@@ -226,7 +212,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="number or device of a camera; the first one's video goes with the demonstration",
     )
-    parser.add_argument("--task", metavar="TASK", type=name_of, help="task of the demonstration")
+    add_task(parser, "task of the demonstration")
     parser.add_argument("--name", metavar="NAME", help="its name (the task and the next number)")
     parser.add_argument(
         "--seconds", metavar="N", type=float, help="how long to record (until Ctrl+C)"
@@ -248,7 +234,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     what.add_argument(
         "--recover", action="store_true", help="make demonstrations of unfinished recordings"
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -309,19 +295,19 @@ def _record(arguments: argparse.Namespace) -> int:
         recorder.end()
         if recognition is not None:
             recognition.finish()
-        kept = recorder.stop()
+        saved = recorder.stop()
         remarks = recorder.remarks()
     for sentence in remarks:
         _print_notice(sentence)
-    recognised = None if recognition is None else recognition.keep(arguments.project, kept)
+    recognised = None if recognition is None else recognition.keep(arguments.project, saved)
     trouble = "" if recognition is None else recognition.trouble
     if trouble:
         _print_notice(trouble)
     if arguments.json:
         more = {} if recognised is None else {"recognised": recognised}
-        print(json_text(_json_content(kept, state) | more))
+        print(json_text(_json_content(saved, state) | more))
     else:
-        print(_summary(kept, state))
+        print(_summary(saved, state))
         if recognised is not None:
             print(printable(recognition_summary(recognised)))
     return int(bool(trouble))
@@ -343,8 +329,8 @@ def _naming_journal(recorder: Recorder) -> Iterator[None]:
 
 def _warnings(devices: Sequence[Device], live: LiveRecognition | None) -> list[str]:
     """What is to be known before it is recorded: forces without a unit, or not the learnt one."""
-    found = [uncalibrated(device.name) for device in devices if counting(device)]
-    return found if live is None else [*found, *live.remarks]
+    warnings = [uncalibrated(device.name) for device in devices if counting(device)]
+    return warnings if live is None else [*warnings, *live.remarks]
 
 
 def _ready(path: Path) -> None:
@@ -382,7 +368,6 @@ def _watch(
 
 
 def _status_line(state: RecorderState) -> str:
-    """How it goes, in one line."""
     parts = [f"{state.seconds:.1f} s"]
     for device in state.devices:
         words = f"{counted(device.samples, 'sample')}, {device.lost} lost"
@@ -408,21 +393,19 @@ def _print_notice(sentence: str) -> None:
     print(printable(sentence), file=sys.stderr, flush=True)
 
 
-def _summary(kept: SavedRecording, state: RecorderState) -> str:
-    """The result for people."""
+def _summary(saved: SavedRecording, state: RecorderState) -> str:
     lost = sum(device.lost for device in state.devices)
-    words = [counted(kept.samples, "sample"), f"{lost} lost"]
+    words = [counted(saved.samples, "sample"), f"{lost} lost"]
     words += [f"{counted(c.frames, 'frame')}, {c.dropped} dropped" for c in state.cameras]
-    if kept.precision:
-        words.append(f"stamps to {1000 * kept.precision:.2f} ms")
-    lines = [printable(remark) for remark in kept.remarks]
-    name = printable(kept.added.name)
-    return "\n".join([*lines, f"'{name}': {kept.seconds:.2f} s, {', '.join(words)}."])
+    if saved.precision:
+        words.append(f"stamps to {1000 * saved.precision:.2f} ms")
+    lines = [printable(remark) for remark in saved.remarks]
+    name = printable(saved.added.name)
+    return "\n".join([*lines, f"'{name}': {saved.seconds:.2f} s, {', '.join(words)}."])
 
 
-def _json_content(kept: SavedRecording, state: RecorderState) -> dict[str, Any]:
-    """The same as plain values."""
-    return _saved_json(kept) | {
+def _json_content(saved: SavedRecording, state: RecorderState) -> dict[str, Any]:
+    return _saved_json(saved) | {
         "devices": [
             {
                 "device": device.name,
@@ -446,20 +429,18 @@ def _json_content(kept: SavedRecording, state: RecorderState) -> dict[str, Any]:
     }
 
 
-def _saved_json(kept: SavedRecording) -> dict[str, Any]:
-    """A demonstration that was kept, as plain values."""
+def _saved_json(saved: SavedRecording) -> dict[str, Any]:
     return {
-        "id": kept.added.id,
-        "name": kept.added.name,
-        "status": kept.added.status,
-        "samples": kept.samples,
-        "seconds": kept.seconds,
-        "remarks": list(kept.remarks),
+        "id": saved.added.id,
+        "name": saved.added.name,
+        "status": saved.added.status,
+        "samples": saved.samples,
+        "seconds": saved.seconds,
+        "remarks": list(saved.remarks),
     }
 
 
 def _finite(value: float) -> float | None:
-    """JSON has no NaN."""
     return value if math.isfinite(value) else None
 
 
@@ -468,21 +449,24 @@ def _recover(path: Path, json: bool) -> int:
     Project.open(path).close()
     found = recover(path)
     if json:
-        print(json_text({"recovered": [_recovery(one) for one in found]}))
+        print(json_text({"recovered": [_recovery(recovered) for recovered in found]}))
     else:
-        for one in found:
-            if one.kept is None:
-                print(printable(one.trouble))
+        for recovered in found:
+            if recovered.kept is None:
+                print(printable(recovered.trouble))
                 continue
-            for remark in one.kept.remarks:
+            for remark in recovered.kept.remarks:
                 print(printable(remark))
-            print(f"{printable(one.kept.added.name)}: {one.kept.seconds:.2f} s recovered.")
-        good = sum(one.kept is not None for one in found)
+            print(
+                f"{printable(recovered.kept.added.name)}: {recovered.kept.seconds:.2f} s recovered."
+            )
+        good = sum(recovered.kept is not None for recovered in found)
         print(f"{counted(len(found), 'unfinished recording')}: {good} recovered.")
-    return int(any(one.kept is None and not one.removed for one in found))
+    return int(any(recovered.kept is None and not recovered.removed for recovered in found))
 
 
-def _recovery(one: Recovered) -> dict[str, Any]:
-    """What became of an unfinished recording, as plain values."""
-    kept = {"trouble": one.trouble} if one.kept is None else _saved_json(one.kept)
-    return {"journal": str(one.path)} | kept
+def _recovery(recovered: Recovered) -> dict[str, Any]:
+    content = (
+        {"trouble": recovered.trouble} if recovered.kept is None else _saved_json(recovered.kept)
+    )
+    return {"journal": str(recovered.path)} | content

@@ -16,8 +16,8 @@ from pathlib import Path
 
 from joblib import cpu_count
 
-from forcelab.cli.options import json_flag, path_of
-from forcelab.cli.output import json_text, progress_bar
+from forcelab.cli.options import add_json, path_of
+from forcelab.cli.output import print_result, progress_bar
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.sample import CODER, LABELLED, UNLABELLED, UNSYNCHRONISED, making
@@ -25,7 +25,6 @@ from forcelab.text import counted
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     parser.add_argument(
         "folder",
         metavar="DIR",
@@ -34,31 +33,28 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         default=Path("sample.forcelab"),
         help="project folder to make (default: sample.forcelab)",
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Make the sample project, unless it is there, and tell what it holds."""
     path: Path = arguments.folder
     with progress_bar() as watch:
-        made = finish(making(path, cpu_count()), watch)
+        created = finish(making(path, cpu_count()), watch)
     with Project.open(path) as project:
         infos, recognisers = project.demonstrations.infos(), project.runs.recognisers()
         tasks = project.demonstrations.tasks()
-    if arguments.json:
-        summary = {
-            "project": str(path),
-            "made": made,
-            "tasks": list(tasks),
-            "demonstrations": len(infos),
-            "recognisers": [recogniser.name for recogniser in recognisers],
-        }
-        print(json_text(summary))
-        return
-    place = shlex.quote(str(path))
-    begins = f"Made {path}" if made else f"{path} is there already"
-    print(
-        f"{begins}: {counted(len(infos), 'demonstration')} of {counted(len(tasks), 'task')} "
+    content = {
+        "project": str(path),
+        "made": created,
+        "tasks": list(tasks),
+        "demonstrations": len(infos),
+        "recognisers": [recogniser.name for recogniser in recognisers],
+    }
+    folder = shlex.quote(str(path))
+    state = f"Made {path}" if created else f"{path} is there already"
+    text = (
+        f"{state}: {counted(len(infos), 'demonstration')} of {counted(len(tasks), 'task')} "
         f"({', '.join(tasks)}), {counted(len(recognisers), 'recogniser')}.\n"
         f"\n"
         f"All of it is simulated. {_labelled()}\n"
@@ -66,15 +62,15 @@ def run(arguments: argparse.Namespace) -> None:
         f"its two taps are there for that.\n"
         f"\n"
         f"Next:\n"
-        f"  forcelab gui {place}\n"
-        f"  forcelab list {place}\n"
-        f"  forcelab evaluate {place} --task stylus --author {CODER} --stride 10 "
+        f"  forcelab gui {folder}\n"
+        f"  forcelab list {folder}\n"
+        f"  forcelab evaluate {folder} --task stylus --author {CODER} --stride 10 "
         f"--figure pairs.svg"
     )
+    print_result(arguments.json, content, text)
 
 
 def _labelled() -> str:
-    """Who labelled which demonstrations of each task."""
     parts = [f"{coder} labelled {_listed(numbers)}" for coder, numbers in LABELLED.items()]
     return f"Of each task {', '.join(parts)}; {_listed(UNLABELLED)} is left to you."
 

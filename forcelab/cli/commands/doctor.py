@@ -18,7 +18,7 @@ from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 
 from forcelab import __version__
-from forcelab.cli.options import json_flag
+from forcelab.cli.options import add_json
 from forcelab.cli.output import json_text
 from forcelab.errors import InputError
 
@@ -42,27 +42,16 @@ EXTRAS = {"rosbags": "rosbag", "dask": "cluster", "distributed": "cluster"}
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One thing that was looked at.
-
-    Parameters
-    ----------
-    what, found : str
-        Its name, and how it is.
-    well : bool
-        Whether it is as it should be; what is merely absent (a camera) is well.
-    cure : str
-        What to do; empty where there is nothing to do.
-    """
+    """One thing that was checked."""
 
     what: str
     found: str
-    well: bool = True
-    cure: str = ""
+    well: bool = True  #: what is merely absent, such as a camera, is well
+    cure: str = ""  #: empty where there is nothing to do
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -104,7 +93,6 @@ def _run_check(what: str, look: Callable[[], Iterator[Check]]) -> Iterator[Check
 
 
 def _version(name: str) -> str | None:
-    """The version of an installed package."""
     try:
         return version(name)
     except PackageNotFoundError:
@@ -153,11 +141,11 @@ def _devices() -> Iterator[Check]:
     """Cameras and serial ports, and whether this user may use them."""
     from forcelab.capture.discovery import cameras, find_ports
 
-    seen = cameras()
-    for camera in seen:
+    found = cameras()
+    for camera in found:
         cure = "" if camera.usable else "sudo usermod -aG video $USER, then log in again"
         yield Check(f"camera {camera.device}", camera.name, camera.usable, cure)
-    if not seen:
+    if not found:
         yield Check("cameras", "none plugged in")
     ports = find_ports()
     for port in ports:

@@ -24,11 +24,12 @@ from typing import Any
 
 from joblib import cpu_count
 
-from forcelab.cli.files import check_outputs, file_names
+from forcelab.cli.files import check_outputs
 from forcelab.cli.options import UsageError, add_project, name_of
 from forcelab.cli.output import json_path, percent, printable, progress_bar, report, table
 from forcelab.cli.settings_options import add_settings, choice_from, settings_from
 from forcelab.errors import InputError
+from forcelab.formats.output_folder import file_names
 from forcelab.formats.track_text import quoted_text
 from forcelab.io import write_atomically
 from forcelab.jobs import finish
@@ -46,13 +47,7 @@ FIRST = ("evaluation", "stage", "row", "demonstration")
 
 
 def check_table(path: Path) -> None:
-    """Refuse a kind of table that there is not, before the work and not after it.
-
-    Raises
-    ------
-    InputError
-        If the name does not end with ``.csv``.
-    """
+    """Refuse a table that is not CSV, before the work and not after it."""
     if path.suffix.lower() != ".csv":
         raise InputError(f"'{path}' is no table that can be written; name it '{path.stem}.csv'.")
 
@@ -116,7 +111,6 @@ what the scores are:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
     parser.epilog = f"{_SCORES}\n\n{parser.epilog}"
     add_settings(parser)
@@ -180,9 +174,9 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--folds is 2 or more, or 0, not {arguments.folds}.")
     # More processes than cores only cost their start.
     jobs = min(arguments.jobs or cpu_count(), cpu_count())
-    asked = [path for path in (arguments.figure, arguments.confusion) if path is not None]
-    _check_outputs(arguments, asked)
-    _check_suffixes(asked)
+    figures = [path for path in (arguments.figure, arguments.confusion) if path is not None]
+    _check_outputs(arguments, figures)
+    _check_suffixes(figures)
     if arguments.table is not None:
         check_table(arguments.table)
     with Project.open(arguments.project) as project, progress_bar() as watch:
@@ -236,7 +230,6 @@ def _report(evaluated: Evaluated, json_file: Path | None) -> None:
 
 
 def _score_tables(evaluation: Evaluation) -> str:
-    """The scores of one evaluation as tables."""
     settings = evaluation.settings
     raw, raw_each = evaluation.scores("raw")
     filtered, filtered_each = evaluation.scores("filtered")
@@ -295,7 +288,6 @@ def _further_scores(evaluation: Evaluation) -> list[str]:
 
 
 def _row(raw: Scores, filtered: Scores) -> list[str]:
-    """A demonstration's line."""
     median = filtered.boundary_labelled_ms["median"]
     return [
         raw.name,
@@ -347,7 +339,9 @@ def _file_for_each(evaluated: Evaluated, path: Path | None) -> list[Path]:
         return []
     if evaluated.joined:
         return [path]
-    names = file_names([f"{path.stem}-{made.title}" for _, made in evaluated.evaluations])
+    names = file_names(
+        [f"{path.stem}-{evaluation.title}" for _, evaluation in evaluated.evaluations]
+    )
     return [path.with_name(name + path.suffix) for name in names]
 
 

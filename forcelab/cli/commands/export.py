@@ -19,15 +19,14 @@ import sys
 import tempfile
 from pathlib import Path
 
-from forcelab.cli.options import UsageError, add_project, json_flag, name_of
-from forcelab.cli.output import json_text
+from forcelab.cli.options import UsageError, add_author, add_json, add_project, add_task
+from forcelab.cli.output import print_result
 from forcelab.formats.export import FORMATS, exporting
 from forcelab.jobs import finish
 from forcelab.project import Project
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
     parser.add_argument(
         "--out",
@@ -42,36 +41,27 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         default="csv",
         help="what to write (csv)",
     )
-    parser.add_argument(
-        "--task", metavar="TASK", type=name_of, action="append", help="only this; may be repeated"
-    )
+    add_task(parser, "only this; may be repeated", action="append")
     parser.add_argument(
         "--demo", metavar="NAME", action="append", help="only this; may be repeated"
     )
-    parser.add_argument(
-        "--author", metavar="NAME", type=name_of, action="append", help="only this; may be repeated"
-    )
-    json_flag(parser)
+    add_author(parser, "only this; may be repeated", action="append")
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Write tracks, or the whole project, into a folder."""
-    some = arguments.task or arguments.demo or arguments.author
-    if some and arguments.format == "archive":
+    chosen = arguments.task or arguments.demo or arguments.author
+    if chosen and arguments.format == "archive":
         raise UsageError("An archive holds the whole project; leave out what chooses of it.")
     if arguments.out == Path("-"):
         _print(arguments)
         return
-    written = _export(arguments, arguments.out)
-    if arguments.json:
-        print(json_text({"written": [str(path) for path in written]}))
-        return
-    for path in written:
-        print(path)
+    written = [str(path) for path in _export(arguments, arguments.out)]
+    print_result(arguments.json, {"written": written}, "\n".join(written))
 
 
 def _export(arguments: argparse.Namespace, out: Path) -> tuple[Path, ...]:
-    """Write what is asked for into a folder; gives the files."""
     ids = _ids(arguments) if arguments.task or arguments.demo else None
     return finish(
         exporting(arguments.project, out, arguments.format, ids, authors=arguments.author)
@@ -79,8 +69,8 @@ def _export(arguments: argparse.Namespace, out: Path) -> tuple[Path, ...]:
 
 
 def _print(arguments: argparse.Namespace) -> None:
-    """Print what would be the only file."""
-    if arguments.json or arguments.format in ("archive", "elan"):
+    """Print the text of what would be the only file."""
+    if arguments.json or not FORMATS[arguments.format].prints:
         what = "what --json tells of" if arguments.json else f"the format {arguments.format}"
         raise UsageError(f"For {what} name a folder: --out - prints the text of one file.")
     with tempfile.TemporaryDirectory(prefix="forcelab-") as folder:
@@ -94,7 +84,7 @@ def _print(arguments: argparse.Namespace) -> None:
 
 
 def _ids(arguments: argparse.Namespace) -> set[str]:
-    """The demonstrations of the tasks and names that are asked for."""
+    """The demonstrations of the requested tasks and names."""
     with Project.open(arguments.project) as project:
         infos = project.demonstrations.infos()
         for task in arguments.task or ():

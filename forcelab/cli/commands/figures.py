@@ -12,18 +12,17 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from forcelab.cli.files import output_folder
-from forcelab.cli.options import json_flag, path_of
-from forcelab.cli.output import json_text
+from forcelab.cli.options import add_json, path_of
+from forcelab.cli.output import print_result
+from forcelab.formats.output_folder import output_folder
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     parser.add_argument("folder", metavar="DIR", type=path_of, help="folder to write into")
     parser.add_argument(
         "--format", choices=("svg", "pdf", "png"), default="svg", help="of both figures (svg)"
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -38,4 +37,4 @@ def run(arguments: argparse.Namespace) -> None:
             path = folder / f"{name}.{arguments.format}"
             figure.save(path)
             written.append(str(path))
-    print(json_text({"written": written}) if arguments.json else "\n".join(written))
+    print_result(arguments.json, {"written": written}, "\n".join(written))

@@ -19,7 +19,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from forcelab.cli.interrupts import uninterrupted
-from forcelab.cli.options import name_of
+from forcelab.cli.options import add_author
 from forcelab.cli.output import printable
 from forcelab.errors import InputError
 from forcelab.gui.launch_options import LaunchOptions
@@ -30,7 +30,6 @@ LARGEST = 8192
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     parser.add_argument(
         "project", metavar="PROJECT", type=Path, nargs="?", help="project folder (the last one)"
     )
@@ -47,12 +46,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--theme", choices=("light", "dark", "system"), help="colours (those chosen in the window)"
     )
-    parser.add_argument(
-        "--author",
-        metavar="NAME",
-        type=name_of,
-        help="the coder (who labelled last in the project)",
-    )
+    add_author(parser, "the coder (who labelled last in the project)")
     parser.add_argument(
         "--screenshot", metavar="FILE", type=Path, help="draw the window into this .png"
     )
@@ -91,7 +85,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _size(text: str) -> tuple[int, int]:
-    """Width and height in pixels."""
     match = re.fullmatch(r"(\d{3,5})[xX](\d{3,5})", text)
     if match is None:
         raise argparse.ArgumentTypeError(f"'{text}' is no size such as 1280x800")
@@ -102,7 +95,6 @@ def _size(text: str) -> tuple[int, int]:
 
 
 def _seconds(text: str) -> float:
-    """A time in seconds."""
     with suppress(ValueError):
         if math.isfinite(seconds := float(text)):
             return seconds
@@ -110,7 +102,6 @@ def _seconds(text: str) -> float:
 
 
 def _span(text: str) -> float:
-    """A length of time in seconds."""
     if (seconds := _seconds(text)) > 0:
         return seconds
     raise argparse.ArgumentTypeError(f"'{text}' is no length of time above 0 s")

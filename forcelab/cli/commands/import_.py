@@ -22,8 +22,15 @@ import argparse
 import sys
 from pathlib import Path
 
-from forcelab.cli.options import UsageError, add_project, column_options, json_flag, name_of
-from forcelab.cli.output import json_text, printable, progress_bar
+from forcelab.cli.options import (
+    UsageError,
+    add_author,
+    add_column_options,
+    add_json,
+    add_project,
+    add_task,
+)
+from forcelab.cli.output import print_result, printable, progress_bar
 from forcelab.cli.project_hints import hint_at_new_names
 from forcelab.formats import format_names
 from forcelab.formats.importing import ImportReport, importing
@@ -33,16 +40,11 @@ from forcelab.text import counted
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="recordings")
-    parser.add_argument("--task", metavar="TASK", type=name_of, help="task of the demonstrations")
-    parser.add_argument(
-        "--author",
-        metavar="NAME",
-        type=name_of,
-        default="coder",
-        help="author of the labels in files that name none (default: coder)",
+    add_task(parser, "task of the demonstrations")
+    add_author(
+        parser, "author of the labels in files that name none (default: coder)", default="coder"
     )
     parser.add_argument(
         "--rate",
@@ -62,7 +64,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="TOML file that turns an OptoForce dump's counts into newtons",
     )
-    column_options(parser)
+    add_column_options(parser)
     parser.add_argument("--label", metavar="COL", help="name or number of the column of labels")
     parser.add_argument(
         "--videos",
@@ -74,11 +76,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="refuse gaps and what would be repaired, and take all files or none",
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Import the files and tell what became of them; gives 1 where a file was left out."""
+    """Import the files and print the result; gives 1 where a file was left out."""
     if Path("-") in arguments.files and not Path("-").exists():
         raise UsageError(
             "Recordings are read from files, not from standard input ('-'); save it as a file and "
@@ -102,17 +104,20 @@ def run(arguments: argparse.Namespace) -> int:
     with hint_at_new_names(arguments.project), progress_bar() as watch:
         job = importing(arguments.project, arguments.files, options)
         report = finish(job, watch)
-    print(json_text(_json_content(report)) if arguments.json else _summary(report))
+    print_result(arguments.json, _json_content(report), _summary(report))
     for reason in report.unread.values():
         print(f"forcelab: left out: {printable(reason)}", file=sys.stderr)
     return 1 if report.unread else 0
 
 
 def _summary(report: ImportReport) -> str:
-    """The report for people; of what was there already, the number says enough."""
-    told = [one.added for one in report.demonstrations if one.added.status != "unchanged"]
-    lines = [f"{added.status:<9}  {printable(added.name)}" for added in told]
-    lines += map(printable, report.told())
+    """The report for people; unchanged demonstrations are only counted."""
+    lines = [
+        f"{imported.added.status:<9}  {printable(imported.added.name)}"
+        for imported in report.demonstrations
+        if imported.added.status != "unchanged"
+    ]
+    lines += map(printable, report.remark_lines())
     counts = [f"{report.count(status)} {status}" for status in ("new", "updated", "unchanged")]
     total = counted(len(report.demonstrations), "recording")
     if report.unread:
@@ -121,16 +126,15 @@ def _summary(report: ImportReport) -> str:
 
 
 def _json_content(report: ImportReport) -> dict[str, object]:
-    """The report as plain values."""
     return {
         "demonstrations": [
             {
-                "file": str(one.file),
-                "id": one.added.id,
-                "name": one.added.name,
-                "status": one.added.status,
+                "file": str(imported.file),
+                "id": imported.added.id,
+                "name": imported.added.name,
+                "status": imported.added.status,
             }
-            for one in report.demonstrations
+            for imported in report.demonstrations
         ],
         "remarks": {str(path): list(remarks) for path, remarks in report.remarks.items()},
         "unread": {str(path): reason for path, reason in report.unread.items()},

@@ -13,7 +13,7 @@ import argparse
 from textwrap import shorten
 
 from forcelab.cli.commands.note import note_json
-from forcelab.cli.options import add_project, json_flag, name_of
+from forcelab.cli.options import add_json, add_project, add_task, name_of
 from forcelab.cli.output import json_text, printable, table
 from forcelab.errors import InputError
 from forcelab.project import DemonstrationInfo, Note, Project, left_to_label
@@ -24,16 +24,15 @@ NOTES = 60
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
-    parser.add_argument("--task", metavar="TASK", type=name_of, help="only this task")
+    add_task(parser, "only this task")
     parser.add_argument(
         "--to-label",
         metavar="NAME",
         type=name_of,
         help="only what this coder has not begun, or has assigned and not done",
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -73,8 +72,8 @@ def run(arguments: argparse.Namespace) -> None:
     if any(notes.values()):
         rows[0].append("notes")
         for row, info in zip(rows[1:], infos, strict=True):
-            told = "; ".join(f"{note.author}: {note.text}" for note in notes[info.id])
-            row.append(shorten(told, NOTES, placeholder="…"))  # `forcelab note` has them whole
+            texts = "; ".join(f"{note.author}: {note.text}" for note in notes[info.id])
+            row.append(shorten(texts, NOTES, placeholder="…"))  # `forcelab note` has them whole
     print(table(rows, right=[2, 3, 4]))
     for info in infos:
         for path in beside[info.id]:
@@ -87,7 +86,9 @@ def _left_to_label(
     project: Project, infos: tuple[DemonstrationInfo, ...], author: str
 ) -> tuple[DemonstrationInfo, ...]:
     """What a coder still has to label."""
-    assigned = {one.demonstration: one for one in project.coding.assignments(author)}
+    assigned = {
+        assignment.demonstration: assignment for assignment in project.coding.assignments(author)
+    }
     alike = name_alike(author, project.coding.people())
     if alike is not None and not assigned:
         raise InputError(f"'{author}' has labelled nothing here; there is '{alike}'.")
@@ -99,7 +100,6 @@ def _left_to_label(
 
 
 def _row(info: DemonstrationInfo) -> list[str]:
-    """A demonstration's line."""
     labelled = ", ".join(
         f"{author} {100 * seconds / info.duration:.0f} %"
         for author, seconds in info.labelled.items()
@@ -118,7 +118,6 @@ def _row(info: DemonstrationInfo) -> list[str]:
 def _demonstration_json(
     info: DemonstrationInfo, beside: list[str], notes: list[Note]
 ) -> dict[str, object]:
-    """A demonstration as plain values."""
     return {
         "id": info.id,
         "name": info.name,

@@ -9,7 +9,7 @@ PyWavelets, ssqueezepy and fCWT where they are installed (extra 'peers').
 recognition: presets, scales, phase, classifiers, filters and decoders on each task of
 PROJECT (the sample project): 1 - F1@50 and the other scores, with demonstrations left
 out of training in four groups in turn, against the CPU time of features, training and
-recognition. The window's Trade-off workspace draws it.
+recognition. The page Accuracy and speed of the Review workspace draws it.
 all: every one of these; what cannot be measured here is told by its name.
 
 for example:
@@ -26,7 +26,7 @@ from importlib import import_module
 from pathlib import Path
 
 from forcelab.cli.files import check_outputs
-from forcelab.cli.options import UsageError, name_of
+from forcelab.cli.options import UsageError, add_author, add_task
 from forcelab.cli.output import json_path, printable, progress_bar, report, table
 from forcelab.errors import ForcelabError
 from forcelab.jobs import Progress, finish
@@ -43,24 +43,12 @@ MEASURED = (*MODULES, ALL)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     parser.add_argument("what", metavar="WHAT", choices=MEASURED, help=", ".join(MEASURED))
     parser.add_argument(
         "project", metavar="PROJECT", type=Path, nargs="?", help="recognition: folder of a project"
     )
-    parser.add_argument(
-        "--task",
-        action="append",
-        type=name_of,
-        metavar="TASK",
-        help="recognition: only this; may be repeated",
-    )
-    parser.add_argument(
-        "--author",
-        metavar="NAME",
-        type=name_of,
-        help="recognition: whose labels (who labelled most)",
-    )
+    add_task(parser, "recognition: only this; may be repeated", action="append")
+    add_author(parser, "recognition: whose labels (who labelled most)")
     parser.add_argument(
         "--thorough",
         action="store_true",
@@ -114,15 +102,15 @@ def _check(arguments: argparse.Namespace) -> None:
         from forcelab.gui.figures.figure import check_suffix
 
         check_suffix(figure)
-    asked = {
+    recognition_only = {
         "PROJECT": arguments.project,
         "--task": arguments.task,
         "--author": arguments.author,
         "--thorough": arguments.thorough,
     }
-    given = [name for name, value in asked.items() if value]
-    if given and what not in (RECOGNITION, ALL):
-        raise UsageError(f"{given[0]} goes with '{RECOGNITION}', not with '{what}'.")
+    misplaced = [name for name, value in recognition_only.items() if value]
+    if misplaced and what not in (RECOGNITION, ALL):
+        raise UsageError(f"{misplaced[0]} goes with '{RECOGNITION}', not with '{what}'.")
 
 
 def _job(what: str, arguments: argparse.Namespace) -> Generator[Progress, None, Table]:
@@ -160,24 +148,24 @@ def _sample(scratch: Path) -> Generator[Progress, None, Path]:
     place = sample_place()
     if not Project.vacant(place):
         return place
-    made = scratch / place.name
-    yield from making(made)
-    return made
+    created = scratch / place.name
+    yield from making(created)
+    return created
 
 
 def _measure_all(arguments: argparse.Namespace) -> None:
     """Measure one thing after the other; what cannot be measured here is told by its name."""
-    told, plain, skipped = [], {}, {}
+    texts, tables, skipped = [], {}, {}
     for what in MODULES:
         with progress_bar(f"measuring {what}") as watch:
             measured, why = _try_job(_job(what, arguments), watch)
         if measured is None:
             skipped[what] = why
             continue
-        told.append(table_text(measured))
-        plain[what] = measured.to_json()
-    told += [f"Skipped: {what}: {why}" for what, why in skipped.items()]
-    report("\n\n".join(told), {"tables": plain, "skipped": skipped}, arguments.json)
+        texts.append(table_text(measured))
+        tables[what] = measured.to_json()
+    texts += [f"Skipped: {what}: {why}" for what, why in skipped.items()]
+    report("\n\n".join(texts), {"tables": tables, "skipped": skipped}, arguments.json)
 
 
 def _try_job(

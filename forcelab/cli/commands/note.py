@@ -12,24 +12,21 @@ from __future__ import annotations
 
 import argparse
 
-from forcelab.cli.options import UsageError, add_project, json_flag, name_of
-from forcelab.cli.output import json_text, table
+from forcelab.cli.options import UsageError, add_author, add_json, add_project
+from forcelab.cli.output import print_result, table
 from forcelab.cli.project_hints import hint_at_new_names
 from forcelab.project import DemonstrationInfo, Note, Project
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
     parser.add_argument("demonstration", metavar="DEMO", nargs="?", help="its name or id")
     parser.add_argument("text", metavar="TEXT", nargs="?", help="the note, one line")
-    parser.add_argument(
-        "--author", metavar="NAME", type=name_of, help="whose note; without TEXT: only this one's"
-    )
+    add_author(parser, "whose note; without TEXT: only this one's")
     parser.add_argument(
         "--history", action="store_true", help="show every note ever written, also those replaced"
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -44,31 +41,27 @@ def run(arguments: argparse.Namespace) -> None:
                 project.coding.set_note(id_, author, text)
         infos = {info.id: info for info in project.demonstrations.infos()}
         notes = project.coding.note_events() if arguments.history else project.coding.notes()
-    notes = tuple(
-        one for one in notes if id_ in (None, one.demonstration) and author in (None, one.author)
+    shown = [
+        (note, infos[note.demonstration])
+        for note in notes
+        if id_ in (None, note.demonstration) and author in (None, note.author)
+    ]
+    header = ["task", "demonstration", "coder", "written", "note"]
+    print_result(
+        arguments.json,
+        {
+            "notes": [
+                {"id": info.id, "name": info.name, "task": info.task, **note_json(note)}
+                for note, info in shown
+            ]
+        },
+        table([header, *(_row(*pair) for pair in shown)]) if shown else "There is no note.",
     )
-    if arguments.json:
-        print(
-            json_text({"notes": [_note_row_json(one, infos[one.demonstration]) for one in notes]})
-        )
-        return
-    if not notes:
-        print("There is no note.")
-        return
-    rows = [["task", "demonstration", "coder", "written", "note"]]
-    print(table(rows + [_row(one, infos[one.demonstration]) for one in notes]))
 
 
 def note_json(note: Note) -> dict[str, object]:
-    """A note of a demonstration as plain values."""
     return {"author": note.author, "text": note.text, "time": note.time.isoformat()}
 
 
 def _row(note: Note, info: DemonstrationInfo) -> list[str]:
-    """A note's line."""
     return [info.task, info.name, note.author, f"{note.time:%Y-%m-%d %H:%M}", note.text or "-"]
-
-
-def _note_row_json(note: Note, info: DemonstrationInfo) -> dict[str, object]:
-    """A note as plain values."""
-    return {"id": info.id, "name": info.name, "task": info.task, **note_json(note)}

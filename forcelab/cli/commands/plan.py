@@ -17,7 +17,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from forcelab.cli.options import UsageError, add_project, json_flag
+from forcelab.cli.options import UsageError, add_json, add_project
 from forcelab.cli.output import json_text, printable, progress_bar, table
 from forcelab.cli.settings_options import add_changes, settings_from
 from forcelab.demonstration import Demonstration
@@ -45,7 +45,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.set_defaults(merge=None)
     add_changes(parser)
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -14,10 +14,11 @@ import argparse
 import sys
 from pathlib import Path
 
-from forcelab.cli.files import check_outputs, demonstrations_in, file_names, output_folder
-from forcelab.cli.options import column_options, json_flag, path_of
+from forcelab.cli.files import check_outputs, demonstrations_in
+from forcelab.cli.options import add_column_options, add_json, path_of
 from forcelab.cli.output import json_text, printable
 from forcelab.errors import InputError
+from forcelab.formats.output_folder import file_names, output_folder
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.track_text import COLUMNS, plain_times, table_text, to_audacity, to_csv
 from forcelab.io import write_atomically
@@ -32,7 +33,6 @@ ENDINGS = {"csv": ".predicted.csv", "audacity": ".predicted.txt"}
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     parser.add_argument(
         "recogniser", metavar="RECOGNISER", type=path_of, help="file that train wrote"
     )
@@ -45,14 +45,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rate", metavar="HZ", type=float, help="of recordings without a column of times"
     )
-    column_options(parser)
+    add_column_options(parser)
     parser.add_argument(
         "--format",
         choices=("csv", "audacity"),
         default="csv",
         help="start,end,action,author (csv), or a label track",
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -70,22 +70,25 @@ def run(arguments: argparse.Namespace) -> None:
         signals=tuple(arguments.signal),
         jitter=arguments.jitter,
     )
-    found: list[tuple[str, Track]] = []
+    tracks: list[tuple[str, Track]] = []
     for demonstration, remarks in demonstrations_in(arguments.sources, options):
         # First, as it names the demonstration that lacks a channel.
-        made = recogniser.predict(demonstration)
-        told = [*unseen(recogniser, demonstration), *recogniser.remarks_on(demonstration.channels)]
-        told += silence_remark([made], recogniser.settings, recogniser.rate)
-        for remark in [*remarks, *told]:
+        predicted = recogniser.predict(demonstration)
+        warnings = [
+            *unseen(recogniser, demonstration),
+            *recogniser.remarks_on(demonstration.channels),
+        ]
+        warnings += silence_remark([predicted], recogniser.settings, recogniser.rate)
+        for remark in [*remarks, *warnings]:
             print(printable(f"{demonstration.name}: {remark}"), file=sys.stderr)
-        found.append((demonstration.name, Track(author, made.segments)))
+        tracks.append((demonstration.name, Track(author, predicted.segments)))
     if arguments.json:
-        print(json_text([_track_json(name, track) for name, track in found]))
+        print(json_text([_track_json(name, track) for name, track in tracks]))
     if arguments.out is not None:
-        for path in _write(found, arguments.out, arguments.format, inputs):
+        for path in _write(tracks, arguments.out, arguments.format, inputs):
             print(path, file=sys.stderr if arguments.json else sys.stdout)
     elif not arguments.json:
-        sys.stdout.write(_shown(found, arguments.format))
+        sys.stdout.write(_shown(tracks, arguments.format))
 
 
 def _is_folder(out: Path | None) -> bool:
@@ -94,7 +97,6 @@ def _is_folder(out: Path | None) -> bool:
 
 
 def _track_json(name: str, track: Track) -> dict[str, object]:
-    """A predicted track as plain values."""
     segments = [
         {"start": start, "end": end, "action": s.action} for s, (start, end) in plain_times(track)
     ]

@@ -12,46 +12,38 @@ from __future__ import annotations
 
 import argparse
 
-from forcelab.cli.options import add_project, json_flag, name_of
-from forcelab.cli.output import json_text, printable
+from forcelab.cli.options import add_author, add_json, add_project, add_task, name_of
+from forcelab.cli.output import print_result, printable
 from forcelab.errors import InputError
 from forcelab.project import Project
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
     parser.add_argument("old", metavar="ACTION", type=name_of, help="the action")
     parser.add_argument("new", metavar="NAME", type=name_of, help="what it is called from now on")
-    parser.add_argument(
-        "--author", metavar="NAME", type=name_of, required=True, help="whose labels change"
-    )
-    parser.add_argument(
-        "--task", metavar="TASK", type=name_of, action="append", help="only this; may be repeated"
-    )
+    add_author(parser, "whose labels change", required=True)
+    add_task(parser, "only this; may be repeated", action="append")
     parser.add_argument(
         "--yes", action="store_true", help="merge the two if there is an action NAME already"
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Rename an action in a coder's labels, or merge it into another one."""
     tasks = arguments.task
-    asked = arguments.author, arguments.old, arguments.new, tasks
+    renaming = arguments.author, arguments.old, arguments.new, tasks
     with Project.open(arguments.project) as project:
         project.refuse_read_only()
         for task in tasks or ():
             project.demonstrations.check_task(task)
-        if not arguments.yes and (change := project.actions.preview_rename(*asked)).merges:
+        if not arguments.yes and (change := project.actions.preview_rename(*renaming)).merges:
             raise InputError(
                 f"Nothing was renamed yet. {change.sentences(done=False)} "
                 f"Give --yes to merge the two."
             )
-        done = project.actions.rename(*asked, merge=arguments.yes)
-    if not arguments.json:
-        print(printable(done.sentences(done=True)))
-        return
+        done = project.actions.rename(*renaming, merge=arguments.yes)
     content = {
         "author": done.author,
         "old": done.old,
@@ -62,4 +54,4 @@ def run(arguments: argparse.Namespace) -> None:
         "others": dict(done.others),
         "kept": sorted(done.kept),
     }
-    print(json_text(content))
+    print_result(arguments.json, content, printable(done.sentences(done=True)))

@@ -20,7 +20,7 @@ from pathlib import Path
 from forcelab.capture.devices import said
 from forcelab.capture.replay import Board, Replay, Sensor, board_of, sensors_of
 from forcelab.cli.interrupts import interruptible
-from forcelab.cli.options import UsageError, add_project, json_flag
+from forcelab.cli.options import UsageError, add_demonstration, add_json, add_project
 from forcelab.cli.output import json_text, printable
 from forcelab.formats.calibration import read_calibrations
 from forcelab.project import Project
@@ -34,9 +34,8 @@ LAST = 0.3
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
-    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+    add_demonstration(parser)
     parser.add_argument(
         "--as",
         dest="kind",
@@ -60,7 +59,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="TOML file that says what a count is worth (a sensor of 40 N)",
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -101,7 +100,6 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _port_lines(replay: Replay) -> str:
-    """A line for each port."""
     lines = []
     for port, part in zip(replay.ports, replay.parts, strict=True):
         line = f"{port}  {printable(' '.join(part.names))}"
@@ -113,7 +111,6 @@ def _port_lines(replay: Replay) -> str:
 
 
 def _json_content(replay: Replay, devices: list[str]) -> dict[str, object]:
-    """The same as plain values."""
     ports: list[dict[str, object]] = []
     for port, device, part in zip(replay.ports, devices, replay.parts, strict=True):
         plain: dict[str, object] = {"port": port, "device": device, "channels": list(part.names)}

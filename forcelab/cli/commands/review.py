@@ -14,8 +14,8 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import asdict
 
-from forcelab.cli.options import UsageError, add_project, json_flag, name_of
-from forcelab.cli.output import json_text, percent, printable, table
+from forcelab.cli.options import UsageError, add_json, add_project, add_task, name_of
+from forcelab.cli.output import percent, print_result, printable, table
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import means_unlabelled
@@ -40,12 +40,9 @@ USUAL = ("suspected", "actions", "missed")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
     parser.add_argument("--run", metavar="N", type=int, help="the run (the latest evaluation)")
-    parser.add_argument(
-        "--task", metavar="TASK", type=name_of, help="the latest evaluation of this task"
-    )
+    add_task(parser, "the latest evaluation of this task")
     which = parser.add_mutually_exclusive_group()
     which.add_argument(
         "--kind",
@@ -61,7 +58,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="instead, every place of a cell of the confusion matrix; MODEL may be unlabelled",
     )
     parser.add_argument("--limit", metavar="N", type=int, help="at most so many of each kind")
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -77,10 +74,11 @@ def run(arguments: argparse.Namespace) -> None:
         found = queue(project, outcome, invented=True)
     kinds = tuple(dict.fromkeys(arguments.kind or USUAL))
     sections = {kind: getattr(found, kind)[: arguments.limit] for kind in kinds}
-    if arguments.json:
-        print(json_text(_json_content(outcome, found, sections)))
-        return
-    print(_tables(outcome, found, sections))
+    print_result(
+        arguments.json,
+        _json_content(outcome, found, sections),
+        _tables(outcome, found, sections),
+    )
 
 
 def _outcome(project: Project, number: int | None, task: str | None) -> Outcome:
@@ -107,15 +105,18 @@ def _print_cell(outcome: Outcome, human: str, model: str, limit: int | None, as_
     column = len(outcome.actions) if predicted is None else outcome.actions.index(predicted)
     number, seconds = int(cells.numbers()[row, column]), float(cells.matrix()[row, column])
     places = cells.places(human, predicted, most=number if limit is None else limit)
-    names = {one.id: one.name for one in outcome.tested}
-    if as_json:
-        listed = [
+    names = {demonstration.id: demonstration.name for demonstration in outcome.tested}
+    content = {
+        "run": outcome.number,
+        "title": outcome.title,
+        "author": outcome.author,
+        "number": number,
+        "seconds": seconds,
+        "places": [
             asdict(place) | {"demonstration": names[place.demonstration], "id": place.demonstration}
             for place in places
-        ]
-        plain = {"run": outcome.number, "title": outcome.title, "author": outcome.author}
-        print(json_text({**plain, "number": number, "seconds": seconds, "places": listed}))
-        return
+        ],
+    }
     rows = [["demonstration", "s", "", "human", "model", "confidence"]]
     rows += [
         [
@@ -128,18 +129,19 @@ def _print_cell(outcome: Outcome, human: str, model: str, limit: int | None, as_
         ]
         for place in places
     ]
-    print(
+    text = (
         f"Run {outcome.number}, {printable(outcome.title)}: {counted(number, 'place')}, "
         f"{seconds:.2f} s, that {printable(outcome.author)} labelled '{printable(human)}' and "
         f"the model {'left unlabelled' if predicted is None else f'calls {printable(model)!r}'}."
     )
     if places:
-        print(f"\n{table(rows, right=[1, 2, 5])}\n\nConfidence in percent.")
+        text += f"\n\n{table(rows, right=[1, 2, 5])}\n\nConfidence in percent."
+    print_result(as_json, content, text)
 
 
 def _tables(outcome: Outcome, found: Queue, sections: dict[str, Sequence[Difference]]) -> str:
     """The queue and the verdicts as tables."""
-    names = {one.id: one.name for one in outcome.tested}
+    names = {demonstration.id: demonstration.name for demonstration in outcome.tested}
     rows = [["what", "demonstration", "s", "", "human", "model", "confidence", "suspicion"]]
     rows += [
         [
@@ -186,8 +188,7 @@ def _verdicts(judged: Sequence[Judged]) -> str:
 def _json_content(
     outcome: Outcome, found: Queue, sections: dict[str, Sequence[Difference]]
 ) -> dict[str, object]:
-    """The same as plain values."""
-    names = {one.id: one.name for one in outcome.tested}
+    names = {demonstration.id: demonstration.name for demonstration in outcome.tested}
     return {
         "run": outcome.number,
         "title": outcome.title,

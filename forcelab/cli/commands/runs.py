@@ -15,8 +15,8 @@ import argparse
 from collections.abc import Mapping
 from typing import Any
 
-from forcelab.cli.options import add_project, json_flag
-from forcelab.cli.output import json_text, percent, printable, table
+from forcelab.cli.options import add_json, add_project
+from forcelab.cli.output import percent, print_result, printable, table
 from forcelab.project import Project, RunSummary, RunUse
 from forcelab.recognition.intervals import METHOD, METRICS, look_up
 from forcelab.recognition.presets import PRESETS
@@ -27,56 +27,48 @@ from forcelab.text import counted
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
     parser.add_argument(
         "--compare", metavar=("A", "B"), type=int, nargs=2, help="numbers of two runs"
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """List the runs of a project, or compare two."""
     with Project.open(arguments.project) as project:
         if arguments.compare is not None:
-            one, other = (load(project, number) for number in arguments.compare)
-            comparison = compare(one, other)
-            print(
-                json_text(_comparison_json(comparison))
-                if arguments.json
-                else _comparison_text(comparison)
-            )
+            comparison = compare(*(load(project, number) for number in arguments.compare))
+            content, text = _comparison_json(comparison), _comparison_text(comparison)
+            print_result(arguments.json, content, text)
             return
         with project.snapshot():
             runs, uses = project.runs.summaries(), project.runs.uses()
             recognisers, sizes = project.runs.recognisers(), project.runs.recogniser_bytes()
-    if arguments.json:
-        print(json_text([_summary(*both) for both in zip(runs, uses, strict=True)]))
-        return
-    if not runs:
-        print("No runs; 'forcelab evaluate' and the window's Train make them.")
-    else:
+    pairs = list(zip(runs, uses, strict=True))
+    text = "No runs; 'forcelab evaluate' and the window's Train make them."
+    if runs:
         header = ["run", "time (UTC)", "kind", "what", "settings", "tested", "accuracy", "F1@50"]
-        rows = [_row(*both) for both in zip(runs, uses, strict=True)]
-        print(table([[*header, "MB"], *rows], right=[0, 5, 6, 7, 8]))
-        print(f"\n{counted(len(runs), 'run')}. Rates in percent, after the filters.")
+        rows = [[*header, "MB"], *(_row(*pair) for pair in pairs)]
+        number = counted(len(runs), "run")
+        text = table(rows, right=[0, 5, 6, 7, 8])
+        text += f"\n\n{number}. Rates in percent, after the filters."
     owned = {use.recogniser for use in uses}
     alone = [
-        [one.id[:8], f"{one.time:%Y-%m-%d %H:%M}", one.name, _megabytes(sizes.get(one.id, 0))]
-        for one in recognisers
-        if one.id not in owned
+        [r.id[:8], f"{r.time:%Y-%m-%d %H:%M}", r.name, _megabytes(sizes.get(r.id, 0))]
+        for r in recognisers
+        if r.id not in owned
     ]
     if alone:
-        print(f"\n{table([['recogniser', 'time (UTC)', 'name', 'MB'], *alone], right=[3])}")
+        text += f"\n\n{table([['recogniser', 'time (UTC)', 'name', 'MB'], *alone], right=[3])}"
+    print_result(arguments.json, [_summary(*pair) for pair in pairs], text)
 
 
 def _megabytes(count: int) -> str:
-    """Bytes in megabytes."""
     return f"{count / 1e6:.1f}"
 
 
 def _row(run: RunSummary, use: RunUse) -> list[str]:
-    """A run's line."""
     digest = run.digest
     tasks, test_task = tasks_of(run.settings)
     return [
@@ -119,7 +111,6 @@ def _summary(run: RunSummary, use: RunUse) -> dict[str, Any]:
 
 
 def _comparison_text(comparison: Comparison) -> str:
-    """Two runs side by side as text."""
     one, other = comparison.one, comparison.other
     parts = [
         f"Run {one.number} ({printable(one.title)}) and {other.number} ({printable(other.title)})"
@@ -157,7 +148,6 @@ def _comparison_text(comparison: Comparison) -> str:
 
 
 def _line(comparison: Comparison, stage: str, metric: str) -> list[str]:
-    """A metric's line."""
     first, second = (look_up(scores, metric) for scores in comparison.pooled[stage])
     ends = comparison.intervals[stage][metric]
     scale = 1.0 if metric == "kappa" or metric.startswith("boundary_") else 100.0
@@ -192,7 +182,6 @@ def _difference_text(
 
 
 def _comparison_json(comparison: Comparison) -> dict[str, Any]:
-    """Two runs side by side as plain values."""
     return {
         "runs": [comparison.one.number, comparison.other.number],
         "settings": [list(row) for row in comparison.settings],

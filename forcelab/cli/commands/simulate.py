@@ -11,11 +11,12 @@ for example:
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 
 from joblib import cpu_count
 
-from forcelab.cli.options import PROJECT, UsageError, json_flag, name_of, path_of
-from forcelab.cli.output import json_text, printable, progress_bar
+from forcelab.cli.options import PROJECT, UsageError, add_json, name_of, path_of
+from forcelab.cli.output import print_result, printable, progress_bar
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.simulation.generate import simulating
@@ -24,7 +25,6 @@ from forcelab.text import counted
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     parser.add_argument(
         "--task",
         type=name_of,
@@ -46,27 +46,29 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-video", dest="video", action="store_false", help="forces and labels only"
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Simulate demonstrations into a project and tell what became of them."""
     try:
         task = task_named(arguments.task)
-        wanted = origins(task, arguments.count, arguments.seed, arguments.rate)
+        recipes = origins(task, arguments.count, arguments.seed, arguments.rate)
     except InputError as error:
         raise UsageError(str(error)) from error
     with progress_bar() as watch:
-        job = simulating(arguments.out, wanted, video=arguments.video, jobs=cpu_count())
+        job = simulating(arguments.out, recipes, video=arguments.video, jobs=cpu_count())
         added = finish(job, watch)
-    if arguments.json:
-        told = [{"id": one.id, "name": one.name, "status": one.status} for one in added]
-        print(json_text({"project": str(arguments.out), "demonstrations": told}))
-        return
-    for one in added:
-        print(f"{one.status:<9}  {printable(one.name)}")
-        for remark in one.remarks:
-            print(printable(remark))
-    counts = [(s, sum(one.status == s for one in added)) for s in ("new", "updated", "unchanged")]
-    total = counted(len(added), "demonstration")
-    print(f"{total}: {', '.join(f'{number} {status}' for status, number in counts)}.")
+    content = {
+        "project": str(arguments.out),
+        "demonstrations": [
+            {"id": result.id, "name": result.name, "status": result.status} for result in added
+        ],
+    }
+    lines = []
+    for result in added:
+        lines += [f"{result.status:<9}  {printable(result.name)}", *map(printable, result.remarks)]
+    counts = Counter(result.status for result in added)
+    numbers = ", ".join(f"{counts[status]} {status}" for status in ("new", "updated", "unchanged"))
+    lines.append(f"{counted(len(added), 'demonstration')}: {numbers}.")
+    print_result(arguments.json, content, "\n".join(lines))

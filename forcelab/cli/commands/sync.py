@@ -15,8 +15,8 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from forcelab.cli.options import UsageError, add_project, json_flag
-from forcelab.cli.output import json_text, printable, progress_bar
+from forcelab.cli.options import UsageError, add_demonstration, add_json, add_project
+from forcelab.cli.output import print_result, printable, progress_bar
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
@@ -26,9 +26,8 @@ from forcelab.signals.sync import Proposal, proposing_for
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
-    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+    add_demonstration(parser)
     parser.add_argument(
         "--accept",
         action="store_true",
@@ -46,7 +45,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=float,
         help="store this: force seconds that pass in a second of the video, such as 1.00002",
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -75,10 +74,8 @@ def run(arguments: argparse.Namespace) -> None:
         stored = bool(given or arguments.accept)
         if stored:
             project.media.set_video_clock(demonstration.id, clock)
-    if arguments.json:
-        print(json_text(_content(demonstration, before, clock, proposal, stored)))
-    else:
-        print(_result_text(demonstration, before, clock, proposal, stored))
+    result = demonstration, before, clock, proposal, stored
+    print_result(arguments.json, _content(*result), _result_text(*result))
 
 
 def _refusal(demonstration: Demonstration, before: ClockMap, proposal: Proposal) -> str:
@@ -103,7 +100,6 @@ def _content(
     proposal: Proposal | None,
     stored: bool,
 ) -> dict[str, Any]:
-    """The same as plain values."""
     content: dict[str, Any] = {
         "demonstration": demonstration.name,
         "id": demonstration.id,
@@ -114,7 +110,7 @@ def _content(
     if proposal is not None:
         content["confidence"] = proposal.confidence
         content["residual"] = proposal.residual
-        content["taps"] = [{"video": seen, "force": felt} for seen, felt in proposal.taps]
+        content["taps"] = [{"video": video, "force": force} for video, force in proposal.taps]
     return content
 
 
@@ -125,7 +121,6 @@ def _result_text(
     proposal: Proposal | None,
     stored: bool,
 ) -> str:
-    """For people."""
     lines = [
         f"{printable(demonstration.name)}: the video's clock",
         f"  before      {_clock(before)}",
@@ -138,10 +133,10 @@ def _result_text(
             else ""
         )
         lines.append(f"  confidence  {proposal.confidence:.2f}{low}")
-        for seen, felt in proposal.taps:
-            away = 1000 * (float(clock.to_force(seen)) - felt)
+        for video, force in proposal.taps:
+            apart = 1000 * (float(clock.to_force(video)) - force)
             lines.append(
-                f"  tap         video {seen:.3f} s, force {felt:.3f} s, {away:+.1f} ms apart"
+                f"  tap         video {video:.3f} s, force {force:.3f} s, {apart:+.1f} ms apart"
             )
         if proposal.taps:
             lines.append(f"  residual    {1000 * proposal.residual:.1f} ms")
@@ -154,5 +149,4 @@ def _result_text(
 
 
 def _clock(clock: ClockMap) -> str:
-    """Offset and rate for people."""
     return f"offset {clock.offset:+.4f} s, rate {1e6 * (clock.rate - 1):+.1f} ppm"

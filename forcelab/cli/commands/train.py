@@ -12,8 +12,8 @@ from __future__ import annotations
 import argparse
 
 from forcelab.cli.files import check_outputs
-from forcelab.cli.options import add_project, json_flag, path_of
-from forcelab.cli.output import json_text, printable, progress_bar
+from forcelab.cli.options import add_json, add_project, path_of
+from forcelab.cli.output import print_result, printable, progress_bar
 from forcelab.cli.settings_options import add_settings, choice_from, settings_from
 from forcelab.io import write_atomically
 from forcelab.jobs import finish
@@ -23,13 +23,12 @@ from forcelab.text import counted
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
     parser.add_argument(
         "--out", metavar="RECOGNISER", type=path_of, required=True, help="file to write (.skops)"
     )
     add_settings(parser)
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -50,13 +49,10 @@ def run(arguments: argparse.Namespace) -> None:
         "settings": settings.to_json(),
         "remarks": list(trained.remarks),
     }
-    if arguments.json:
-        print(json_text(summary))
-        return
     learnt = (
         f"{arguments.out}: {counted(len(recogniser.actions), 'action')} "
         f"({', '.join(recogniser.actions)}) learnt from "
         f"{counted(len(recogniser.trained_on), 'demonstration')} at {recogniser.rate:.6g} Hz."
     )
-    for sentence in (learnt, *trained.remarks):
-        print(printable(sentence))
+    text = "\n".join(map(printable, (learnt, *trained.remarks)))
+    print_result(arguments.json, summary, text)

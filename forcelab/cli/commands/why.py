@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import argparse
 
-from forcelab.cli.options import add_project, json_flag
-from forcelab.cli.output import json_text, printable, progress_bar, table
+from forcelab.cli.options import add_demonstration, add_json, add_project
+from forcelab.cli.output import print_result, printable, progress_bar, table
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.project import Project
@@ -23,16 +23,15 @@ from forcelab.review.run_result import KIND, Outcome, load, tasks_of
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
-    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+    add_demonstration(parser)
     parser.add_argument(
         "--at", metavar="SECONDS", type=float, required=True, help="a time within the segment"
     )
     parser.add_argument(
         "--run", metavar="N", type=int, help="the run (the latest one that tested it)"
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -44,12 +43,10 @@ def run(arguments: argparse.Namespace) -> None:
     with progress_bar() as watch:
         job = why_at(arguments.project, outcome, demonstration.id, arguments.at)
         why = finish(job, watch)
-    if arguments.json:
-        print(json_text({"run": outcome.number} | why.to_json()))
-        return
     start, end = why.place.start, why.place.end
     title = f"{demonstration.name}, {start:.3f} to {end:.3f} s, run {outcome.number}"
-    print("\n\n".join([printable(title), *_paragraphs(why, names)]))
+    text = "\n\n".join([printable(title), *_paragraphs(why, names)])
+    print_result(arguments.json, {"run": outcome.number} | why.to_json(), text)
 
 
 def _outcome(project: Project, id_: str, task: str, number: int | None) -> Outcome:
@@ -97,13 +94,12 @@ def _probability_text(why: Why) -> str:
         return "The classifier gives no probabilities."
     values = why.certainty.mean(why.place.start, why.place.end)
     pairs = sorted(zip(values.tolist(), why.certainty.actions, strict=True), reverse=True)
-    told = ", ".join(f"{action} {value:.2f}" for value, action in pairs)
+    means = ", ".join(f"{action} {value:.2f}" for value, action in pairs)
     whose = "as the run kept it" if why.kept else "computed anew, as the run kept none"
-    return printable(f"Mean probability ({whose}): {told}.")
+    return printable(f"Mean probability ({whose}): {means}.")
 
 
 def _bands(why: Why) -> str:
-    """The strongest bands."""
     lines = [f"What tells {why.favoured} from {why.against} most, in log-odds:"]
     for band in why.strongest():
         which = "for" if band.weight >= 0 else "against"
@@ -158,7 +154,6 @@ def _nearest(why: Why, names: dict[str, str]) -> str:
 
 
 def _row(action: str, neighbour: Neighbour, names: dict[str, str]) -> list[str]:
-    """One neighbour."""
     place = neighbour.place
     times = [f"{place.start:.3f}", f"{place.end:.3f}"]
     name = names.get(place.demonstration, place.demonstration)

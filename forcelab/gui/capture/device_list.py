@@ -26,7 +26,7 @@ from forcelab.gui.capture.controller import CaptureController
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.file_dialogs import ask_file
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.layout import emphasise
+from forcelab.gui.layout import emphasise, set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
@@ -342,10 +342,11 @@ class DeviceList(QWidget):
             name = self.rows.said(item)
             plain = calibrated_by(name, None)
             bare = menu.addAction("No calibration", lambda: self._rename(name, plain))
-            bare.setEnabled(plain != name)
+            set_enabled_with_reason(bare, "It has none." if plain == name else "")
         remove = menu.addAction("Remove", self._remove)
         remove.setShortcut(QKeySequence(QKeySequence.StandardKey.Delete))
-        remove.setEnabled(item is not None and display_name(item) is None)
+        own = item is not None and display_name(item) is None
+        set_enabled_with_reason(remove, "" if own else "Only devices added by hand are removed.")
         return menu
 
     def _remove(self) -> None:
@@ -411,7 +412,10 @@ class DeviceList(QWidget):
         item = self.rows.currentItem()
         some = any(map(device_counts, self.rows.items_here()))
         self.calibration_button.setVisible(self._choosing and some)
-        self.calibration_button.setEnabled(item is not None and device_counts(item))
+        counts = item is not None and device_counts(item)
+        set_enabled_with_reason(
+            self.calibration_button, "" if counts else "Choose a device that sends raw counts."
+        )
 
 
 def _find_devices() -> Generator[None, None, tuple[tuple[FoundPort, ...], tuple[Camera, ...]]]:

@@ -287,7 +287,7 @@ def _paint(
     theme = replace(colours(), text=colours().on_unlabelled)
     painter.save()
     painter.setClipRect(box)
-    paint_track(painter, box, axis, segments, looks=looks, theme=theme, veils=fading)
+    paint_track(painter, box, axis, segments, styles=looks, theme=theme, fades=fading)
     painter.restore()
 
 

@@ -488,7 +488,8 @@ class CaptureWorkspace(QWidget):
             "Make demonstrations of recordings that a crash or a power cut ended"
         )
         self.recover_button.setVisible(left > 0)
-        self.recover_button.setEnabled(phase in (CaptureState.APART, CaptureState.READY))
+        free = phase in (CaptureState.APART, CaptureState.READY)
+        set_enabled_with_reason(self.recover_button, "" if free else "Wait until this is done.")
 
     def _obstacle_to_connect(self, phase: CaptureState) -> str:
         """Why devices cannot be connected or disconnected now; empty where they can."""

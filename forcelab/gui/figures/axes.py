@@ -1,4 +1,4 @@
-"""Axes, curves, and names placed beside points and across nothing else."""
+"""Axes with their numbers, curves, and labels that cover nothing."""
 
 from __future__ import annotations
 
@@ -33,21 +33,16 @@ def ticks(start: float, end: float, step: float) -> tuple[float, ...]:
 
 
 def labels(values: tuple[float, ...], step: float) -> tuple[str, ...]:
-    """The numbers with just the decimals that tell multiples of `step` apart."""
+    """Numbers with as many decimals as multiples of `step` need."""
     decimals = max(0, -math.floor(math.log10(step) + 1e-9))
     return tuple(text.signed(f"{value:.{decimals}f}") for value in values)
 
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """A linear axis.
+    """A linear axis of values from `start` to `end`, at the pixels from `begin` to `finish`.
 
-    Parameters
-    ----------
-    start, end : float
-        Values at its two ends, ``start < end``.
-    begin, finish : float
-        Pixels of its two ends; ``finish < begin`` for an axis that grows upwards.
+    ``start < end``; ``finish < begin`` for an axis that grows upwards.
     """
 
     start: float
@@ -68,18 +63,12 @@ class Axis:
     def marks(self, size: float, upright: bool) -> tuple[tuple[float, str], ...]:
         """Values and their texts: multiples of 1, 2 or 5 times a power of ten that have room.
 
-        Parameters
-        ----------
-        size : float
-            Height of the font in pixels.
-        upright : bool
-            Whether the axis runs up the page, so that texts need room by height, not width.
+        Texts are `size` pixels high; along an `upright` axis they need room by height, not width.
         """
-        found = self._marks(size, upright, BREATH)
-        return found if len(found) > 1 else self._marks(size, upright, TIGHT)
+        marks = self._marks(size, upright, BREATH)
+        return marks if len(marks) > 1 else self._marks(size, upright, TIGHT)
 
     def _marks(self, size: float, upright: bool, breath: float) -> tuple[tuple[float, str], ...]:
-        """Those that are at least so many pixels apart."""
         face = text.font(size)
         room = abs(self.finish - self.begin)
         span = self.end - self.start
@@ -98,7 +87,7 @@ class Axis:
 
 @dataclass(frozen=True, slots=True)
 class LogAxis:
-    """A logarithmic axis; parameters as of :class:`Axis`, with ``0 < start < end``."""
+    """A logarithmic axis, as :class:`Axis` with ``0 < start < end``."""
 
     start: float
     end: float
@@ -106,15 +95,11 @@ class LogAxis:
     finish: float
 
     def at(self, value: float) -> float:
-        """The pixel of a value."""
         share = math.log(value / self.start) / math.log(self.end / self.start)
         return self.begin + share * (self.finish - self.begin)
 
     def marks(self, size: float, upright: bool) -> tuple[tuple[float, str], ...]:
-        """Values and their texts: 1, 2 and 5 times powers of ten, or fewer where these are close.
-
-        Parameters as of :meth:`Axis.marks`.
-        """
+        """Values and their texts: 1, 2 and 5 times powers of ten, or fewer where these crowd."""
         face = text.font(size)
         low, high = math.floor(math.log10(self.start)), math.ceil(math.log10(self.end))
         every = range(low, high + 1)
@@ -141,19 +126,19 @@ def draw_bottom(
     above: bool = False,
 ) -> None:
     """Draw an axis along the bottom edge `y` of a plot, or along its top edge with `above`."""
-    way = -1.0 if above else 1.0
+    sign = -1.0 if above else 1.0
     marks = axis.marks(size, upright=False)
     painter.setPen(QPen(QColor(theme.frame), 1.0))
     painter.drawLine(QLineF(axis.begin, y, axis.finish, y))
-    painter.drawLines([QLineF(axis.at(v), y, axis.at(v), y + way * MARK) for v, _ in marks])
+    painter.drawLines([QLineF(axis.at(v), y, axis.at(v), y + sign * MARK) for v, _ in marks])
     face = text.font(size)
-    centre = y + way * (MARK + GAP + size / 2)
+    centre = y + sign * (MARK + GAP + size / 2)
     for value, label in marks:
         text.draw_text(
             painter, axis.at(value), centre, label, face=face, ink=QColor(theme.text), align=0.5
         )
     middle = (axis.begin + axis.finish) / 2
-    below = centre + way * (size + GAP + 2)
+    below = centre + sign * (size + GAP + 2)
     text.draw_text(painter, middle, below, title, face=face, ink=QColor(theme.muted), align=0.5)
 
 
@@ -218,7 +203,7 @@ def paint_curve(
 def paint_names(
     painter: QPainter, x: float, y: float, names: Sequence[tuple[str, QPen]], theme: Theme
 ) -> None:
-    """Draw a short stretch of each curve with its name, from left to right."""
+    """Draw a piece of each curve with its name, from left to right."""
     face = text.font(10)
     for name, pen in names:
         painter.setPen(pen)
@@ -234,18 +219,9 @@ LABEL_GAP, STEP = 3.0, 4.0
 def place_labels(
     spot: QPointF, label: str, face: QFont, box: QRectF, mark: float
 ) -> Iterator[QRectF]:
-    """Boxes around a mark where its label may stand, moved into the plot: the best ones first.
+    """Boxes inside the plot where the label of a mark may stand, the best ones first.
 
-    Parameters
-    ----------
-    spot : QPointF
-        The middle of the mark.
-    label : str
-    face : QFont
-    box : QRectF
-        The plot.
-    mark : float
-        Half the mark's width, in pixels.
+    The mark is in the middle of its `spot` and `mark` pixels wide on either side.
     """
     wide, high = text.width(label, face), face.pixelSize() + 2.0
     out, near = mark + LABEL_GAP, mark

@@ -1,4 +1,4 @@
-"""Clusters over a signal: the same force, coloured by the cluster each way of seeing puts it in."""
+"""Clusters over a signal: the same force, coloured by the clusters of different features."""
 
 from __future__ import annotations
 
@@ -24,8 +24,6 @@ from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
 from forcelab.gui.figures.tracks import LabelStyle, paint_track
 from forcelab.labels import from_codes
 
-__all__ = ["ClusterFigure", "cluster_figure"]
-
 LEFT = 72.0
 PLOT_WIDTH, PLOT_HEIGHT = 560.0, 76.0
 #: Height of the bar of clusters under each signal, and of the line that names the features.
@@ -38,28 +36,11 @@ AXIS_ROOM = 36.0
 
 @dataclass(frozen=True, eq=False)
 class ClusterFigure(Figure):
-    """One signal, drawn once for each clustering.
+    """One signal in `unit`, drawn once for each clustering.
 
-    Parameters
-    ----------
-    title : str
-        At the top.
-    times : ndarray, shape (n,)
-        In seconds, strictly increasing, n >= 2.
-    signal : ndarray, shape (n,)
-        In `unit`.
-    rows : tuple of (str, ndarray of int), arrays of shape (n,)
-        What the features were, and the cluster of every sample from 0; at most as many clusters
-        as there are colours (4).
-    unit : str
-        Of the signal.
-    theme : Theme
-        Colours apart from the clusters'.
-
-    Raises
-    ------
-    InputError
-        If there is no row, the lengths disagree or there are more clusters than colours.
+    `times` (s) are increasing and have as many samples as the signal and each row's codes. `rows`
+    are the features' names and the cluster of every sample from 0; there are no more clusters than
+    curve colours.
     """
 
     title: str
@@ -83,22 +64,20 @@ class ClusterFigure(Figure):
 
     @property
     def size(self) -> QSizeF:
-        """Width and height in pixels."""
         height = MARGIN + HEADING + len(self.rows) * ROW - 8 + AXIS_ROOM + MARGIN
         return QSizeF(LEFT + PLOT_WIDTH + MARGIN, height)
 
     @property
     def axis(self) -> Axis:
-        """The time axis, from seconds to pixels."""
+        """The time axis."""
         return Axis(float(self.times[0]), float(self.times[-1]), LEFT, LEFT + PLOT_WIDTH)
 
     def box(self, row: int) -> QRectF:
-        """Where the bar of clusters of a row lies, in pixels."""
+        """The bar of clusters of a row, in pixels."""
         top = MARGIN + HEADING + row * ROW + NAME_LINE + PLOT_HEIGHT + 6
         return QRectF(LEFT, top, PLOT_WIDTH, BAR)
 
     def paint(self, painter: QPainter) -> None:
-        """Draw a signal, its clusters and its name for each row, and the time axis."""
         self.paint_title(painter)
         for row in range(len(self.rows)):
             self._paint_row(painter, row)
@@ -106,7 +85,6 @@ class ClusterFigure(Figure):
         draw_bottom(painter, self.axis, bottom, "time (s)", self.theme)
 
     def _paint_row(self, painter: QPainter, row: int) -> None:
-        """Draw one row."""
         name, codes = self.rows[row]
         bar = self.box(row)
         bottom = bar.top() - 6
@@ -130,9 +108,9 @@ class ClusterFigure(Figure):
             pen = curve_pen(QColor(CURVE_COLOURS[codes[first]]), 3.0)
             paint_curve(painter, self.axis, up, self.times[piece], self.signal[piece], pen=pen)
         numbers = [str(i) for i in range(1, len(CURVE_COLOURS) + 1)]
-        looks = {n: LabelStyle(n, QColor(CURVE_COLOURS[int(n) - 1])) for n in numbers}
+        styles = {n: LabelStyle(n, QColor(CURVE_COLOURS[int(n) - 1])) for n in numbers}
         segments = from_codes(codes, self.times, numbers)
-        paint_track(painter, bar, self.axis, segments, looks=looks, theme=self.theme)
+        paint_track(painter, bar, self.axis, segments, styles=styles, theme=self.theme)
 
 
 def cluster_figure() -> ClusterFigure:
@@ -144,5 +122,5 @@ def cluster_figure() -> ClusterFigure:
     from forcelab.recognition.clusters import compare_wavelets, trapezoid
 
     times, signal = trapezoid()
-    rows = tuple((found.title, found.codes) for found in compare_wavelets(signal))
+    rows = tuple((view.title, view.codes) for view in compare_wavelets(signal))
     return ClusterFigure("Four clusters over a force that rises and falls", times, signal, rows)

@@ -21,9 +21,9 @@ COLORMAP_STOPS = np.array(
 )
 
 
-def mixed(one: QColor | str, other: QColor | str, share: float) -> QColor:
+def mixed(first: QColor | str, second: QColor | str, share: float) -> QColor:
     """A colour between two, `share` of the way from the first."""
-    a, b = QColor(one), QColor(other)
+    a, b = QColor(first), QColor(second)
     return QColor.fromRgbF(
         a.redF() + (b.redF() - a.redF()) * share,
         a.greenF() + (b.greenF() - a.greenF()) * share,
@@ -32,25 +32,14 @@ def mixed(one: QColor | str, other: QColor | str, share: float) -> QColor:
 
 
 def translucent(colour: QColor | str, opacity: float) -> QColor:
-    """A colour that lets through what is below; opacity 0..1."""
-    seen = QColor(colour)
-    seen.setAlphaF(opacity)
-    return seen
+    """A colour of an opacity from 0 to 1."""
+    result = QColor(colour)
+    result.setAlphaF(opacity)
+    return result
 
 
 def colormap_colours(shares: ArrayLike) -> NDArray[np.uint8]:
-    """Colours of shares.
-
-    Parameters
-    ----------
-    shares : array_like, shape (...)
-        0 is the lightest, 1 the darkest; what lies outside is drawn as the nearer of the two.
-
-    Returns
-    -------
-    ndarray of uint8, shape (..., 3)
-        Red, green and blue.
-    """
+    """RGB of shares from 0, the lightest, to 1, the darkest, in an array of shape (..., 3)."""
     shares = np.asarray(shares, dtype=np.float64)
     at = np.linspace(0.0, 1.0, len(COLORMAP_STOPS))
     channels = [np.interp(shares, at, COLORMAP_STOPS[:, c]) for c in range(3)]
@@ -58,6 +47,6 @@ def colormap_colours(shares: ArrayLike) -> NDArray[np.uint8]:
 
 
 def colormap_colour(share: float) -> QColor:
-    """The colour of one share (see :func:`colormap_colours`)."""
+    """The colour of one share."""
     red, green, blue = (int(value) for value in colormap_colours(share))
     return QColor(red, green, blue)

@@ -23,17 +23,7 @@ PADDING = 2.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CellLabels:
-    """Texts of all cells, row after row.
-
-    Parameters
-    ----------
-    face, below_face : QFont
-        Of the first and of the second line.
-    labels : list of str
-        The first line.
-    below : list of str, optional
-        The second line; None where it has no room.
-    """
+    """The texts of all cells, row after row; `below` is the second line if it has room."""
 
     face: QFont
     labels: list[str]
@@ -42,7 +32,7 @@ class CellLabels:
 
 
 def count_labels(counts: Sequence[str], cell: float) -> CellLabels:
-    """Counts in the largest face that lets all of them into cells of a side; cut if none does."""
+    """Counts in the largest font that fits all into cells of a side; cut if none does."""
     room = cell - 2 * PADDING
     faces = (text.font(11), text.font(9), text.font(8))
     face = next((face for face in faces if text.widest(counts, face) <= room), faces[-1])
@@ -72,7 +62,7 @@ MATRIX = 640.0
 SMALLEST_CELL, LARGEST_CELL = 20.0, 64.0
 #: For names; in a figure without heading, which has to be small.
 NAME_ROOM, TIGHT_NAME_ROOM = 150.0, 96.0
-#: Between the actions and the last column, which is none.
+#: Between the actions and the last column, unlabelled.
 APART = 8.0
 SIDE_TITLE = 22.0
 BAR_WIDTH, BAR_HEIGHT = 12.0, 160.0
@@ -90,7 +80,7 @@ UNITS = {"samples": "samples", "s": "time in seconds", "segments": "segments"}
 
 @dataclass(frozen=True, slots=True)
 class MatrixLabels:
-    """What is written around a matrix; `last` is the name of its last column."""
+    """The texts around a matrix; `last` is the name of its last column."""
 
     human: str = "human"
     predicted: str = "predicted"
@@ -102,34 +92,11 @@ class MatrixLabels:
 class ConfusionMatrix(Figure):
     """Counts of samples, seconds or segments by human and predicted action.
 
-    Parameters
-    ----------
-    title : str
-        At the top.
-    actions : tuple of str, length k >= 1
-        In the order of rows and columns.
-    counts : array_like, shape (k, k + 1)
-        Rows are human, columns predicted; the last column counts what is predicted unlabelled.
-        Whole numbers unless the unit is seconds.
-    theme : Theme
-        Colours apart from the cells'. On a dark ground the cells' shades run from dark to light.
-    unit : {"samples", "s", "segments"}
-        What is counted.
-    share : {"row", "column", "counts"}
-        What colours and per cents are shares of; with ``"counts"`` no per cent is written, and
-        colours are shares of the largest cell.
-    room : float
-        Width in pixels that the cells should take together, as far as their sizes allow.
-    headed : bool
-        Whether title, key and the scale of colours stand around it; without them it is as small
-        as it can be.
-    words : Words
-        What is written around the cells.
-
-    Raises
-    ------
-    InputError
-        If there is no action, the shape does not fit or a count is negative.
+    `counts` has the shape (k, k + 1): rows are human, columns predicted, the last column counts
+    what is predicted unlabelled. Colours and per cents are shares of a row, of a column, or,
+    without per cents, of the largest cell. The cells take about `room` pixels together, as far as
+    their sizes allow. Without being `headed` by title, key and scale it is as small as it can be.
+    On a dark ground the cells' shades run from dark to light.
     """
 
     title: str
@@ -140,7 +107,7 @@ class ConfusionMatrix(Figure):
     share: Literal["row", "column", "counts"] = "row"
     room: float = MATRIX
     headed: bool = True
-    words: MatrixLabels = MatrixLabels()
+    labels: MatrixLabels = MatrixLabels()
 
     def __post_init__(self) -> None:
         counts = np.array(self.counts, dtype=np.float64 if self.unit == "s" else np.int64)
@@ -157,25 +124,23 @@ class ConfusionMatrix(Figure):
 
     @property
     def shares(self) -> NDArray[np.float64]:
-        """Counts over their row's or column's total, or the largest; shape (k, k + 1).
-
-        Zero where there is nothing to have a share of.
-        """
-        wholes = self._wholes
-        return np.divide(self.counts, wholes, out=np.zeros(self.counts.shape), where=wholes > 0)
+        """Counts over their row's or column's total, or the largest; shape (k, k + 1)."""
+        denominators = self._denominators
+        return np.divide(
+            self.counts, denominators, out=np.zeros(self.counts.shape), where=denominators > 0
+        )
 
     @cached_property
-    def _wholes(self) -> NDArray[np.float64]:
+    def _denominators(self) -> NDArray[np.float64]:
         """What each count is a share of, shape (k, k + 1)."""
         if self.share == "counts":
-            whole = self.counts.max(keepdims=True)
+            total = self.counts.max(keepdims=True)
         else:
-            whole = self.counts.sum(axis=1 if self.share == "row" else 0, keepdims=True)
-        return np.broadcast_to(whole.astype(np.float64), self.counts.shape)
+            total = self.counts.sum(axis=1 if self.share == "row" else 0, keepdims=True)
+        return np.broadcast_to(total.astype(np.float64), self.counts.shape)
 
     @property
     def size(self) -> QSizeF:
-        """Width and height in pixels."""
         margin, wide = self._margin, self._totals_right
         if self.headed:
             bar = self._bar_left + BAR_WIDTH + 48
@@ -183,14 +148,13 @@ class ConfusionMatrix(Figure):
         return QSizeF(wide + margin, self._matrix.bottom() + margin)
 
     def box(self, row: int, column: int) -> QRectF:
-        """Where a cell lies, in pixels."""
         matrix, cell = self._matrix, self._cell
         apart = APART if column == len(self.actions) else 0.0
         left = matrix.left() + column * cell + apart
         return QRectF(left, matrix.top() + row * cell, cell, cell).adjusted(0.5, 0.5, -0.5, -0.5)
 
     def cell_at(self, point: QPointF) -> tuple[int, int] | None:
-        """Row and column of the cell at a point in pixels; None beside all of them."""
+        """Row and column of the cell at a point in pixels, if any."""
         matrix, cell, k = self._matrix, self._cell, len(self.actions)
         x = point.x() - matrix.left()
         if x >= k * cell:
@@ -202,15 +166,15 @@ class ConfusionMatrix(Figure):
 
     def paint(self, painter: QPainter) -> None:
         """Draw title, names, cells, totals and the scale of colours."""
-        muted, small, words = QColor(self.theme.muted), text.font(10), self.words
+        muted, small, labels = QColor(self.theme.muted), text.font(10), self.labels
         if self.headed:
             self.paint_title(painter)
             text.draw_text(painter, MARGIN, MARGIN + 26, self._key, face=small, ink=muted)
         middle, margin = self._matrix.center(), self._margin
         x, y = middle.x(), self._predicted_at
-        text.draw_text(painter, x, y, words.predicted, face=small, ink=muted, align=0.5)
+        text.draw_text(painter, x, y, labels.predicted, face=small, ink=muted, align=0.5)
         x, y = margin + 6, middle.y()
-        text.draw_text_upwards(painter, x, y, words.human, face=small, ink=muted, align=0.5)
+        text.draw_text_upwards(painter, x, y, labels.human, face=small, ink=muted, align=0.5)
         self._paint_names(painter)
         self._paint_cells(painter)
         if self.headed:
@@ -218,7 +182,6 @@ class ConfusionMatrix(Figure):
 
     @property
     def _margin(self) -> float:
-        """What is left free around everything, in pixels."""
         return MARGIN if self.headed else TIGHT
 
     @property
@@ -228,7 +191,6 @@ class ConfusionMatrix(Figure):
 
     @property
     def _key(self) -> str:
-        """What colours and per cents say."""
         return KEYS[self.share].format(UNITS[self.unit])
 
     @cached_property
@@ -241,11 +203,11 @@ class ConfusionMatrix(Figure):
     def _names(self) -> tuple[str, ...]:
         """The columns' names, elided; all but the last are the rows' too."""
         room = NAME_ROOM if self.headed else TIGHT_NAME_ROOM
-        names = (*self.actions, self.words.last)
+        names = (*self.actions, self.labels.last)
         return tuple(text.elided_name(name, text.font(), room, names) for name in names)
 
     @cached_property
-    def _upwards(self) -> bool:
+    def _names_upright(self) -> bool:
         """Whether the columns' names are too long to stand level."""
         return text.widest(self._names, text.font()) > self._cell - 4
 
@@ -255,43 +217,39 @@ class ConfusionMatrix(Figure):
         k = len(self.actions)
         names = text.widest(self._names[:-1], text.font())
         left = self._margin + SIDE_TITLE + names + 10
-        above = text.widest(self._names, text.font()) if self._upwards else 11.0
+        above = text.widest(self._names, text.font()) if self._names_upright else 11.0
         top = self._predicted_at + 12 + above + 8
         return QRectF(left, top, (k + 1) * self._cell + APART, k * self._cell)
 
     @cached_property
     def _totals(self) -> tuple[str, ...]:
-        """The rows' totals as text."""
-        return tuple(self._counted(total) for total in self.counts.sum(axis=1).tolist())
+        return tuple(self._count_text(total) for total in self.counts.sum(axis=1).tolist())
 
-    def _counted(self, count: float) -> str:
+    def _count_text(self, count: float) -> str:
         """A count as text: seconds to a tenth, whole numbers whole."""
         return f"{count:,.1f}" if self.unit == "s" else f"{count:,}"
 
-    def _shades(self, shares: NDArray[np.float64]) -> NDArray[np.uint8]:
+    def _cell_colours(self, shares: NDArray[np.float64]) -> NDArray[np.uint8]:
         """The colours of shares, shape (..., 3), from the ground's lightness away from it."""
         dark = QColor(self.theme.background).lightnessF() < 0.5
         return colormap_colours(1.0 - shares if dark else shares)
 
     @property
     def _totals_right(self) -> float:
-        """Right edge of the totals, in pixels."""
-        column = text.widest((*self._totals, self.words.total), text.font(10))
+        column = text.widest((*self._totals, self.labels.total), text.font(10))
         return self._matrix.right() + 12 + column
 
     @property
     def _bar_left(self) -> float:
-        """Left edge of the scale of colours, in pixels."""
         return self._totals_right + 32
 
     def _paint_names(self, painter: QPainter) -> None:
-        """Draw the names of rows and columns, and the totals."""
         matrix, face, small = self._matrix, text.font(), text.font(10)
         last = len(self.actions)
         for column, name in enumerate(self._names):
             ink = QColor(self.theme.muted if column == last else self.theme.text)
             x = self.box(0, column).center().x()
-            if self._upwards:
+            if self._names_upright:
                 text.draw_text_upwards(painter, x, matrix.top() - 8, name, face=face, ink=ink)
             else:
                 text.draw_text(painter, x, matrix.top() - 13, name, face=face, ink=ink, align=0.5)
@@ -300,7 +258,7 @@ class ConfusionMatrix(Figure):
             painter,
             self._totals_right,
             matrix.top() - 13,
-            self.words.total,
+            self.labels.total,
             face=small,
             ink=muted,
             align=1.0,
@@ -320,15 +278,15 @@ class ConfusionMatrix(Figure):
 
     def _paint_cells(self, painter: QPainter) -> None:
         """Draw the cells: colour, per cent and count, as much of it as has room."""
-        counts = [self._counted(count) for count in self.counts.ravel().tolist()]
+        counts = [self._count_text(count) for count in self.counts.ravel().tolist()]
         shares = self.shares
         if self.share == "counts":
             texts = count_labels(counts, self._cell)
         else:
-            known = np.where(self._wholes > 0, shares, np.nan)
+            known = np.where(self._denominators > 0, shares, np.nan)
             texts = share_labels(counts, known, self._cell)
         up = 0.0 if texts.below is None else 8.0
-        grounds = self._shades(shares).reshape(-1, 3).tolist()
+        grounds = self._cell_colours(shares).reshape(-1, 3).tolist()
         for number, label in enumerate(texts.labels):
             row, column = divmod(number, len(self.actions) + 1)
             box, colour = self.box(row, column), QColor(*grounds[number])
@@ -343,13 +301,12 @@ class ConfusionMatrix(Figure):
                 text.draw_text(painter, x, y + 9, below, face=texts.below_face, ink=ink, align=0.5)
 
     def _paint_bar(self, painter: QPainter) -> None:
-        """Draw the scale of colours."""
         matrix = self._matrix
         high = min(BAR_HEIGHT, matrix.height())
         box = QRectF(self._bar_left, matrix.top(), BAR_WIDTH, high)
         gradient = QLinearGradient(box.bottomLeft(), box.topLeft())
         stops = np.linspace(0.0, 1.0, len(COLORMAP_STOPS))
-        for share, ground in zip(stops.tolist(), self._shades(stops).tolist(), strict=True):
+        for share, ground in zip(stops.tolist(), self._cell_colours(stops).tolist(), strict=True):
             gradient.setColorAt(share, QColor(*ground))
         painter.fillRect(box, gradient)
         largest = float(self.counts.max())

@@ -36,16 +36,8 @@ LARGEST_SIDE = 32_000
 class Theme:
     """The colours of a figure apart from its data, each as ``"#rrggbb"``.
 
-    Parameters
-    ----------
-    background : str
-        Behind everything.
-    text, muted : str
-        Names and numbers; what is said in passing.
-    grid, frame : str
-        Lines behind the data; lines around it.
-    unlabelled : str
-        Time that no segment covers.
+    `muted` is for remarks, `grid` for lines behind the data, `frame` for lines around it,
+    `unlabelled` for time that no segment covers.
     """
 
     background: str
@@ -67,13 +59,7 @@ LIGHT = Theme(
 
 
 def check_suffix(path: Path) -> None:
-    """Make sure that a figure can be saved under `path`, before the work of making one.
-
-    Raises
-    ------
-    InputError
-        If the suffix is none of ``.svg``, ``.pdf`` and ``.png``.
-    """
+    """Make sure that a figure can be saved under `path`, before the work of making one."""
     if path.suffix.lower() not in (".svg", ".pdf", ".png"):
         raise InputError(
             f"A figure is saved as .svg, .pdf or .png, not as '{path.name}'; change the suffix."
@@ -81,7 +67,7 @@ def check_suffix(path: Path) -> None:
 
 
 class Figure(ABC):
-    """Something drawn on paper of a fixed size, with one painting for screen and file."""
+    """A drawing of a fixed size, painted alike on screen and into files."""
 
     title: str
     theme: Theme
@@ -106,20 +92,16 @@ class Figure(ABC):
         text.ensure_application()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
-        painter.fillRect(QRectF(0, 0, *_whole(self.size)), QColor(self.theme.background))
+        painter.fillRect(QRectF(0, 0, *_rounded_up(self.size)), QColor(self.theme.background))
         self.paint(painter)
 
     def image(self, scale: float = 2.0) -> QImage:
-        """Draw the figure into an image.
+        """Draw the figure into an image of `scale` pixels for each of the figure's.
 
-        Parameters
-        ----------
-        scale : float
-            Image pixels for each pixel of the figure; less is taken where the image would be
-            larger than Qt can hold.
+        A smaller scale is used where the image would be larger than Qt can hold.
         """
         text.ensure_application()
-        wide, high = _whole(self.size)
+        wide, high = _rounded_up(self.size)
         scale = min(scale, LARGEST_SIDE / wide, LARGEST_SIDE / high)
         image = QImage(
             round(wide * scale), round(high * scale), QImage.Format.Format_ARGB32_Premultiplied
@@ -134,18 +116,9 @@ class Figure(ABC):
         return image
 
     def save(self, path: Path) -> None:
-        """Write the figure, in the format that the suffix names.
+        """Write the figure as SVG, PDF or PNG (at twice the size), by the suffix, atomically.
 
-        Parameters
-        ----------
-        path : Path
-            Ends in ``.svg``, ``.pdf`` or ``.png`` (two image pixels a pixel). What was there
-            before is replaced at once when all is written, and untouched otherwise.
-
-        Raises
-        ------
-        InputError
-            If the suffix is another, the file cannot be written, or the system has no font.
+        Another suffix, an unwritable file or a system without fonts is an InputError.
         """
         check_suffix(path)
         encode = {".svg": self._svg, ".pdf": self._pdf, ".png": self._png}[path.suffix.lower()]
@@ -154,7 +127,7 @@ class Figure(ABC):
 
     def _svg(self) -> bytes:
         """The figure as an SVG document; its text stays text."""
-        wide, high = _whole(self.size)
+        wide, high = _rounded_up(self.size)
         buffer = _buffer()
         generator = QSvgGenerator()
         generator.setOutputDevice(buffer)
@@ -169,7 +142,7 @@ class Figure(ABC):
 
     def _pdf(self) -> bytes:
         """The figure as a PDF document of one page with embedded fonts."""
-        wide, high = _whole(self.size)
+        wide, high = _rounded_up(self.size)
         buffer = _buffer()
         writer = QPdfWriter(buffer)
         writer.setTitle(text.printable(self.title))
@@ -185,19 +158,17 @@ class Figure(ABC):
         return bytes(buffer.data().data())
 
     def _png(self) -> bytes:
-        """The figure as a PNG image."""
         buffer = _buffer()
         QImageWriter(buffer, b"PNG").write(self.image())
         return bytes(buffer.data().data())
 
 
-def _whole(size: QSizeF) -> tuple[int, int]:
+def _rounded_up(size: QSizeF) -> tuple[int, int]:
     """The size rounded up to multiples of 4 pixels: whole points on a PDF page."""
     return 4 * math.ceil(size.width() / 4), 4 * math.ceil(size.height() / 4)
 
 
 def _buffer() -> QBuffer:
-    """An open, empty buffer."""
     buffer = QBuffer()
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     return buffer

@@ -38,16 +38,9 @@ CAPTION = 9.0
 
 @dataclass(frozen=True)
 class PairRow:
-    """A further track below a pair.
+    """A further track below a pair, with its caption.
 
-    Parameters
-    ----------
-    caption : str
-        What it is, such as ``"raw"`` or a coder's name.
-    segments : tuple of Segment
-        In order, never overlapping.
-    certain : bool
-        Whether it is a prediction, which is lighter where it is less probable.
+    `certain` tracks are predictions, which are lighter where they are less probable.
     """
 
     caption: str
@@ -57,30 +50,12 @@ class PairRow:
 
 @dataclass(frozen=True)
 class Pair:
-    """One demonstration's two tracks, and what is shown beside them.
+    """One demonstration's human and predicted track, and what is shown beside them.
 
-    Parameters
-    ----------
-    name : str
-        The demonstration's.
-    human, predicted : tuple of Segment
-        In order, never overlapping. What lies outside ``[start, end)`` is not drawn. `human` is
-        None where only the prediction is drawn.
-    start, end : float
-        The demonstration's, in seconds, finite, ``start < end``.
-    note : str
-        Said at the right, such as ``"72.0 %"``.
-    lanes : tuple of Lane
-        Further tracks, drawn below the pair from top to bottom.
-    certainty : Certainty, optional
-        Predictions are lighter where it is low.
-    marks : tuple of Difference, optional
-        Drawn between the two bars, for which room is left then; None for no room.
-
-    Raises
-    ------
-    InputError
-        If the demonstration is empty or runs backwards.
+    Segments outside ``[start, end)`` (s) are not drawn. `human` is None where only the prediction
+    is drawn; `note` stands at the right, such as ``"72.0 %"``; `lanes` are drawn below the pair.
+    Predictions are lighter where `certainty` is low. `marks` are drawn between the two bars, for
+    which room is left then; None for no room.
     """
 
     name: str
@@ -103,7 +78,7 @@ class Pair:
 
     @property
     def tracks(self) -> tuple[Segments, ...]:
-        """All that is drawn, the human's first."""
+        """All drawn tracks, the human's first."""
         return (self.human or (), self.predicted, *(lane.segments for lane in self.lanes))
 
 
@@ -135,7 +110,7 @@ class PairGeometry:
         return main + len(pair.lanes) * (self.lane + self.apart)
 
     def boxes(self, pair: Pair, axis: Axis, top: float) -> PairBoxes:
-        """Where everything of a pair lies whose first bar begins at `top`."""
+        """Where the parts of a pair lie whose first bar begins at `top`."""
         left, right = axis.at(pair.start), axis.at(pair.end)
 
         def box(top: float, height: float) -> QRectF:
@@ -159,29 +134,13 @@ def paint_pair(
     axis: Axis,
     pair: Pair,
     *,
-    looks: Mapping[str, LabelStyle],
+    styles: Mapping[str, LabelStyle],
     theme: Theme,
     mark: QColor,
 ) -> None:
-    """Draw a pair's bars, lanes and marks.
-
-    Parameters
-    ----------
-    painter : QPainter
-    boxes : PairBoxes
-        As of :meth:`Measures.boxes`.
-    axis : Axis
-        From seconds to pixels.
-    pair : Pair
-    looks : mapping of str to Look
-        One for each action.
-    theme : Theme
-        Colours of unlabelled time, frames and lines.
-    mark : QColor
-        Of disagreements.
-    """
+    """Draw a pair's bars, lanes and marks; `mark` is the colour of disagreements."""
     if pair.human is not None:
-        paint_track(painter, boxes.human, axis, pair.human, looks=looks, theme=theme)
+        paint_track(painter, boxes.human, axis, pair.human, styles=styles, theme=theme)
         paint_differences(painter, boxes.band, axis, pair.marks or (), mark)
     tracks = [(boxes.predicted, pair.predicted, True)]
     tracks += [
@@ -194,13 +153,13 @@ def paint_pair(
             if certain and pair.certainty is not None
             else ()
         )
-        paint_track(painter, box, axis, segments, looks=looks, theme=theme, veils=fading)
+        paint_track(painter, box, axis, segments, styles=styles, theme=theme, fades=fading)
 
 
 def captions(
     boxes: PairBoxes, pair: Pair, human: str = "human", predicted: str = "predicted"
 ) -> Iterator[tuple[float, str]]:
-    """What the bars are called, and at which height that stands; nothing for a mere pair."""
+    """The captions of the bars and their heights; none for a pair without further lanes."""
     if not pair.lanes:
         return
     if pair.human is not None:
@@ -234,31 +193,10 @@ MARK = "#b3261e"
 class TimelinePairs(Figure):
     """Human and predicted timelines in pairs, on one time axis.
 
-    Parameters
-    ----------
-    title : str
-        At the top.
-    pairs : tuple of Pair
-        At least one; drawn from top to bottom.
-    vocabulary : Vocabulary
-        Has every action that is drawn.
-    actions : tuple of str
-        The legend's first actions; the others follow in the order of their occurrence, human
-        tracks first.
-    theme : Theme
-        Colours apart from the actions'.
-    width : float
-        In pixels; the height follows from the number of pairs.
-    note_key : str
-        What the notes say, such as ``"At the right: frame accuracy."``; drawn below the title
-        where any pair has a note.
-    stretched : bool
-        Whether each pair takes the whole width, whatever it lasts; there is no time axis then.
-
-    Raises
-    ------
-    InputError
-        If there is no pair or the vocabulary lacks an action.
+    The vocabulary has every drawn action; the legend begins with `actions`, the others follow in
+    the order of their occurrence, human tracks first. The height follows from the number of pairs.
+    `note_key` explains the notes below the title, where any pair has a note. `stretched` pairs take
+    the whole width each, without a time axis.
     """
 
     title: str
@@ -275,8 +213,8 @@ class TimelinePairs(Figure):
             raise InputError("There is no demonstration to draw; choose at least one.")
         tracks = [pair.human or () for pair in self.pairs]
         tracks += [track for pair in self.pairs for track in pair.tracks[1:]]
-        found = (segment.action for track in tracks for segment in track)
-        actions = tuple(dict.fromkeys((*self.actions, *found)))
+        drawn = (segment.action for track in tracks for segment in track)
+        actions = tuple(dict.fromkeys((*self.actions, *drawn)))
         object.__setattr__(self, "actions", actions)
         for action in actions:
             if action not in self.vocabulary:
@@ -284,12 +222,11 @@ class TimelinePairs(Figure):
 
     @property
     def size(self) -> QSizeF:
-        """Width and height in pixels."""
         return QSizeF(self.width, self._rows_end + AXIS_ROOM + MARGIN)
 
     @cached_property
     def axis(self) -> Axis:
-        """The time axis, from seconds to pixels."""
+        """The time axis."""
         start = min(pair.start for pair in self.pairs)
         end = max(pair.end for pair in self.pairs)
         names = [text.printable(pair.name) for pair in self.pairs]
@@ -300,7 +237,6 @@ class TimelinePairs(Figure):
         return Axis(start, end, left, right)
 
     def boxes(self, row: int) -> PairBoxes:
-        """Where everything of a pair lies, in pixels."""
         return MEASURES.boxes(self.pairs[row], self.axis_of(row), self._tops[row])
 
     def axis_of(self, row: int) -> Axis:
@@ -314,11 +250,11 @@ class TimelinePairs(Figure):
         ink, muted = QColor(self.theme.text), QColor(self.theme.muted)
         room = self.width - 2 * MARGIN
         self.paint_title(painter)
-        for line, words in enumerate(self._key):
-            key = text.elided(words, text.font(10), room)
+        for line, sentence in enumerate(self._key):
+            key = text.elided(sentence, text.font(10), room)
             height = MARGIN + 26 + line * KEY_LINE
             text.draw_text(painter, MARGIN, height, key, face=text.font(10), ink=muted)
-        self._legend.paint(painter, MARGIN, self._head, self.theme)
+        self._legend.paint(painter, MARGIN, self._legend_top, self.theme)
         axis = self.axis
         if not self.stretched:
             self._paint_grid(painter, axis)
@@ -329,7 +265,7 @@ class TimelinePairs(Figure):
                 boxes,
                 self.axis_of(row),
                 pair,
-                looks=self._action_styles,
+                styles=self._action_styles,
                 theme=self.theme,
                 mark=QColor(MARK),
             )
@@ -350,12 +286,12 @@ class TimelinePairs(Figure):
         if self.stretched:
             return
         draw_bottom(painter, axis, self._rows_end, "time (s)", self.theme)
-        if self._tall:
+        if self._is_tall:
             draw_bottom(painter, axis, self._rows_top - 8, "time (s)", self.theme, above=True)
 
     @cached_property
     def _key(self) -> list[str]:
-        """What is said of how to read the figure, in one line or two."""
+        """The explanation of the figure, in one line or two."""
         first = [KEY, STRETCHED_NOTE] if self.stretched else [KEY]
         if any(pair.note for pair in self.pairs):
             first.append(self.note_key)
@@ -365,31 +301,29 @@ class TimelinePairs(Figure):
         return [" ".join(line) for line in (first, second) if line]
 
     @property
-    def _head(self) -> float:
+    def _legend_top(self) -> float:
         """Where the legend begins, in pixels."""
         return MARGIN + 40 + (len(self._key) - 1) * KEY_LINE
 
     @cached_property
     def _action_styles(self) -> dict[str, LabelStyle]:
-        """Each action's number, colour and texture."""
         return styles_in_order(self.actions, self.vocabulary)
 
     @cached_property
     def _legend(self) -> Legend:
-        """The legend below the title."""
         return Legend(self._action_styles, self.width - 2 * MARGIN)
 
     @cached_property
     def _caption_room(self) -> float:
         """Width of the column of captions between names and bars."""
-        found = [
+        texts = [
             caption
             for pair in self.pairs
             for _, caption in captions(MEASURES.boxes(pair, Axis(0, 1, 0, 1), 0), pair)
         ]
-        if not found:
+        if not texts:
             return 0.0
-        return min(text.widest(found, text.font(CAPTION)), CAPTION_ROOM) + 14
+        return min(text.widest(texts, text.font(CAPTION)), CAPTION_ROOM) + 14
 
     @cached_property
     def _tops(self) -> list[float]:
@@ -398,15 +332,15 @@ class TimelinePairs(Figure):
         return list(accumulate(heights, initial=self._rows_top))
 
     @cached_property
-    def _tall(self) -> bool:
+    def _is_tall(self) -> bool:
         """Whether the figure needs a second time axis at the top."""
         return sum(MEASURES.height(pair) + ROW_GAP for pair in self.pairs) > TALL
 
     @cached_property
     def _rows_top(self) -> float:
         """Upper edge of the first row, in pixels."""
-        above = AXIS_ROOM + 8 if self._tall and not self.stretched else 0
-        return self._head + self._legend.height + 12 + above
+        above = AXIS_ROOM + 8 if self._is_tall and not self.stretched else 0
+        return self._legend_top + self._legend.height + 12 + above
 
     @property
     def _rows_end(self) -> float:
@@ -414,7 +348,6 @@ class TimelinePairs(Figure):
         return self._tops[-1] - ROW_GAP + 8
 
     def _paint_grid(self, painter: QPainter, axis: Axis) -> None:
-        """Draw a light line at every number of the time axis."""
         painter.setPen(QPen(QColor(self.theme.grid), 1.0))
         top, bottom = self._rows_top - 8, self._rows_end
         marks = axis.marks(10.0, upright=False)

@@ -24,22 +24,6 @@ from PySide6.QtGui import (
 from forcelab.errors import InputError
 from forcelab.gui.qt_check import require_qt
 
-__all__ = [
-    "NAMES",
-    "contrast",
-    "draw_text",
-    "draw_text_upwards",
-    "elided",
-    "elided_name",
-    "ensure_application",
-    "font",
-    "ink_on",
-    "printable",
-    "signed",
-    "widest",
-    "width",
-]
-
 #: First the face whose widths are the widest: where a viewer of an SVG has to fall back to one of
 #: the others, text gets narrower and still fits.
 FAMILIES = ("DejaVu Sans", "Verdana", "Arial", "sans-serif")
@@ -53,15 +37,7 @@ MEASURED = 8192
 def ensure_application() -> QGuiApplication:
     """Make sure that Qt can draw text, without a display if there is none.
 
-    Returns
-    -------
-    QGuiApplication
-        The one that runs, or a new one. Keep it as long as anything is drawn.
-
-    Raises
-    ------
-    InputError
-        If the system has no font at all, or libraries that Qt needs are missing.
+    Keep the application as long as anything is drawn. Missing fonts or libraries are an InputError.
     """
     application = QGuiApplication.instance()
     if not isinstance(application, QGuiApplication):
@@ -92,13 +68,7 @@ def _application() -> QGuiApplication:
 
 @cache
 def font(size: float = 11.0, *, bold: bool = False) -> QFont:
-    """The figures' font at `size` pixels. Shared: not to be changed.
-
-    Raises
-    ------
-    InputError
-        If the system has no font at all.
-    """
+    """The figures' font at `size` pixels. Shared: not to be changed."""
     ensure_application()
     face = QFont(list(FAMILIES))
     face.setPixelSize(round(size))
@@ -144,20 +114,20 @@ def elided(text: str, face: QFont, room: float) -> str:
 def elided_name(name: str, face: QFont, room: float, among: tuple[str, ...] = ()) -> str:
     """A name cut to `room` pixels, as of :data:`NAMES`.
 
-    Where one of the names `among` which it stands would then look the same, as ``insert left peg``
-    beside ``insert right peg`` may, it is cut at its end or its beginning if that helps.
+    Where that would make it look like another one of `among`, as ``insert left peg`` may beside
+    ``insert right peg``, it is cut at its end or its beginning if that helps.
     """
-    metrics, whole = QFontMetricsF(face), printable(name)
-    if metrics.horizontalAdvance(whole) <= room:
-        return whole
+    metrics, full = QFontMetricsF(face), printable(name)
+    if metrics.horizontalAdvance(full) <= room:
+        return full
     others = [printable(other) for other in among if other != name]
-    if not any((one[:1], one[-1:]) == (whole[:1], whole[-1:]) for one in others):
-        return metrics.elidedText(whole, NAMES, room)  # as good as always, and takes no time
-    for where in (NAMES, Qt.TextElideMode.ElideRight, Qt.TextElideMode.ElideLeft):
-        cut = metrics.elidedText(whole, where, room)
-        if cut not in (metrics.elidedText(other, where, room) for other in others):
+    if not any((other[:1], other[-1:]) == (full[:1], full[-1:]) for other in others):
+        return metrics.elidedText(full, NAMES, room)  # as good as always, and takes no time
+    for mode in (NAMES, Qt.TextElideMode.ElideRight, Qt.TextElideMode.ElideLeft):
+        cut = metrics.elidedText(full, mode, room)
+        if cut not in (metrics.elidedText(other, mode, room) for other in others):
             return cut
-    return metrics.elidedText(whole, NAMES, room)
+    return metrics.elidedText(full, NAMES, room)
 
 
 def draw_text(
@@ -172,20 +142,7 @@ def draw_text(
 ) -> None:
     """Draw one line of text with the middle of its capital letters at height `y`.
 
-    Parameters
-    ----------
-    painter : QPainter
-        Where to draw.
-    x, y : float
-        In pixels. `x` is the left end of the text, its middle or its right end, as of `align`.
-    line : str
-        The text.
-    face : QFont
-        As of :func:`font`.
-    ink : QColor
-        The text's colour.
-    align : float
-        0 left, 0.5 centred, 1 right.
+    `x` is the left end of the text (`align` 0), its middle (0.5) or its right end (1).
     """
     painter.setFont(face)
     painter.setPen(ink)
@@ -217,9 +174,9 @@ def ink_on(ground: QColor) -> QColor:
     return QColor("white" if 1.05 / lightness > lightness / 0.05 else "black")
 
 
-def contrast(one: QColor, other: QColor) -> float:
-    """How far two colours stand out against each other, from 1 to 21 (WCAG 2.2)."""
-    darker, lighter = sorted((_luminance(one), _luminance(other)))
+def contrast(a: QColor, b: QColor) -> float:
+    """Contrast of two colours, from 1 to 21 (WCAG 2.2)."""
+    darker, lighter = sorted((_luminance(a), _luminance(b)))
     return (lighter + 0.05) / (darker + 0.05)
 
 

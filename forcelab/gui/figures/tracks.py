@@ -20,7 +20,7 @@ from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.colormap import mixed, translucent
 from forcelab.gui.figures.figure import Theme
 from forcelab.labels import Segment, Segments, to_codes
-from forcelab.vocabulary import Vocabulary
+from forcelab.vocabulary import Action, Vocabulary
 
 if TYPE_CHECKING:
     from forcelab.recognition.probability_trace import Certainty
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 #: From this probability on a prediction has its full colour; from that one down the lightest.
 SURE, UNSURE = 0.95, 0.35
-#: How much of the colour the thickest veil takes, and how many thicknesses there are: so few that
+#: The opacity of the strongest fade, and how many opacities there are: so few that
 #: a bar is a few rectangles in an SVG, so many that no step is seen as an edge of a segment.
-THICKEST, LEVELS = 0.72, 16
+STRONGEST, LEVELS = 0.72, 16
 #: Width of what has one thickness, in pixels: narrower flicker cannot be read.
 COLUMN = 5.0
 
@@ -40,7 +40,7 @@ _left = attrgetter("left")
 
 @dataclass(frozen=True, slots=True)
 class FadeOverlay:
-    """From `left` to `right` in pixels a bar is lighter; `opacity` from 0, not, to 1, gone."""
+    """A part of a bar, in pixels, that is lighter; `opacity` from 0, not, to 1, gone."""
 
     left: float
     right: float
@@ -48,25 +48,16 @@ class FadeOverlay:
 
 
 def opacity(probability: float) -> float:
-    """How thick the veil over a prediction is."""
-    return float(_levels(np.array([probability]))[0] * THICKEST / LEVELS)
+    """How much of a prediction's colour is faded."""
+    return float(_levels(np.array([probability]))[0] * STRONGEST / LEVELS)
 
 
 def fade_overlays(
     certainty: Certainty, segments: Segments, axis: Axis, box: QRectF
 ) -> tuple[FadeOverlay, ...]:
-    """The veils over a bar, from left to right; none where a prediction is sure.
+    """The fades over a bar, from left to right; none where a prediction is sure.
 
-    Parameters
-    ----------
-    certainty : Certainty
-        How probable each action is.
-    segments : tuple of Segment
-        What is predicted; an action that `certainty` does not know is not veiled.
-    axis : Axis
-        From seconds to pixels.
-    box : QRectF
-        The bar.
+    An action that `certainty` does not know is not faded.
     """
     if not segments or not len(certainty.values) or box.width() <= 0:
         return ()
@@ -81,20 +72,22 @@ def fade_overlays(
     levels = np.where(labelled, _levels(shares), 0)
     cuts = np.concatenate([[0], np.flatnonzero(np.diff(levels)) + 1, [len(levels)]])
     return tuple(
-        FadeOverlay(float(edges[first]), float(edges[last]), int(levels[first]) * THICKEST / LEVELS)
+        FadeOverlay(
+            float(edges[first]), float(edges[last]), int(levels[first]) * STRONGEST / LEVELS
+        )
         for first, last in zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True)
         if levels[first]
     )
 
 
 def paint_fade(
-    painter: QPainter, box: QRectF, found: tuple[FadeOverlay, ...], unlabelled: QColor
+    painter: QPainter, box: QRectF, fades: tuple[FadeOverlay, ...], unlabelled: QColor
 ) -> None:
     """Make a bar lighter."""
     alike: dict[float, list[QRectF]] = {}
-    for veil in found:
-        stretch = QRectF(veil.left, box.top(), veil.right - veil.left, box.height())
-        alike.setdefault(veil.opacity, []).append(stretch)
+    for fade in fades:
+        stretch = QRectF(fade.left, box.top(), fade.right - fade.left, box.height())
+        alike.setdefault(fade.opacity, []).append(stretch)
     painter.setPen(Qt.PenStyle.NoPen)
     for share, stretches in alike.items():
         colour = translucent(unlabelled, share)
@@ -102,20 +95,20 @@ def paint_fade(
         painter.drawRects(stretches)
 
 
-def fade_at(found: tuple[FadeOverlay, ...], x: float) -> float:
-    """How thick the veil at a pixel is; 0 where there is none."""
-    i = bisect_right(found, x, key=_left) - 1
-    return found[i].opacity if i >= 0 and x < found[i].right else 0.0
+def fade_at(fades: tuple[FadeOverlay, ...], x: float) -> float:
+    """The opacity of the fade at a pixel; 0 where there is none."""
+    i = bisect_right(fades, x, key=_left) - 1
+    return fades[i].opacity if i >= 0 and x < fades[i].right else 0.0
 
 
 def _levels(probabilities: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Thickness of the veils, in steps."""
+    """Opacities in steps."""
     shares = np.clip((SURE - probabilities) / (SURE - UNSURE), 0.0, 1.0)
     return np.rint(shares * LEVELS).astype(np.int64)
 
 
 def _edges(segments: Segments, axis: Axis, box: QRectF) -> NDArray[np.float64]:
-    """Pixels at which the thickness may change: a grid, and the edges of segments."""
+    """Pixels at which the opacity may change: a grid, and the edges of segments."""
     grid = np.append(np.arange(box.left(), box.right(), COLUMN), box.right())
     bounds = np.array([(s.start, s.end) for s in segments]).ravel()
     scale = (axis.finish - axis.begin) / (axis.end - axis.start)
@@ -124,13 +117,12 @@ def _edges(segments: Segments, axis: Axis, box: QRectF) -> NDArray[np.float64]:
 
 
 def _times(pixels: NDArray[np.float64], axis: Axis) -> NDArray[np.float64]:
-    """Seconds of pixels."""
     share = (pixels - axis.begin) / (axis.finish - axis.begin)
     return np.asarray(axis.start + share * (axis.end - axis.start))
 
 
 def _segment_steps(certainty: Certainty, codes: NDArray[np.int64]) -> NDArray[np.float64]:
-    """The probability in each bin of what is predicted there; 1 where nothing is known of it."""
+    """The probability in each bin of what is predicted there; 1 where it is not known."""
     known = (codes >= 0) & (codes < len(certainty.actions))
     own = np.ones(len(codes))
     own[known] = (
@@ -150,7 +142,7 @@ PADDING = 3.0
 
 @dataclass(frozen=True, slots=True)
 class LabelStyle:
-    """How an action is drawn: what stands in its bars, its colour and its texture.
+    """How an action is drawn: the sign in its bars, its colour and its texture.
 
     The sign is the key that paints the action, or a number where nothing is painted; empty where
     there is neither.
@@ -161,20 +153,25 @@ class LabelStyle:
     texture: int = 0
 
 
+def action_style(action: Action) -> LabelStyle:
+    """How an action of a vocabulary is drawn, with its key as the sign."""
+    return LabelStyle(action.key, QColor(action.colour), action.texture)
+
+
 #: What writes into a bar: see :func:`paint_track`.
 Inscription = Callable[[QPainter, QRectF, str, LabelStyle], None]
 
 
-def paint_style(painter: QPainter, box: QRectF, look: LabelStyle) -> None:
+def paint_style(painter: QPainter, box: QRectF, style: LabelStyle) -> None:
     """Fill a box with an action's colour and texture, and its sign where there is room."""
-    paint_texture(painter, box, look)
-    _sign(painter, box, "", look)
+    paint_texture(painter, box, style)
+    _sign(painter, box, "", style)
 
 
-def paint_texture(painter: QPainter, box: QRectF, look: LabelStyle) -> None:
+def paint_texture(painter: QPainter, box: QRectF, style: LabelStyle) -> None:
     """Fill a box with an action's colour and texture."""
-    painter.fillRect(box, look.colour)
-    _hatch(painter, [box], look)
+    painter.fillRect(box, style.colour)
+    _hatch(painter, [box], style)
 
 
 def paint_track(
@@ -183,32 +180,14 @@ def paint_track(
     axis: Axis,
     segments: Sequence[Segment],
     *,
-    looks: Mapping[str, LabelStyle],
+    styles: Mapping[str, LabelStyle],
     theme: Theme,
     inscribe: Inscription | None = None,
-    veils: tuple[FadeOverlay, ...] = (),
+    fades: tuple[FadeOverlay, ...] = (),
 ) -> None:
-    """Draw one author's segments.
+    """Draw one author's segments, which are in order and never overlap; nothing outside of `box`.
 
-    Parameters
-    ----------
-    painter : QPainter
-        Where to draw.
-    box : QRectF
-        From the start to the end of the demonstration; nothing is drawn outside.
-    axis : Axis
-        From seconds to pixels.
-    segments : sequence of Segment
-        In order, never overlapping.
-    looks : mapping of str to Look
-        One for each action.
-    theme : Theme
-        Colours of unlabelled time, frames and lines.
-    inscribe : callable, optional
-        Writes into each bar of a pixel or more, given painter, bar, action and look; by default
-        the action's sign.
-    veils : tuple of Veil, optional
-        Where the bars are lighter, as of :func:`forcelab.gui.figures.tracks.fade_overlays`.
+    `inscribe` writes into each bar of a pixel or more; by default the action's sign.
     """
     inscribe = inscribe or _sign
     painter.fillRect(box, QColor(theme.unlabelled))
@@ -232,38 +211,38 @@ def paint_track(
             cuts.append(QLineF(left, top, left, top + height))
         touched = (right, right - left)
     for action, bars in wide.items():
-        _fill(painter, bars, looks[action].colour)
-        _hatch(painter, bars, looks[action])
-    paint_fade(painter, box, veils, QColor(theme.unlabelled))
+        _fill(painter, bars, styles[action].colour)
+        _hatch(painter, bars, styles[action])
+    paint_fade(painter, box, fades, QColor(theme.unlabelled))
     painter.setPen(_line(QColor(theme.text), 0.8))
     painter.drawLines(cuts)
     # The rarest last: where narrow segments crowd, it is the one that must not be lost.
     for action, bars in sorted(narrow.items(), key=lambda item: -len(item[1])):
-        _fill(painter, bars, looks[action].colour)
+        _fill(painter, bars, styles[action].colour)
     for action, bars in wide.items():
         for bar in bars:
-            inscribe(painter, bar, action, _faded(looks[action], bar, veils, theme))
+            inscribe(painter, bar, action, _faded(styles[action], bar, fades, theme))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.setPen(_line(QColor(theme.frame), 0.6))
     painter.drawRect(box)
 
 
 def _faded(
-    look: LabelStyle, bar: QRectF, veils: tuple[FadeOverlay, ...], theme: Theme
+    style: LabelStyle, bar: QRectF, fades: tuple[FadeOverlay, ...], theme: Theme
 ) -> LabelStyle:
-    """How an action looks in the middle of a bar: what is written there is to be read."""
-    share = fade_at(veils, bar.center().x()) if veils and bar.width() >= SIGN else 0.0
+    """An action's style in the middle of a bar, on which its sign must be legible."""
+    share = fade_at(fades, bar.center().x()) if fades and bar.width() >= SIGN else 0.0
     if not share:
-        return look
-    return replace(look, colour=mixed(look.colour, theme.unlabelled, share))
+        return style
+    return replace(style, colour=mixed(style.colour, theme.unlabelled, share))
 
 
-def plate(painter: QPainter, bar: QRectF, width: float, look: LabelStyle) -> None:
-    """Clear a stretch of texture in the middle of a bar, for what is written there."""
-    if look.texture:
+def plate(painter: QPainter, bar: QRectF, width: float, style: LabelStyle) -> None:
+    """Clear a part of the texture in the middle of a bar, for a text."""
+    if style.texture:
         ground = QRectF(0, 0, width, bar.height())
         ground.moveCenter(bar.center())
-        painter.fillRect(ground, look.colour)
+        painter.fillRect(ground, style.colour)
 
 
 def _line(colour: QColor, thickness: float) -> QPen:
@@ -281,16 +260,16 @@ def _fill(painter: QPainter, bars: Sequence[QRectF], colour: QColor) -> None:
     painter.drawRects(bars)
 
 
-def _hatch(painter: QPainter, bars: Sequence[QRectF], look: LabelStyle) -> None:
+def _hatch(painter: QPainter, bars: Sequence[QRectF], style: LabelStyle) -> None:
     """Draw an action's texture as lines, which look the same in every format."""
-    lines = [line for bar in bars for line in _hatching(bar, look.texture)]
+    lines = [line for bar in bars for line in _hatching(bar, style.texture)]
     if not lines:
         return
-    ink = text.ink_on(look.colour)
+    ink = text.ink_on(style.colour)
     halfway = QColor(
-        (look.colour.red() + ink.red()) // 2,
-        (look.colour.green() + ink.green()) // 2,
-        (look.colour.blue() + ink.blue()) // 2,
+        (style.colour.red() + ink.red()) // 2,
+        (style.colour.green() + ink.green()) // 2,
+        (style.colour.blue() + ink.blue()) // 2,
     )
     painter.setPen(_line(halfway, 1.2))
     painter.drawLines(lines)
@@ -325,16 +304,16 @@ def _multiples(step: float, low: float, high: float) -> Iterator[float]:
         yield i * step
 
 
-def _sign(painter: QPainter, bar: QRectF, _action: str, look: LabelStyle) -> None:
+def _sign(painter: QPainter, bar: QRectF, _action: str, style: LabelStyle) -> None:
     """Draw an action's sign in the middle of a bar that is wide enough for it."""
-    label = look.sign.upper()  # as on the caps of keys
+    label = style.sign.upper()  # as on the caps of keys
     needed = _room(label)
     if not label or bar.width() < needed:
         return
     face, centre = text.font(SIGN), bar.center()
-    plate(painter, bar, needed - PADDING, look)
+    plate(painter, bar, needed - PADDING, style)
     text.draw_text(
-        painter, centre.x(), centre.y(), label, face=face, ink=_ink(look.colour.rgb()), align=0.5
+        painter, centre.x(), centre.y(), label, face=face, ink=_ink(style.colour.rgb()), align=0.5
     )
 
 
@@ -346,7 +325,7 @@ def _room(label: str) -> float:
 
 @lru_cache(maxsize=1024)
 def _ink(ground: int) -> QColor:
-    """What is read on a colour, given as of :meth:`QColor.rgb`."""
+    """The colour of text on a ground, given as of :meth:`QColor.rgb`."""
     return text.ink_on(QColor.fromRgb(ground))
 
 
@@ -378,7 +357,7 @@ def difference_box(band: QRectF, axis: Axis, mark: Interval) -> QRectF:
 def paint_differences(
     painter: QPainter, band: QRectF, axis: Axis, marks: Sequence[Difference], colour: QColor
 ) -> None:
-    """Draw the marks of differing stretches.
+    """Draw the marks of differences.
 
     A wrong action is a thick bar between two posts, a displaced edge a bar without them, what was
     not predicted a thin line: they are told apart without colour.
@@ -404,52 +383,41 @@ def paint_differences(
 
 
 #: Names longer than this are elided; height of a line; size of a swatch; all in pixels.
-LEGEND_MARGIN = 190.0
+LEGEND_NAME_ROOM = 190.0
 LEGEND_LINE = 20.0
 SWATCH, SWATCH_HEIGHT = 22.0, 13.0
 
 
 def styles_in_order(actions: Iterable[str], vocabulary: Vocabulary) -> dict[str, LabelStyle]:
     """How each action is drawn, with the key that paints it: no other number is to be learnt."""
-    found = ((name, vocabulary[name]) for name in actions)
-    return {name: LabelStyle(it.key, QColor(it.colour), it.texture) for name, it in found}
+    return {name: action_style(vocabulary[name]) for name in actions}
 
 
 @dataclass(frozen=True)
 class Legend:
-    """A legend laid out in a width.
+    """A legend of actions laid out in a width of `room` pixels."""
 
-    Parameters
-    ----------
-    looks : mapping of str to Look
-        The actions in order.
-    room : float
-        Width in pixels.
-    """
-
-    looks: Mapping[str, LabelStyle]
+    styles: Mapping[str, LabelStyle]
     room: float
 
     @property
     def columns(self) -> tuple[int, float]:
         """Number of columns, and the width of one."""
-        names = [text.printable(name) for name in self.looks]
-        column = SWATCH + 7 + min(text.widest(names, text.font()), LEGEND_MARGIN) + 20
+        names = [text.printable(name) for name in self.styles]
+        column = SWATCH + 7 + min(text.widest(names, text.font()), LEGEND_NAME_ROOM) + 20
         return max(1, int((self.room + 20) // column)), column
 
     @property
     def height(self) -> float:
-        """Height in pixels."""
-        return math.ceil(len(self.looks) / self.columns[0]) * LEGEND_LINE
+        return math.ceil(len(self.styles) / self.columns[0]) * LEGEND_LINE
 
     def paint(self, painter: QPainter, left: float, top: float, theme: Theme) -> None:
-        """Draw swatches and names."""
         columns, column = self.columns
-        for i, (name, look) in enumerate(self.looks.items()):
+        for i, (name, style) in enumerate(self.styles.items()):
             x = left + i % columns * column
             y = top + i // columns * LEGEND_LINE
             swatch = QRectF(x, y + (LEGEND_LINE - SWATCH_HEIGHT) / 2, SWATCH, SWATCH_HEIGHT)
-            paint_style(painter, swatch, look)
-            label = text.elided_name(name, text.font(), LEGEND_MARGIN, tuple(self.looks))
+            paint_style(painter, swatch, style)
+            label = text.elided_name(name, text.font(), LEGEND_NAME_ROOM, tuple(self.styles))
             middle, ink = y + LEGEND_LINE / 2, QColor(theme.text)
             text.draw_text(painter, x + SWATCH + 7, middle, label, face=text.font(), ink=ink)

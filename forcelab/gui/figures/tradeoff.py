@@ -25,8 +25,6 @@ from forcelab.gui.figures.axes import (
 from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
 from forcelab.measure.rows import Row, Table
 
-__all__ = ["Tradeoff"]
-
 #: Room for the numbers of the upward axis, and for half of the last one across.
 LEFT, RIGHT = 84.0, 36.0
 PLOT_WIDTH, PLOT_HEIGHT = 440.0, 290.0
@@ -52,7 +50,7 @@ ZERO = "At the lower edge: no error at all."
 
 @dataclass(frozen=True)
 class Mark:
-    """Where a row is drawn."""
+    """A row's mark in the plot."""
 
     row: Row
     spot: QPointF
@@ -61,7 +59,6 @@ class Mark:
 
     @property
     def box(self) -> QRectF:
-        """What the mark covers."""
         return QRectF(self.spot.x() - MARK, self.spot.y() - MARK, 2 * MARK, 2 * MARK)
 
 
@@ -69,17 +66,8 @@ class Mark:
 class Tradeoff(Figure):
     """A table of error against run time, on logarithmic axes that all panels share.
 
-    Parameters
-    ----------
-    table : Table
-        At least one row was not refused. At most 25 names can be told apart by colour and shape.
-    theme : Theme
-        Colours apart from the marks'.
-
-    Raises
-    ------
-    InputError
-        If every row was refused.
+    At most 25 names can be told apart by colour and shape. A table whose rows are all refused is an
+    InputError.
     """
 
     table: Table
@@ -91,32 +79,29 @@ class Tradeoff(Figure):
 
     @property
     def title(self) -> str:  # type: ignore[override]
-        """The table's."""
         return self.table.title
 
     @property
     def size(self) -> QSizeF:
-        """Width and height in pixels."""
         columns = min(COLUMNS, len(self.table.sizes))
         width = LEFT + columns * PLOT_WIDTH + (columns - 1) * APART + RIGHT
         lines = math.ceil(len(self.table.sizes) / COLUMNS)
         return QSizeF(width, MARGIN + HEADING + lines * PANEL + MARGIN - 14.0)
 
     def box(self, panel: int) -> QRectF:
-        """Where the plot of a size lies, in pixels."""
+        """The plot of a size, in pixels."""
         line, column = divmod(panel, COLUMNS)
         top = MARGIN + HEADING + line * PANEL + NAME_ROOM
         return QRectF(LEFT + column * (PLOT_WIDTH + APART), top, PLOT_WIDTH, PLOT_HEIGHT)
 
     def axes(self, panel: int) -> tuple[LogAxis, LogAxis]:
-        """From seconds and from errors to pixels."""
+        """The axes of seconds and of errors."""
         box = self.box(panel)
         (fast, slow), (exact, coarse) = self._ranges
         across = LogAxis(fast, slow, box.left(), box.right())
         return across, LogAxis(exact, coarse, box.bottom(), box.top())
 
     def paint(self, painter: QPainter) -> None:
-        """Draw title, key and a panel for each size."""
         self.paint_title(painter)
         small, muted = text.font(10), QColor(self.theme.muted)
         key = text.elided(KEY, small, self.size.width() - 2 * MARGIN)
@@ -136,18 +121,17 @@ class Tradeoff(Figure):
         """The marks of a panel, in the order of the rows; an error of 0 is at the lower edge."""
         across, up = self.axes(panel)
         names = list(dict.fromkeys(row.name for row in self.table.rows))
-        found = []
+        marks = []
         for row in self.table.of(self.table.sizes[panel]):
             if row.point is not None:
                 seconds, error = row.point
                 spot = QPointF(across.at(seconds), up.at(max(error, up.start)))
-                turn, i = divmod(names.index(row.name), len(COLOURS))
-                found.append(Mark(row, spot, QColor(COLOURS[i]), (i + turn) % len(SHAPES)))
-        return tuple(found)
+                marks.append(Mark(row, spot, *mark_style(names.index(row.name), COLOURS)))
+        return tuple(marks)
 
     @cached_property
     def _ranges(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Whole decades with all seconds, and with all errors but 0, inside."""
+        """Whole decades around all seconds, and around all errors but 0."""
         points = [row.point for row in self.table.rows if row.point is not None]
         errors = [error for _, error in points if error > 0] or [1.0]
         return _decades([seconds for seconds, _ in points]), _decades(errors)
@@ -179,11 +163,7 @@ class Tradeoff(Figure):
         """Draw a mark: filled on the front, hollow elsewhere."""
         painter.setPen(curve_pen(mark.colour, 1.6))
         painter.setBrush(mark.colour if mark.row.pareto else QColor(self.theme.background))
-        corners = SHAPES[mark.shape]
-        if corners:
-            painter.drawPolygon([mark.spot + QPointF(x, y) * MARK for x, y in corners])
-        else:
-            painter.drawEllipse(mark.spot, MARK, MARK)
+        paint_mark(painter, mark.spot, mark.shape, MARK)
 
     def _paint_labels(
         self, painter: QPainter, box: QRectF, marks: Sequence[Mark], line: Sequence[QRectF]
@@ -193,16 +173,16 @@ class Tradeoff(Figure):
         named: dict[str, list[Mark]] = {}
         for mark in marks:
             named.setdefault(mark.row.name, []).append(mark)
-        for name, its in named.items():
+        for name, own in named.items():
             bold = text.font(10, bold=True)
             label = text.elided_name(name, bold, box.width() / 3)
             near = [
-                place for mark in its for place in place_labels(mark.spot, label, bold, box, MARK)
+                place for mark in own for place in place_labels(mark.spot, label, bold, box, MARK)
             ]
             # A name is written in any case: where it covers least.
             best = min(near, key=lambda place: covered_area(place, taken))
             taken.append(best)
-            _write(painter, best, label, bold, its[0].colour)
+            _write(painter, best, label, bold, own[0].colour)
         small, muted = text.font(9), QColor(self.theme.muted)
         for mark in sorted(marks, key=lambda mark: not mark.row.pareto):
             label = text.elided_name(mark.row.setting, small, box.width() / 3)
@@ -211,6 +191,20 @@ class Tradeoff(Figure):
             if free:
                 taken.append(free[0])
                 _write(painter, free[0], label, small, muted)
+
+
+def mark_style(number: int, colours: Sequence[str]) -> tuple[QColor, int]:
+    """Colour and index of the shape of the `number`-th name; no two names have both alike."""
+    turn, i = divmod(number, len(colours))
+    return QColor(colours[i]), (i + turn) % len(SHAPES)
+
+
+def paint_mark(painter: QPainter, spot: QPointF, shape: int, half: float) -> None:
+    """Draw a mark of this half width, in pixels, with the painter's pen and brush."""
+    if corners := SHAPES[shape]:
+        painter.drawPolygon([spot + QPointF(x, y) * half for x, y in corners])
+    else:
+        painter.drawEllipse(spot, half, half)
 
 
 def _decades(values: Sequence[float]) -> tuple[float, float]:
@@ -229,5 +223,4 @@ def _note(rows: Sequence[Row]) -> str:
 
 
 def _write(painter: QPainter, place: QRectF, label: str, face: QFont, ink: QColor) -> None:
-    """Write a label into its box."""
     text.draw_text(painter, place.left(), place.center().y(), label, face=face, ink=ink)

@@ -26,8 +26,6 @@ from forcelab.gui.figures.colormap import colormap_colours
 from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
 from forcelab.signals.example import WaveletView, two_tones, view_wavelets
 
-__all__ = ["WaveletFigure", "wavelet_figure"]
-
 LEFT = 76.0
 COLUMN, APART = 230.0, 36.0
 HEADING = 64.0
@@ -43,25 +41,8 @@ KEY = "Magnitudes: from none (light) to the largest of each wavelet (dark)."
 class WaveletFigure(Figure):
     """Wavelets side by side, each above the magnitudes of the same test signal.
 
-    Parameters
-    ----------
-    title : str
-        At the top.
-    views : tuple of WaveletView
-        At least one; with the same `t` and `hertz` ranges.
-    times : ndarray, shape (n,)
-        Of the test signal, in seconds, increasing, n >= 2.
-    signal : ndarray, shape (n,)
-        The test signal.
-    tones : tuple of float
-        Frequencies in Hz that the signal holds; marked beside the magnitudes.
-    theme : Theme
-        Colours apart from the curves'.
-
-    Raises
-    ------
-    InputError
-        If there is no wavelet or the lengths disagree.
+    The views have the same ranges of `t` and `hertz`; `times` (s) are increasing. `tones` are the
+    frequencies (Hz) in the signal, marked beside the magnitudes.
     """
 
     title: str
@@ -84,7 +65,6 @@ class WaveletFigure(Figure):
 
     @property
     def size(self) -> QSizeF:
-        """Width and height in pixels."""
         tone_room = text.widest(self._tone_names, text.font(10)) + 8 if self.tones else 0.0
         columns = len(self.views)
         width = LEFT + columns * COLUMN + (columns - 1) * APART + tone_room + MARGIN
@@ -92,12 +72,11 @@ class WaveletFigure(Figure):
         return QSizeF(width, self.box(0).bottom() + AXIS_ROOM + MARGIN)
 
     def box(self, column: int) -> QRectF:
-        """Where the magnitudes of a wavelet lie, in pixels."""
+        """The magnitudes of a wavelet, in pixels."""
         top = MARGIN + HEADING + NAME_LINE + WAVELET_HEIGHT + AXIS_ROOM + 24 + SIGNAL_HEIGHT + 8
         return QRectF(LEFT + column * (COLUMN + APART), top, COLUMN, MAGNITUDE_HEIGHT)
 
     def paint(self, painter: QPainter) -> None:
-        """Draw title, wavelets, signal and magnitudes."""
         self.paint_title(painter)
         real, imaginary, envelope = self._pens
         names = (("real part", real), ("imaginary part", imaginary), ("envelope", envelope))
@@ -111,7 +90,7 @@ class WaveletFigure(Figure):
 
     @property
     def _pens(self) -> tuple[QPen, QPen, QPen]:
-        """Of real part, imaginary part and envelope."""
+        """The pens of real part, imaginary part and envelope."""
         envelope = curve_pen(QColor(self.theme.muted), 1.0)
         return (
             curve_pen(QColor(CURVE_COLOURS[0]), 1.6),
@@ -121,7 +100,7 @@ class WaveletFigure(Figure):
 
     @property
     def _tone_names(self) -> tuple[str, ...]:
-        """What stands beside the marks of the signal's frequencies."""
+        """The texts beside the marks of the signal's frequencies."""
         return tuple(f"{tone:g} Hz" for tone in self.tones)
 
     def _paint_wavelet(self, painter: QPainter, column: int) -> None:
@@ -136,8 +115,8 @@ class WaveletFigure(Figure):
             painter, box.center().x(), top - NAME_LINE / 2 - 2, name, face=face, ink=ink, align=0.5
         )
         across = Axis(float(view.t[0]), float(view.t[-1]), box.left(), box.right())
-        most = 1.08 * max(float(np.abs(other.psi).max()) for other in self.views) or 1.0
-        up = Axis(-most, most, bottom, top)
+        largest = 1.08 * max(float(np.abs(view.psi).max()) for view in self.views) or 1.0
+        up = Axis(-largest, largest, bottom, top)
         painter.setPen(QPen(QColor(self.theme.grid), 1.0))
         painter.drawLine(QLineF(box.left(), up.at(0.0), box.right(), up.at(0.0)))
         real, imaginary, envelope = self._pens
@@ -188,13 +167,13 @@ class WaveletFigure(Figure):
         draw_left(painter, up, box.left(), "frequency (Hz)", self.theme, numbers=column == 0)
 
     def _time_axis(self, column: int) -> Axis:
-        """Seconds to pixels under one wavelet."""
+        """The time axis under one wavelet."""
         box = self.box(column)
         return Axis(float(self.times[0]), float(self.times[-1]), box.left(), box.right())
 
 
 def wavelet_figure(ps: Sequence[float] = (3.0, 5.0, 10.0, 20.0)) -> WaveletFigure:
-    """Draw Morlet wavelets of several p, and what they see in two tones that overlap in time.
+    """Draw Morlet wavelets of several p, and their magnitudes for two tones that overlap in time.
 
     A tone of 10 Hz from 1 s to 3 s and one of 16 Hz from 2 s to 4 s: a small p tells best when
     they begin and end, a large p how high they are.

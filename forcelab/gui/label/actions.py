@@ -47,19 +47,16 @@ from forcelab.gui.icons import icon
 from forcelab.gui.item_views import NOWHERE, Index, RowList, SideList, write_row
 from forcelab.gui.label.segment_commands import fill_range, rename_action
 from forcelab.gui.label.swatches import paint_key, paint_swatch, style_of, swatch_icon
-from forcelab.gui.label.track_rows import track_spans
+from forcelab.gui.label.track_spans import track_spans
 from forcelab.gui.layout import placeholder, set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
 from forcelab.vocabulary import COLOURS, Vocabulary
 
 
 class ActionModel(QAbstractListModel):
-    """A row for every action of the open demonstration's task.
+    """The actions of the open demonstration's task.
 
-    Attributes
-    ----------
-    counts : dict of str to (int, float)
-        By action, how many of the coder's segments have it and how many seconds they cover.
+    `counts` has the number and total duration (s) of the coder's segments by action.
     """
 
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
@@ -69,15 +66,15 @@ class ActionModel(QAbstractListModel):
         self._actions = document.vocabulary.actions
 
     def refresh(self) -> None:
-        """Show the vocabulary as it is now; rows that stay keep selection and place."""
+        """Show the vocabulary as it is now; remaining rows keep selection and scroll position."""
         actions = self.document.vocabulary.actions
-        kept = min(len(actions), len(self._actions))
-        if len(actions) > kept:
-            self.beginInsertRows(NOWHERE, kept, len(actions) - 1)
+        common = min(len(actions), len(self._actions))
+        if len(actions) > common:
+            self.beginInsertRows(NOWHERE, common, len(actions) - 1)
             self._actions = actions
             self.endInsertRows()
-        elif len(self._actions) > kept:
-            self.beginRemoveRows(NOWHERE, kept, len(self._actions) - 1)
+        elif len(self._actions) > common:
+            self.beginRemoveRows(NOWHERE, common, len(self._actions) - 1)
             self._actions = actions
             self.endRemoveRows()
         self._actions = actions
@@ -89,20 +86,17 @@ class ActionModel(QAbstractListModel):
         self.redraw()
 
     def redraw(self) -> None:
-        """Have every row drawn again."""
         if self._actions:
             self.dataChanged.emit(self.index(0), self.index(len(self._actions) - 1))
 
     def name(self, row: int) -> str | None:
-        """The action of a row."""
         return self._actions[row].name if 0 <= row < len(self._actions) else None
 
     def rowCount(self, parent: Index = NOWHERE) -> int:
-        """How many actions there are."""
         return 0 if parent.isValid() else len(self._actions)
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        """An action's name, and all about it as its tooltip."""
+        """The action's name; the glossary's entry as its tooltip."""
         if not index.isValid() or index.row() >= len(self._actions):
             return None
         action = self._actions[index.row()]
@@ -113,18 +107,14 @@ class ActionModel(QAbstractListModel):
         if role == Qt.ItemDataRole.AccessibleTextRole:
             number, seconds = self.counts.get(action.name, (0, 0.0))
             brush = ", brush" if action.name == self.document.action else ""
-            return (
-                "{}, key {}, {} segments, {:.1f} seconds".format(
-                    action.name, action.key or "none", number, seconds
-                )
-                + brush
-            )
+            key = action.key or "none"
+            return f"{action.name}, key {key}, {number} segments, {seconds:.1f} seconds{brush}"
         return None
 
 
 @cache
-def action_menu_entries() -> dict[str, Entry]:
-    """The glossary by action; empty where its file is missing or broken, which others tell."""
+def glossary_by_action() -> dict[str, Entry]:
+    """The glossary by action; empty where its file is missing or broken (others report it)."""
     try:
         return {entry.action: entry for entry in glossary()}
     except InputError:
@@ -132,35 +122,21 @@ def action_menu_entries() -> dict[str, Entry]:
 
 
 def _tooltip(name: str) -> str:
-    """What the glossary says of an action; at least its name, which may be cut on screen."""
-    entry = action_menu_entries().get(name)
+    """The glossary's entry for an action; at least its name, which may be cut on screen."""
+    entry = glossary_by_action().get(name)
     if entry is None:
         return name
-    starts, ends, unlike = (
-        "Starts:",
-        "Ends:",
-        "Beware:",
-    )
     return (
         f"<p><b>{entry.action}</b> {entry.sentence}</p>"
-        f"<p><b>{starts}</b> {entry.starts}<br><b>{ends}</b> {entry.ends}</p>"
-        f"<p><b>{unlike}</b> {entry.unlike}</p>"
+        f"<p><b>Starts:</b> {entry.starts}<br><b>Ends:</b> {entry.ends}</p>"
+        f"<p><b>Beware:</b> {entry.unlike}</p>"
     )
 
 
 class KeyDialog(QDialog):
-    """Waits for the key that shall paint an action; says at once why one cannot.
+    """Waits for the key that is to paint an action, and says at once why one cannot.
 
-    Parameters
-    ----------
-    vocabulary : Vocabulary
-    name : str
-        The action.
-
-    Attributes
-    ----------
-    key : str or None
-        The one that was accepted; empty for no key any more.
+    `key` is the accepted one; empty to take the action's key away, None while none was accepted.
     """
 
     def __init__(self, vocabulary: Vocabulary, name: str, parent: QWidget | None = None) -> None:
@@ -168,7 +144,7 @@ class KeyDialog(QDialog):
         self._vocabulary, self._name = vocabulary, name
         self.key: str | None = None
         self.setWindowTitle(f"Key of '{name}'")
-        ask = QLabel(f"Press the key that paints '{name}'. Backspace takes its key away.")
+        ask = QLabel(f"Press a key for '{name}'. Backspace removes its key.")
         ask.setWordWrap(True)
         self.trouble = QLabel()
         self.trouble.setWordWrap(True)
@@ -204,20 +180,20 @@ class KeyDialog(QDialog):
 
 
 def ask_name(old: str, parent: QWidget) -> str | None:
-    """Ask for another name of an action; None if it shall keep its own."""
-    name, given = QInputDialog.getText(
+    """Ask for another name of an action; None to keep its own."""
+    name, accepted = QInputDialog.getText(
         parent,
         "Rename action",
         f"New name of '{old}':",
         text=old,
     )
     name = " ".join(name.split())
-    return name if given and name and name != old else None
+    return name if accepted and name and name != old else None
 
 
-def colour_menu(current: str, choose: Callable[[str], object], around: QMenu) -> QMenu:
-    """The colours that every viewer tells apart, then any other; below another menu."""
-    menu, parent = around.addMenu("Colour"), around.parentWidget()
+def colour_menu(current: str, choose: Callable[[str], object], parent_menu: QMenu) -> QMenu:
+    """Add a submenu of the colours that every viewer tells apart, and any other."""
+    menu, parent = parent_menu.addMenu("Colour"), parent_menu.parentWidget()
     names = (
         "Blue",
         "Vermilion",
@@ -230,17 +206,18 @@ def colour_menu(current: str, choose: Callable[[str], object], around: QMenu) ->
     )
     for colour, name in zip(COLOURS, names, strict=True):
         action = menu.addAction(swatch_icon(colour), name)
-        action.setEnabled(colour != current)
+        same = "The action has this colour."
+        set_enabled_with_reason(action, same if colour == current else "")
         action.triggered.connect(lambda _=False, colour=colour: choose(colour))
     menu.addSeparator()
-    other = menu.addAction("Other…")
+    custom = menu.addAction("Other…")
 
     def ask() -> None:
         chosen = QColorDialog.getColor(QColor(current), parent, "Colour")
         if chosen.isValid():
             choose(chosen.name())
 
-    other.triggered.connect(ask)
+    custom.triggered.connect(ask)
     return menu
 
 
@@ -250,36 +227,33 @@ class ActionRows(RowList):
     def __init__(self, model: ActionModel, menu: Callable[[str], QMenu]) -> None:
         super().__init__(model)
         self._model, self._menu = model, menu
-        self.setAccessibleName("Actions: Enter takes up the brush")
+        self.setAccessibleName("Actions: Enter selects the brush")
         self.setItemDelegate(_Delegate(model, self))
         self.setMouseTracking(True)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Offer what can be done with the action that was pointed at or chosen."""
+        """Open the menu of the action under the pointer, or of the current one."""
         by_mouse = event.reason() == QContextMenuEvent.Reason.Mouse
         index = self.indexAt(event.pos()) if by_mouse else self.currentIndex()
         name = self._model.name(index.row())
         if name is None:
             return
-        below = QPoint(8, self.visualRect(index).bottom())
+        corner = QPoint(8, self.visualRect(index).bottom())
         menu = self._menu(name)
-        menu.exec(event.globalPos() if by_mouse else self.viewport().mapToGlobal(below))
+        menu.exec(event.globalPos() if by_mouse else self.viewport().mapToGlobal(corner))
         menu.deleteLater()
 
 
 class _Delegate(QStyledItemDelegate):
-    """Draws one action."""
-
     def __init__(self, model: ActionModel, parent: QWidget) -> None:
         super().__init__(parent)
         self._model = model
 
     def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
-        """A key cap with some room."""
         return QSize(120, round(option.fontMetrics.height() * 1.9))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """Draw key, look, name and amounts; the brush on the accent's colour."""
+        """Draw key, swatch, name and amounts; the brush on the accent's colour."""
         document = self._model.document
         action = document.vocabulary.actions[index.row()]
         theme = colours()
@@ -322,15 +296,7 @@ class _Delegate(QStyledItemDelegate):
 
 
 class ActionSuggestions(QScrollArea):
-    """One button for each action that the vocabulary lacks.
-
-    Attributes
-    ----------
-    chosen : Signal(str)
-        An action is to be added.
-    dismissed : Signal
-        There are enough of them.
-    """
+    """One button for each action that the vocabulary lacks."""
 
     chosen = Signal(str)
     dismissed = Signal()
@@ -341,14 +307,16 @@ class ActionSuggestions(QScrollArea):
         column = QVBoxLayout(page)
         self._text = QLabel()
         self._text.setWordWrap(True)
-        self.enough = QPushButton("That is all")
-        self.enough.setToolTip("Show the chosen actions only; painting does so, too")
-        self.enough.clicked.connect(self.dismissed)
+        self.hide_button = QPushButton("Hide suggestions")
+        self.hide_button.setToolTip(
+            "Show only the actions of this task; painting hides suggestions, too"
+        )
+        self.hide_button.clicked.connect(self.dismissed)
         column.addWidget(self._text)
-        column.addWidget(self.enough)
+        column.addWidget(self.hide_button)
         # Below each other: side by side the longer names are cut off in a narrow list.
         self.buttons: dict[str, QPushButton] = {}
-        for name, entry in action_menu_entries().items():
+        for name, entry in glossary_by_action().items():
             button = QPushButton(name)
             button.setToolTip(entry.sentence)
             button.clicked.connect(lambda _=False, name=name: self.chosen.emit(name))
@@ -361,29 +329,28 @@ class ActionSuggestions(QScrollArea):
         self.leave_out(())
 
     def leave_out(self, names: Collection[str]) -> None:
-        """Offer no action of these names, which the vocabulary has."""
+        """Hide the buttons of these actions, which the vocabulary has."""
         for name, button in self.buttons.items():
             button.setVisible(name not in names)
-        self.enough.setVisible(bool(names))
+        self.hide_button.setVisible(bool(names))
         if names:
             self._text.setText("More actions to add:")
         else:
             self._text.setText("No actions yet: add one below, or begin with these.")
 
 
-#: Counting waits until nothing was painted for so many ms: strokes come first.
-FILTER_DELAY_MS = 80
+#: Segments are counted when nothing was painted for so many ms: strokes come first.
+COUNT_DELAY_MS = 80
 
 
 class _Entry(QLineEdit):
-    """The name of an action to add; Escape empties it and leaves it."""
+    """The name of an action to add; Escape empties the field and leaves it."""
 
     def keeps(self, event: QKeyEvent) -> bool:
-        """Escape is for the line; in the window it means something else."""
+        """Escape is for this field; in the window it means something else."""
         return event.key() == Qt.Key.Key_Escape
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Escape; everything else edits."""
         if self.keeps(event):
             self.clear()
             self.clearFocus()  # where keys are text, the next one would not paint
@@ -408,17 +375,17 @@ class ActionList(SideList):
         self.entry = _Entry(placeholderText="Add an action", clearButtonEnabled=True)
         self.entry.setAccessibleName("Name of an action to add")
         self.entry.returnPressed.connect(self._add_typed)
-        completer = QCompleter(list(action_menu_entries()), self)
+        completer = QCompleter(list(glossary_by_action()), self)
         completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
         self.entry.setCompleter(completer)
-        self.plus = add = QToolButton()
+        self.add_button = add = QToolButton()
         add.setIcon(icon("plus"))
         add.setToolTip("Add the action; it gets a free colour and a free key")
         add.setAccessibleName("Add action")
         add.clicked.connect(self._add_typed)
         self.suggestions = ActionSuggestions()
         self.suggestions.chosen.connect(self.add)
-        self.suggestions.dismissed.connect(self._suggest_no_more)
+        self.suggestions.dismissed.connect(self._hide_suggestions)
         self.nothing = placeholder("No demonstration is open.")
         #: The task to which actions are suggested: from its first one on, until it is painted.
         self._suggested: str | None = None
@@ -429,9 +396,9 @@ class ActionList(SideList):
         for widget in (self.list, self.suggestions, self.nothing):
             self.column.addWidget(widget, 1)
         self.column.addLayout(bar)
-        self._striking = -1
-        self._counting = QTimer(self, singleShot=True, interval=FILTER_DELAY_MS)
-        self._counting.timeout.connect(self._count)
+        self._stroke_row = -1
+        self._count_timer = QTimer(self, singleShot=True, interval=COUNT_DELAY_MS)
+        self._count_timer.timeout.connect(self._count)
         document.project_changed.connect(self.entry.clear)
         document.vocabulary_changed.connect(self._refresh)
         document.demonstration_changed.connect(self._refresh)
@@ -444,35 +411,36 @@ class ActionList(SideList):
         self._refresh()
 
     def _show_stroke(self) -> None:
-        """Mark the row of the action that a key has begun, and only that one anew."""
+        """Mark the row of the action that a key has begun, and redraw only rows that change."""
         stroke = self.document.stroke
         names = self.document.vocabulary.names
-        now = names.index(stroke.action) if stroke is not None and stroke.action in names else -1
-        for row in {self._striking, now} - {-1}:
+        current = (
+            names.index(stroke.action) if stroke is not None and stroke.action in names else -1
+        )
+        for row in {self._stroke_row, current} - {-1}:
             self.list.update(self.list.model().index(row, 0))
-        self._striking = now
+        self._stroke_row = current
 
     def showEvent(self, event: QShowEvent) -> None:
         """Count what was painted while it was hidden."""
         super().showEvent(event)
         self._count()
 
-    # What one can do with an action
+    # Verbs
 
     def use(self, name: str) -> None:
-        """Fill the marked range with an action, or take it up as the brush, or put it down."""
+        """Fill the marked range with an action, or set or clear it as the brush."""
         document = self.document
         if document.view.range is not None:
             fill_range(document, name)
         else:
-            self._toggle(name)
+            self._toggle_brush(name)
 
-    def _toggle(self, name: str) -> None:
-        """Take an action up as the brush, or put it down."""
+    def _toggle_brush(self, name: str) -> None:
+        """Set the action as the brush, or clear the brush if it is that already."""
         self.document.set_action(None if self.document.action == name else name)
 
     def add(self, name: str) -> bool:
-        """Add an action; the others stay as they are."""
         name = " ".join(name.split())
         if not name:
             return False
@@ -482,15 +450,14 @@ class ActionList(SideList):
         return self.document.add_actions(name)
 
     def rename(self, name: str, new: str) -> bool:
-        """Give an action another name, in all segments of the coder's that have it."""
+        """Rename an action in all of the coder's segments."""
         return rename_action(self.document, name, new, self)
 
     def recolour(self, name: str, colour: str) -> bool:
-        """Give an action another colour."""
         return self._change(lambda: self.document.vocabulary.recoloured(name, colour))
 
     def remove(self, name: str) -> bool:
-        """Take an action that no segment has out of the vocabulary."""
+        """Remove an action that no segment has from the vocabulary."""
         project, demonstration = self.document.project, self.document.demonstration
         if project is None or demonstration is None:
             return False
@@ -502,13 +469,12 @@ class ActionList(SideList):
         return self._change(lambda: self.document.vocabulary.removed(name))
 
     def menu(self, name: str) -> QMenu:
-        """What can be done with an action."""
         document = self.document
         menu = QMenu(self)
         brush = menu.addAction("Use as brush")
         brush.setCheckable(True)
         brush.setChecked(document.action == name)
-        brush.triggered.connect(lambda: self._toggle(name))
+        brush.triggered.connect(lambda: self._toggle_brush(name))
         if document.view.range is not None:
             fill = menu.addAction(icon("range"), "Fill the marked range")
             fill.triggered.connect(lambda: fill_range(document, name))
@@ -517,8 +483,8 @@ class ActionList(SideList):
         key.triggered.connect(lambda: self._ask_key(name))
         current = document.vocabulary[name].colour
         colour_menu(current, lambda colour: self.recolour(name, colour), menu)
-        other = menu.addAction(icon("pencil"), "Rename…")
-        other.triggered.connect(lambda: self._ask_name(name))
+        rename = menu.addAction(icon("pencil"), "Rename…")
+        rename.triggered.connect(lambda: self._ask_name(name))
         remove = menu.addAction(icon("trash"), "Remove")
         remove.triggered.connect(lambda: self.remove(name))
         return menu
@@ -526,7 +492,7 @@ class ActionList(SideList):
     # Inside
 
     def _change(self, change: Callable[[], Vocabulary]) -> bool:
-        """Store the vocabulary as changed; what cannot be is told in one sentence."""
+        """Store a changed vocabulary; an error is shown as one sentence."""
         try:
             changed = change()
         except InputError as error:
@@ -535,7 +501,6 @@ class ActionList(SideList):
         return self.document.set_vocabulary(changed)
 
     def _ask_key(self, name: str) -> None:
-        """Let a key be pressed for an action."""
         dialog = KeyDialog(self.document.vocabulary, name, self)
         dialog.exec()
         if (key := dialog.key) is not None:
@@ -544,12 +509,10 @@ class ActionList(SideList):
         dialog.deleteLater()
 
     def _ask_name(self, name: str) -> None:
-        """Let an action's name be typed."""
         if (new := ask_name(name, self)) is not None:
             self.rename(name, new)
 
     def _add_typed(self) -> None:
-        """Add the action whose name was typed."""
         if self.add(self.entry.text()):
             self.entry.clear()
             self.list.scrollToBottom()
@@ -563,49 +526,47 @@ class ActionList(SideList):
         """Show the vocabulary as it is now."""
         self.model.refresh()
         demonstration, names = self.document.demonstration, self.document.vocabulary.names
-        there = demonstration is not None
+        is_open = demonstration is not None
         task = None if demonstration is None else demonstration.task
         if task != self._suggested:
             self._suggested = None
         if not names:
             self._suggested = task
         self.suggestions.leave_out(names)
-        self._show_parts()
-        obstacle = "" if there else "Open a demonstration first: its task gets the action."
+        self._update_visibility()
+        obstacle = "" if is_open else "Open a demonstration first: its task gets the action."
         set_enabled_with_reason(self.entry, obstacle)
-        set_enabled_with_reason(self.plus, obstacle)
+        set_enabled_with_reason(self.add_button, obstacle)
         self._count_soon()
 
-    def _show_parts(self) -> None:
-        """Show the actions, what else could be one, or both."""
+    def _update_visibility(self) -> None:
+        """Show the actions, the suggestions, or both."""
         suggesting = self._suggested is not None
-        there = self.document.demonstration is not None
-        self.list.setVisible(there and (bool(self.document.vocabulary.names) or not suggesting))
+        is_open = self.document.demonstration is not None
+        self.list.setVisible(is_open and (bool(self.document.vocabulary.names) or not suggesting))
         focus = QApplication.focusWidget()
         if not suggesting and focus is not None and self.suggestions.isAncestorOf(focus):
             self.list.setFocus()  # not the field below, where the next keys would be text
         self.suggestions.setVisible(suggesting)
-        self.nothing.setHidden(there)
+        self.nothing.setHidden(is_open)
 
-    def _suggest_no_more(self) -> None:
-        """The actions there are do for this task."""
+    def _hide_suggestions(self) -> None:
         self._suggested = None
-        self._show_parts()
+        self._update_visibility()
 
     def _follow_painting(self) -> None:
-        """Who paints has all the actions it takes to begin."""
+        """Drop the suggestions once the coder paints."""
         document = self.document
         if self._suggested is not None and (
             document.editor.segments or document.stroke is not None
         ):
-            self._suggest_no_more()
+            self._hide_suggestions()
 
     def _count_soon(self) -> None:
         """Count when painting pauses."""
         if self.isVisible():
-            self._counting.start()
+            self._count_timer.start()
 
     def _count(self) -> None:
-        """Count the coder's segments."""
         if self.isVisible():
             self.model.count()

@@ -12,7 +12,8 @@ from forcelab.gui.document import Document
 from forcelab.gui.key_events import is_typing
 from forcelab.gui.label import segment_commands
 from forcelab.gui.label.playback import Player
-from forcelab.gui.label.tracks import TrackPanel, ask_largest_gap, copy_menu
+from forcelab.gui.label.track_menus import ask_largest_gap, copy_menu
+from forcelab.gui.label.tracks import TrackPanel
 
 #: How many video frames a larger step is; without video it is this share of the visible span.
 JUMP_FRAMES = 10
@@ -28,22 +29,13 @@ def handlers(
 ) -> dict[str, Callable[[], object]]:
     """What commands do, by their id in the table (:mod:`forcelab.gui.commands`).
 
-    Parameters
-    ----------
-    document : Document
-        What is looked at and painted on.
-    tracks : TrackPanel
-        Where a drag may be on that is to be cancelled.
-    player : Player
-        Plays it.
-    window : QWidget
-        Above which dialogs and menus open.
+    Dialogs and menus open above `window`; cancelling ends a drag in `tracks`.
     """
     nudges: dict[str, Callable[[], object]] = {}
-    for what in ("start", "end", "both"):
-        name = "move" if what == "both" else what
-        nudges[f"{name}_earlier"] = partial(segment_commands.nudge, document, what, -1)
-        nudges[f"{name}_later"] = partial(segment_commands.nudge, document, what, 1)
+    for part in ("start", "end", "both"):
+        name = "move" if part == "both" else part
+        nudges[f"{name}_earlier"] = partial(segment_commands.nudge, document, part, -1)
+        nudges[f"{name}_later"] = partial(segment_commands.nudge, document, part, 1)
     return {
         **nudges,
         "previous_segment": partial(segment_commands.previous_segment, document),
@@ -86,7 +78,7 @@ def handlers(
 
 
 def _cancel(document: Document, tracks: TrackPanel) -> None:
-    """Take back the last thing begun: typing, a drag, a stroke, a range, a selection, a brush."""
+    """Cancel the last thing begun: typing, a drag, a stroke, a range, a selection, a brush."""
     field = QApplication.focusWidget()
     if field is not None and is_typing(field):
         field.clearFocus()  # where keys are text, the next one would not paint
@@ -103,15 +95,14 @@ def _cancel(document: Document, tracks: TrackPanel) -> None:
 
 
 def _fill_gaps(document: Document, window: QWidget) -> None:
-    """Ask how long a gap may be that is filled, if there is anything to fill."""
+    """Ask for the longest gap to fill, if there is anything to fill."""
     if document.editor.segments:
         ask_largest_gap(window, document)
     else:
-        document.show_message("There are no segments of yours to fill gaps between.")
+        document.show_message("You have no segments to fill gaps between.")
 
 
 def _jump(document: Document, direction: int) -> None:
-    """Make a larger step."""
     demonstration, frames = document.demonstration, document.view.frame_times
     if demonstration is None:
         return
@@ -123,7 +114,6 @@ def _jump(document: Document, direction: int) -> None:
 
 
 def _pan(document: Document, share: float) -> None:
-    """Show earlier or later time."""
     document.view.pan(share * (document.view.end - document.view.start))
 
 

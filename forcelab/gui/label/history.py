@@ -25,7 +25,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.item_views import NOWHERE, Index, RowList, SideList, write_row
 from forcelab.gui.label.segment_commands import redo, undo
-from forcelab.gui.layout import PageOrPlaceholder
+from forcelab.gui.layout import PageOrPlaceholder, set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
 from forcelab.project import Edit
 
@@ -34,28 +34,27 @@ PAGE, NEW = 200, 4
 
 
 class EditState(Enum):
-    """What an edit has come to."""
+    """What has become of an edit."""
 
     DONE = "done"
     UNDONE = "undone"  # redo can bring it back
     ABANDONED = "abandoned"  # undone, and another edit came after it: no redo reaches it
 
 
+STATE_TEXTS = {
+    EditState.DONE: "",
+    EditState.UNDONE: "undone; redo brings it back",
+    EditState.ABANDONED: "undone before a later edit; redo cannot bring it back",
+}
+
+
 def edit_states(newest_first: Sequence[Edit]) -> dict[int, EditState]:
-    """What edits have come to, from the latest of a track's edits alone.
+    """What has become of edits, by number, for those that are neither an undo nor a redo.
 
-    Parameters
-    ----------
-    newest_first : sequence of Edit
-        The track's latest edits without a hole. Whatever happened to them came after them, so
-        earlier edits say nothing about it.
-
-    Returns
-    -------
-    dict of int to Standing
-        By number, for those among them that are neither an undo nor a redo.
+    Needs the track's latest edits without a hole: whatever happened to them came after them, so
+    earlier edits say nothing about it.
     """
-    found: dict[int, EditState] = {}
+    states: dict[int, EditState] = {}
     redone: set[int] = set()  # undos that were taken back
     replaced: set[int] = set()  # edits in whose place another one is: a run of them is one row
     fresh = False  # whether an edit came later that left the undos before it behind
@@ -66,24 +65,21 @@ def edit_states(newest_first: Sequence[Edit]) -> dict[int, EditState]:
             redone.add(edit.reverts or 0)
         elif edit.kind == "undo":
             if edit.id not in redone:
-                found.setdefault(
+                states.setdefault(
                     edit.reverts or 0, EditState.ABANDONED if fresh else EditState.UNDONE
                 )
         else:
-            found.setdefault(edit.id, EditState.DONE)
+            states.setdefault(edit.id, EditState.DONE)
             fresh = True
-    return {edit.id: found[edit.id] for edit in newest_first if edit.id in found.keys() - replaced}
+    return {
+        edit.id: states[edit.id] for edit in newest_first if edit.id in states.keys() - replaced
+    }
 
 
 class HistoryModel(QAbstractListModel):
     """A row for every edit of the coder's track; undo and redo show in the rows they concern.
 
-    A long history is read by pages, as one scrolls down.
-
-    Attributes
-    ----------
-    rows : list of Edit
-        What has been read, newest first.
+    A long history is read by pages as the list is scrolled; `rows` are newest first.
     """
 
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
@@ -91,12 +87,12 @@ class HistoryModel(QAbstractListModel):
         self.document = document
         self.rows: list[Edit] = []
         self._edits: list[Edit] = []  # newest first, undo and redo among them
-        self._standings: dict[int, EditState] = {}
+        self._states: dict[int, EditState] = {}
         self._track = ("", "")
         self._complete = False
 
     def refresh(self) -> None:
-        """Read what is new."""
+        """Read new edits."""
         track = (self.document.id, self.document.author)
         newest = self._edits[0].id if self._edits and track == self._track else None
         # After a stroke there is one edit more: to read a page each time would hold up the next.
@@ -110,39 +106,35 @@ class HistoryModel(QAbstractListModel):
         else:
             self._edits = new + self._edits
         self._track = track
-        self._sort_out()
+        self._update_states()
         # What redo can bring back lies between the last page and the latest edit that stands.
-        while not self._complete and EditState.DONE not in self._standings.values():
-            self._keep_older(self._page(self._edits[-1].id))
+        while not self._complete and EditState.DONE not in self._states.values():
+            self._append_page(self._page(self._edits[-1].id))
         self.endResetModel()
 
     def clear(self) -> None:
-        """Show nothing."""
         self.beginResetModel()
-        self.rows, self._edits, self._standings, self._complete = [], [], {}, False
+        self.rows, self._edits, self._states, self._complete = [], [], {}, False
         self.endResetModel()
 
-    def standing(self, row: int) -> EditState:
-        """What the edit of a row has come to."""
-        return self._standings[self.rows[row].id]
+    def state_of(self, row: int) -> EditState:
+        return self._states[self.rows[row].id]
 
     def steps_to(self, row: int) -> int:
         """How many undos (negative) or redos make the edit of a row the latest that stands."""
-        if self.standing(row) == EditState.DONE:
-            return -sum(self.standing(newer) == EditState.DONE for newer in range(row))
-        if self.standing(row) == EditState.UNDONE:
+        if self.state_of(row) == EditState.DONE:
+            return -sum(self.state_of(newer) == EditState.DONE for newer in range(row))
+        if self.state_of(row) == EditState.UNDONE:
             older = range(row, len(self.rows))
-            return sum(self.standing(at) == EditState.UNDONE for at in older)
+            return sum(self.state_of(at) == EditState.UNDONE for at in older)
         return 0
 
     # What Qt asks
 
     def canFetchMore(self, parent: Index) -> bool:
-        """Whether there are older edits."""
         return not parent.isValid() and bool(self._edits) and not self._complete
 
     def fetchMore(self, parent: Index) -> None:
-        """Read older edits."""
         if not self.canFetchMore(parent):
             return
         page = self._page(self._edits[-1].id)
@@ -150,34 +142,31 @@ class HistoryModel(QAbstractListModel):
         more = len(edit_states([*self._edits, *page])) - before
         if more:
             self.beginInsertRows(NOWHERE, before, before + more - 1)
-        self._keep_older(page)
+        self._append_page(page)
         if more:
             self.endInsertRows()
 
     def rowCount(self, parent: Index = NOWHERE) -> int:
-        """How many edits have been read."""
         return 0 if parent.isValid() else len(self.rows)
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        """The sentence of an edit; when and by what it came as its tooltip."""
+        """The sentence of an edit; its time and state as the tooltip."""
         if not index.isValid() or index.row() >= len(self.rows):
             return None
-        edit, standing = self.rows[index.row()], self.standing(index.row())
+        edit, state = self.rows[index.row()], self.state_of(index.row())
         if role == Qt.ItemDataRole.DisplayRole:
             return edit.what
         if role == Qt.ItemDataRole.ToolTipRole:
             when = f"{edit.time.astimezone():%Y-%m-%d %H:%M:%S}"
-            return f"{edit.what}\n{when}" + (
-                f"\n{_edit_state(standing)}" if _edit_state(standing) else ""
-            )
+            return "\n".join(filter(None, (edit.what, when, STATE_TEXTS[state])))
         if role == Qt.ItemDataRole.AccessibleTextRole:
-            return ", ".join(filter(None, (clock(edit.time), edit.what, _edit_state(standing))))
+            return ", ".join(filter(None, (time_of_edit(edit.time), edit.what, STATE_TEXTS[state])))
         return None
 
     # Inside
 
     def _page(self, before: int | None, latest: int | None = None) -> list[Edit]:
-        """The latest edits before one, newest first."""
+        """The latest edits before edit number `before`, newest first."""
         document = self.document
         if document.project is None or not document.id:
             return []
@@ -190,36 +179,27 @@ class HistoryModel(QAbstractListModel):
             return []
         return list(reversed(edits))
 
-    def _keep_older(self, page: list[Edit]) -> None:
-        """Add a page to what has been read."""
+    def _append_page(self, page: list[Edit]) -> None:
+        """Append a page of older edits."""
         self._complete = len(page) < PAGE
         self._edits += page
-        self._sort_out()
+        self._update_states()
 
-    def _sort_out(self) -> None:
-        """Tell edits from undos and redos, and what has become of them."""
-        self._standings = edit_states(self._edits)
-        self.rows = [edit for edit in self._edits if edit.id in self._standings]
+    def _update_states(self) -> None:
+        """Tell edits from undos and redos, and what has become of each."""
+        self._states = edit_states(self._edits)
+        self.rows = [edit for edit in self._edits if edit.id in self._states]
 
 
-def clock(time: datetime) -> str:
+def time_of_edit(time: datetime) -> str:
     """The time of day, with the date where that is not today."""
-    here = time.astimezone()
-    if here.date() == date.today():
-        return f"{here:%H:%M:%S}"
-    return f"{here:%Y-%m-%d %H:%M}"
+    local = time.astimezone()
+    if local.date() == date.today():
+        return f"{local:%H:%M:%S}"
+    return f"{local:%Y-%m-%d %H:%M}"
 
 
-def _edit_state(standing: EditState) -> str:
-    """What has become of an edit, in words."""
-    return {
-        EditState.DONE: "",
-        EditState.UNDONE: "undone; redo brings it back",
-        EditState.ABANDONED: "undone, and something else was edited after that",
-    }[standing]
-
-
-#: What was done is read when nothing was painted for so many ms.
+#: Edits are read when nothing was painted for so many ms.
 PAUSE = 60
 
 
@@ -237,34 +217,32 @@ class HistoryView(SideList):
         self.list = RowList(self.model)
         self.list.setItemDelegate(_Delegate(self.model, self.list))
         self.list.setAccessibleName("Edits of your track, newest first")
-        self.list.doubleClicked.connect(self._chosen)
-        self.list.opened.connect(self._chosen)
+        self.list.doubleClicked.connect(self._row_activated)
+        self.list.opened.connect(self._row_activated)
         self.undo = self._button("undo", "Undo", partial(undo, document))
         self.redo = self._button("redo", "Redo", partial(redo, document))
-        self._reach = QLabel()
-        self._reach.setForegroundRole(QPalette.ColorRole.PlaceholderText)
-        self._pages = PageOrPlaceholder(self.list)
+        self.reach = QLabel()
+        self.reach.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self.pages = PageOrPlaceholder(self.list)
         bar = QHBoxLayout()
         bar.setSpacing(2)
         bar.addWidget(self.undo)
         bar.addWidget(self.redo)
-        bar.addWidget(self._reach, 1)
+        bar.addWidget(self.reach, 1)
         self.column.addLayout(bar)
-        self.column.addWidget(self._pages, 1)
-        self._soon = QTimer(self, singleShot=True, interval=PAUSE)
-        self._soon.timeout.connect(self.refresh)
+        self.column.addWidget(self.pages, 1)
+        self._refresh_timer = QTimer(self, singleShot=True, interval=PAUSE)
+        self._refresh_timer.timeout.connect(self.refresh)
         document.tracks_changed.connect(self._refresh_soon)
         document.demonstration_changed.connect(self.refresh)
         themes().changed.connect(self.list.viewport().update)
-        self._show_reach()
+        self._update_buttons()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Read what there is by now."""
         super().showEvent(event)
         self.refresh()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Let go of it."""
         super().hideEvent(event)
         self.model.clear()
 
@@ -272,7 +250,7 @@ class HistoryView(SideList):
         """Undo or redo until the edit of a row is the latest that stands."""
         if not 0 <= row < len(self.model.rows):
             return
-        if self.model.standing(row) == EditState.ABANDONED:
+        if self.model.state_of(row) == EditState.ABANDONED:
             self.document.show_message(
                 f"'{self.model.rows[row].what}' was undone before a later edit, so redo "
                 "cannot bring it back."
@@ -290,8 +268,8 @@ class HistoryView(SideList):
         if farther:  # what changed out of sight is not to go by in the middle
             document.show_local_message(". ".join(farther))
 
-    def _chosen(self, index: QModelIndex) -> None:
-        """Go back or forth to the edit that was chosen."""
+    def _row_activated(self, index: QModelIndex) -> None:
+        """Go to the edit that was activated."""
         if not 0 <= index.row() < len(self.model.rows):
             return
         chosen = self.model.rows[index.row()]
@@ -300,33 +278,31 @@ class HistoryView(SideList):
         self.go_to(next((row for row, edit in rows if edit.id == chosen.id), -1))
 
     def _refresh_soon(self) -> None:
-        """Look again when nothing was painted for a moment: strokes come first."""
+        """Refresh when painting pauses: strokes come first."""
         if self.isVisible():
-            self._soon.start()
+            self._refresh_timer.start()
 
     def refresh(self) -> None:
-        """Show what has been done by now."""
-        self._soon.stop()
+        self._refresh_timer.stop()
         if self.isVisible():
             self.model.refresh()
-            self._show_reach()
+            self._update_buttons()
 
-    def _show_reach(self) -> None:
-        """Say what undo and redo would do."""
+    def _update_buttons(self) -> None:
+        """Show in buttons and label what undo and redo would do."""
         rows = range(len(self.model.rows))
-        nothing = "Nothing was edited here yet. Every edit can be undone."
-        self._pages.say("" if rows else nothing)
-        done = next((row for row in rows if self.model.standing(row) == EditState.DONE), None)
-        undone = [row for row in rows if self.model.standing(row) == EditState.UNDONE]
-        self.undo.setEnabled(done is not None or self.model.canFetchMore(QModelIndex()))
-        self.redo.setEnabled(bool(undone))
+        self.pages.say("" if rows else "No edits yet. Every edit can be undone.")
+        done = next((row for row in rows if self.model.state_of(row) == EditState.DONE), None)
+        undone = [row for row in rows if self.model.state_of(row) == EditState.UNDONE]
+        more = done is not None or self.model.canFetchMore(QModelIndex())
+        set_enabled_with_reason(self.undo, "" if more else "No edit is left here to be undone.")
+        set_enabled_with_reason(self.redo, "" if undone else "Nothing was undone here.")
         self.undo.setToolTip("Undo" if done is None else f"Undo: {self.model.rows[done].what}")
         self.redo.setToolTip(f"Redo: {self.model.rows[undone[-1]].what}" if undone else "Redo")
         count = len(undone)
-        self._reach.setText(f"{count} undone" if count else "")
+        self.reach.setText(f"{count} undone" if count else "")
 
     def _button(self, name: str, text: str, verb: Callable[[], object]) -> QToolButton:
-        """A button with an icon."""
         button = QToolButton()
         button.setIcon(icon(name))
         button.setAccessibleName(text)
@@ -346,13 +322,11 @@ class _Delegate(QStyledItemDelegate):
         self._model = model
 
     def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
-        """One line of text with some room."""
         return QSize(100, round(option.fontMetrics.height() * 1.6))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """Draw one edit."""
         row = index.row()
-        edit, standing = self._model.rows[row], self._model.standing(row)
+        edit, state = self._model.rows[row], self._model.state_of(row)
         theme = colours()
         box = QRectF(option.rect)
         painter.save()
@@ -360,14 +334,14 @@ class _Delegate(QStyledItemDelegate):
         if option.state & QStyle.StateFlag.State_Selected:
             painter.fillRect(box, QColor(theme.accent))
             ink = aside = QColor(theme.accent_text)
-        elif standing != EditState.DONE:
+        elif state != EditState.DONE:
             ink = aside
         font = QFont(option.font)
-        font.setStrikeOut(standing == EditState.ABANDONED)
-        font.setItalic(standing != EditState.DONE)
+        font.setStrikeOut(state == EditState.ABANDONED)
+        font.setItalic(state != EditState.DONE)
         inner = box.adjusted(self.PADDING, 0, -self.PADDING, 0)
-        write_row(painter, inner, (edit.what, clock(edit.time)), (ink, aside), font)
-        above = row > 0 and self._model.standing(row - 1) == EditState.UNDONE
-        if above and standing == EditState.DONE:
+        write_row(painter, inner, (edit.what, time_of_edit(edit.time)), (ink, aside), font)
+        below_undone = row > 0 and self._model.state_of(row - 1) == EditState.UNDONE
+        if below_undone and state == EditState.DONE:
             painter.fillRect(QRectF(box.left(), box.top(), box.width(), 2), QColor(theme.accent))
         painter.restore()

@@ -16,9 +16,9 @@ from forcelab.gui.label.segment_commands import fill_range
 from forcelab.gui.label.track_gestures import (
     SAME_TIME,
     is_on_target,
-    rounded,
+    round_to_sample,
+    snap_or_round,
     snap_targets,
-    snapped,
 )
 from forcelab.vocabulary import KEYS
 
@@ -34,26 +34,17 @@ class KeyLabelling(QObject):
     * gives the selected segment its action, if nothing is playing;
     * otherwise begins a stroke at the cursor.
 
-    A key that is let go ends what it has begun if it was held (``settings.hold_ms``) and the cursor
-    has moved meanwhile. Esc forgets a stroke.
+    A key that is released ends what it has begun if it was held (``settings.hold_ms``) and the
+    cursor has moved meanwhile. Esc cancels a stroke.
 
-    While playing, what is meant is what was seen ``settings.reaction_ms`` ago: positions are that
-    much before the cursor, times the speed, for releases as well. While paused, it is the cursor:
-    as it is where it stands exactly on a sample, a frame or an edge, because then it was sent
-    there; anywhere else it snaps like the pointer (:mod:`forcelab.gui.label.track_gestures`).
+    While playing, the coder reacts to what was seen ``settings.reaction_ms`` ago: positions are
+    that much before the cursor, times the speed, for releases as well. While paused, it is the
+    cursor: as it is where it stands exactly on a sample, a frame or an edge, because then it was
+    sent there; anywhere else it snaps like the pointer (:mod:`forcelab.gui.label.track_gestures`).
 
-    Parameters
-    ----------
-    document : Document
-        What is painted on.
-    window : QWidget
-        Keys pressed in it and in whatever is inside it count, but not where keys are text.
-    pixels_per_second : callable
-        How far one is zoomed in; tells how near a target must be.
-    clock : callable
-        Seconds of a clock that never jumps.
-    shown : callable, optional
-        Whether what is painted on can be seen; keys do nothing while it cannot.
+    Keys count in `window` and in what is inside it, except where keys are text, and only while
+    `shown` says that the track can be seen. `pixels_per_second` is the zoom, by which targets are
+    near; `clock` gives seconds and never jumps.
     """
 
     def __init__(
@@ -69,7 +60,7 @@ class KeyLabelling(QObject):
         self.window = window
         self._scale = pixels_per_second
         self._clock = clock
-        self._shown = shown
+        self._is_shown = shown
         #: The key that began the stroke and is still down: key, when, and where the cursor was.
         self._held: tuple[str, float, float] | None = None
         self._repeats = AutoRepeatFilter(self)
@@ -80,48 +71,48 @@ class KeyLabelling(QObject):
             # them. Following the focus costs nothing; a filter on the application sees every event.
             application.focusChanged.connect(self._follow_focus)
             self._follow_focus(None, application.focusWidget())
-        document.demonstration_changed.connect(self.let_go)
+        document.demonstration_changed.connect(self.forget_held_key)
 
     def press(self, key: str) -> bool:
-        """An action's key went down; gives whether it is one, or could be and is none."""
+        """Act on a key; gives whether it was an action's key, or could be one and is not."""
         document = self.document
-        action = self._action(key)
+        action = self._action_of(key)
         if document.demonstration is not None and not document.vocabulary and key in KEYS:
             document.show_local_message(
                 "There is no action for a key to paint: add one under Actions first.", True
             )
         if action is None or document.demonstration is None:
-            return self._say_unknown(key)
+            return self._report_unknown_key(key)
         self._held = None
         if document.view.range is not None:
             fill_range(document, action)
         elif document.stroke is not None:
-            self._press_again(action, key)
+            self._press_during_stroke(action, key)
         elif not document.view.playing and document.selected is not None:
             document.editor.relabel(document.selected, action)
         else:
-            self._begin(action, key, self._position())
+            self._begin_stroke(action, key, self._stroke_position())
         return True
 
     def cancel(self) -> bool:
-        """Forget the stroke; gives whether there was one."""
+        """Cancel the stroke; gives whether there was one."""
         self._held = None
         if self.document.stroke is None:
             return False
         self.document.cancel_stroke()
         return True
 
-    def let_go(self) -> None:
-        """Forget that a key is down: its release will not be heard. The stroke goes on."""
+    def forget_held_key(self) -> None:
+        """Forget the held key, whose release will not arrive; the stroke goes on."""
         self._held = None
 
     # Qt
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take the keys of actions, and Esc while a stroke is on."""
+        """Take the keys of actions, and Esc during a stroke."""
         kind = event.type()
         if kind == QEvent.Type.WindowDeactivate:
-            self.let_go()
+            self.forget_held_key()
         elif kind == QEvent.Type.KeyPress and isinstance(event, QKeyEvent):
             return self._key_press(watched, event)
         elif kind == QEvent.Type.KeyRelease and isinstance(event, QKeyEvent):
@@ -130,12 +121,11 @@ class KeyLabelling(QObject):
         return False
 
     def _key_press(self, watched: QObject, event: QKeyEvent) -> bool:
-        """A key went down somewhere in the window."""
         # A spin box lets letters through that are no numbers; they are no strokes either.
         focus = QApplication.focusWidget()
         if is_typing(focus) or (isinstance(watched, QWidget) and is_typing(watched)):
             return False
-        if is_reserved_key(focus, event) or not self._shown():
+        if is_reserved_key(focus, event) or not self._is_shown():
             return False
         if event.key() == Qt.Key.Key_Escape:
             return self.cancel()
@@ -144,38 +134,42 @@ class KeyLabelling(QObject):
             return False
         key = _pressed_key_name(event)
         if self._repeats.repeats(event):
-            return self._action(key) is not None
+            return self._action_of(key) is not None
         return self.press(key)
 
     def _key_release(self, event: QKeyEvent) -> bool:
-        """A key seems to be up; where the segment ends is what it is now, however sure that is."""
+        """Handle a release, which may be a repeat: the segment ends at the present position."""
         key = _pressed_key_name(event)
         if self._held is None or self._held[0] != key:
             return False
-        now, cursor, position = self._clock(), self.document.view.cursor, self._position()
-        self._repeats.released(event, lambda: self._let_up(key, now, cursor, position))
+        released, cursor, position = (
+            self._clock(),
+            self.document.view.cursor,
+            self._stroke_position(),
+        )
+        self._repeats.released(event, lambda: self._key_up(key, released, cursor, position))
         return True
 
-    def _follow_focus(self, _: QWidget | None, now: QWidget | None) -> None:
-        """Listen where the keys go now."""
-        if now is None or not self._inside(now):
-            self.let_go()
+    def _follow_focus(self, _: QWidget | None, focused: QWidget | None) -> None:
+        """Filter the keys of the widget that has the focus."""
+        if focused is None or not self._in_window(focused):
+            self.forget_held_key()
         else:
-            now.installEventFilter(self)  # a second time changes nothing
+            focused.installEventFilter(self)  # a second time changes nothing
 
-    def _inside(self, widget: QWidget | None) -> bool:
-        """Whether a widget is in the window, or in a list that was taken out of it."""
+    def _in_window(self, widget: QWidget | None) -> bool:
+        """Whether a widget is in the window, or in a dock that floats."""
         while widget is not None and widget is not self.window:
-            apart = widget.isWindow() and not isinstance(widget, QDockWidget)
-            if apart or isinstance(widget, QMenuBar):
+            separate = widget.isWindow() and not isinstance(widget, QDockWidget)
+            if separate or isinstance(widget, QMenuBar):
                 return False
             widget = widget.parentWidget()
         return widget is not None
 
     # Strokes
 
-    def _say_unknown(self, key: str) -> bool:
-        """Say that no action has a key that could paint one; gives whether that was to be said."""
+    def _report_unknown_key(self, key: str) -> bool:
+        """Report that no action has this key, if one could; gives whether it was reported."""
         document = self.document
         could_paint = document.demonstration is not None and document.vocabulary and key
         # Letters typed into a list look for its rows.
@@ -190,16 +184,16 @@ class KeyLabelling(QObject):
         )
         return True
 
-    def _action(self, key: str) -> str | None:
+    def _action_of(self, key: str) -> str | None:
         """The action that a key paints."""
         actions = self.document.vocabulary
         return next((action.name for action in actions if key and action.key == key), None)
 
-    def _press_again(self, action: str, key: str) -> None:
-        """A key went down while a stroke is on."""
+    def _press_during_stroke(self, action: str, key: str) -> None:
+        """Handle a key that is pressed during a stroke."""
         stroke = self.document.stroke
         assert stroke is not None
-        position = self._position()
+        position = self._stroke_position()
         same = stroke.action == action
         if same or abs(position - stroke.start) > SAME_TIME:
             self.document.end_stroke(position)
@@ -207,37 +201,36 @@ class KeyLabelling(QObject):
             # Nothing was painted yet: the coder has thought better of the action.
             self.document.cancel_stroke()
         if not same and self.document.stroke is None:
-            self._begin(action, key, position)
+            self._begin_stroke(action, key, position)
 
-    def _begin(self, action: str, key: str, position: float) -> None:
-        """Begin a stroke with a key."""
+    def _begin_stroke(self, action: str, key: str, position: float) -> None:
         self.document.select(None)
         self.document.begin_stroke(action, position)
         self._held = key, self._clock(), self.document.view.cursor
 
-    def _let_up(self, key: str, now: float, cursor: float, position: float) -> None:
+    def _key_up(self, key: str, released: float, cursor: float, position: float) -> None:
         """End the stroke of a key that was held."""
         if self._held is None or self._held[0] != key:
             return
         _, pressed, began = self._held
         self._held = None
-        held = 1000 * (now - pressed) >= settings.hold_ms()
+        held = 1000 * (released - pressed) >= settings.hold_ms()
         if held and cursor != began and self.document.stroke is not None:
             self.document.end_stroke(position)
 
-    def _position(self) -> float:
-        """The time that is meant, in seconds."""
+    def _stroke_position(self) -> float:
+        """Where a stroke starts or ends, in seconds."""
         document = self.document
         targets = snap_targets(document)
         if document.view.playing:
-            late = settings.reaction_ms() / 1000 * document.view.speed
+            delay = settings.reaction_ms() / 1000 * document.view.speed
             earliest = document.view.bounds[0] if document.stroke is None else document.stroke.start
             # A stroke begun while paused was not late: it must not be turned around.
-            meant = max(document.view.cursor - late, min(earliest, document.view.cursor))
-            return rounded(meant, targets) if document.view.snapping else meant
+            time = max(document.view.cursor - delay, min(earliest, document.view.cursor))
+            return round_to_sample(time, targets) if document.view.snapping else time
         if not document.view.snapping or is_on_target(document.view.cursor, targets):
             return document.view.cursor
-        return snapped(document.view.cursor, self._scale(), targets)
+        return snap_or_round(document.view.cursor, self._scale(), targets)
 
 
 def _pressed_key_name(event: QKeyEvent) -> str:

@@ -1,7 +1,7 @@
-"""Lanes of channels: place and scale, curves as pixels, the axes, gaps and notes around them.
+"""Lanes of channels: their layout and axes, and their curves as columns of pixels.
 
-Qt takes 15 ms for six jagged polylines of 3200 points, and 50 ms for six smooth ones of 50; this
-takes 2 ms for either, and is smooth.
+Qt takes 15 ms for six jagged polylines of 3200 points, and 50 ms for six smooth ones of 50; to
+fill columns takes 2 ms for either, and is smooth.
 """
 
 from __future__ import annotations
@@ -35,23 +35,14 @@ _NUMBERED = re.compile(r"^.*\D[ _.\-]?(?P<sensor>\d+)$")
 LANE_MARGIN = 4.0
 LANE_GAP = 5.0
 #: Values beyond this are drawn at the edge: their span would be no number any more.
-LARGEST_SCALE = 1e300
+LARGEST_VALUE = 1e300
 
 
 @dataclass(frozen=True, slots=True)
 class Lane:
-    """A strip of the panel with one y axis.
+    """A strip of the panel with one y axis, from `top` to `bottom` in pixels.
 
-    Parameters
-    ----------
-    channels : tuple of int
-        The channels in it, by their place in the recording.
-    group : str
-        The sensor they belong to; empty where that is not known.
-    unit : str
-        Of its axis.
-    top, bottom : float
-        In pixels.
+    `channels` are indices into the recording's; `group` is their sensor, empty if it is not known.
     """
 
     channels: tuple[int, ...]
@@ -62,19 +53,15 @@ class Lane:
 
     @property
     def height(self) -> float:
-        """In pixels."""
         return self.bottom - self.top
 
     @property
     def middle(self) -> float:
-        """In pixels."""
         return (self.top + self.bottom) / 2
 
 
 def group_of(name: str) -> str:
-    """The sensor that a channel belongs to, by its name: ``"1"`` of ``fx1``, ``"left"`` of
-    ``Fx_left``; empty where the name does not say.
-    """  # noqa: D205
+    """The sensor of a channel by its name: ``1`` of ``fx1``, ``left`` of ``Fx_left``; or empty."""
     name = name.strip()
     for pattern in (_AXIS_LAST, _AXIS_FIRST, _NUMBERED):
         if match := pattern.match(name):
@@ -85,23 +72,15 @@ def group_of(name: str) -> str:
 def lanes(
     channels: Sequence[Channel], shown: Iterable[str], height: float, *, overlaid: bool
 ) -> tuple[Lane, ...]:
-    """Share out the height of the panel among the channels that are shown.
+    """Share out the height (pixels) of the panel among the shown channels.
 
-    Parameters
-    ----------
-    channels : sequence of Channel
-        All channels of the recording.
-    shown : iterable of str
-        The names of those that are shown.
-    height : float
-        In pixels.
-    overlaid : bool
-        One lane for each unit; otherwise one for each channel, sensor after sensor.
+    There is one lane for each unit where they are `overlaid`; otherwise one for each channel,
+    sensor after sensor.
     """
-    wanted = set(shown)
+    names = set(shown)
     keyed: dict[str, list[int]] = {}
     for i, channel in enumerate(channels):
-        if channel.name in wanted:
+        if channel.name in names:
             keyed.setdefault(channel.unit if overlaid else group_of(channel.name), []).append(i)
     if overlaid:
         strips = [(tuple(members), "") for members in keyed.values()]
@@ -109,42 +88,34 @@ def lanes(
         strips = [((i,), group) for group, members in keyed.items() for i in members]
     breaks = len(keyed) - 1
     each = (height - breaks * LANE_GAP) / max(len(strips), 1)
-    found: list[Lane] = []
+    result: list[Lane] = []
     top = 0.0
     for members, group in strips:
-        if found and (overlaid or found[-1].group != group):
+        if result and (overlaid or result[-1].group != group):
             top += LANE_GAP
-        found.append(Lane(members, group, channels[members[0]].unit, top, top + each))
+        result.append(Lane(members, group, channels[members[0]].unit, top, top + each))
         top += each
-    return tuple(found)
+    return tuple(result)
 
 
-def span_of(found: Extremes) -> tuple[float, float] | None:
+def span_of(extremes: Extremes) -> tuple[float, float] | None:
     """The least and the greatest value of a curve; None where it has none."""
-    known = ~np.isnan(found.low)
+    known = ~np.isnan(extremes.low)
     if not known.any():
         return None
-    return float(found.low[known].min()), float(found.high[known].max())
+    return float(extremes.low[known].min()), float(extremes.high[known].max())
 
 
 def spanning(ranges: Iterable[tuple[float, float] | None]) -> tuple[float, float] | None:
-    """The least range that holds all of some ranges; None for none."""
-    known = [found for found in ranges if found is not None]
+    """The smallest range that holds all given ranges; None for none."""
+    known = [span for span in ranges if span is not None]
     return (min(low for low, _ in known), max(high for _, high in known)) if known else None
 
 
 def axis_of(lane: Lane, span: tuple[float, float] | None) -> Axis:
-    """The vertical axis of a lane for values from the least to the greatest.
-
-    Parameters
-    ----------
-    lane : Lane
-        Where it is.
-    span : tuple of float or None
-        Least and greatest value; None where there is nothing to draw.
-    """
+    """The vertical axis of a lane for values from the least to the greatest of `span`, if any."""
     low, high = span if span is not None else (0.0, 1.0)
-    low, high = (min(max(value, -LARGEST_SCALE), LARGEST_SCALE) for value in (low, high))
+    low, high = (min(max(value, -LARGEST_VALUE), LARGEST_VALUE) for value in (low, high))
     size = max(abs(low), abs(high))
     if high - low <= 1e-9 * size or size == 0.0:  # a constant lies in the middle of its lane
         low, high = low - (0.1 * size or 1.0), high + (0.1 * size or 1.0)
@@ -162,21 +133,12 @@ Real = NDArray[np.float64]
 
 
 class Curve(NamedTuple):
-    """A curve to be drawn.
+    """A curve: the extremes of each column, its axis to pixels, its colour.
 
-    Parameters
-    ----------
-    found : Extremes
-        Of each column.
-    axis : Axis
-        From values to pixels of the widget.
-    colour : QColor
-        The curve's.
-    box : tuple of float
-        Top and bottom of its lane in pixels of the widget; nothing is drawn outside.
+    Nothing is drawn outside of `box`, the top and bottom of its lane in pixels.
     """
 
-    found: Extremes
+    extremes: Extremes
     axis: Axis
     colour: QColor
     box: tuple[float, float]
@@ -189,19 +151,12 @@ def fill_columns(
     colours: Sequence[QColor],
     lanes: Sequence[tuple[int, int]],
 ) -> None:
-    """Fill each column of some lanes of an image from one height to another.
+    """Fill each column of k lanes of an image from one height to another, in place.
 
-    Parameters
-    ----------
-    pixels : ndarray of uint32, shape (h, w)
-        The image, contiguous, premultiplied by its alpha; changed.
-    top, bottom : ndarray, shape (k, w)
-        For each lane heights in pixels from its top, not necessarily inside of it; NaN leaves a
-        column as it is. A pixel that is covered in part gets as much of the colour.
-    colours : sequence of QColor
-        What the pixels of each of the k lanes become.
-    lanes : sequence of tuple of int
-        The first row of each and the one after its last; they do not overlap.
+    The image has shape (h, w), is contiguous and premultiplied by its alpha. Heights, shape (k, w),
+    are in pixels from the top of each lane, not necessarily inside of it; NaN leaves a column as it
+    is, and a pixel that is covered in part gets as much of the colour. `lanes` are the first row of
+    each and the one after its last; they do not overlap.
     """
     height = np.array([last - first for first, last in lanes])[:, np.newaxis]
     known = ~np.isnan(top)
@@ -276,7 +231,7 @@ def _tint(
 
 
 def _flat(pixels: NDArray[np.uint32]) -> NDArray[np.uint32]:
-    """The pixels row after row, the very same."""
+    """The pixels row after row, not copied."""
     assert pixels.flags.c_contiguous  # of others a reshape would be a copy
     return pixels.reshape(-1)
 
@@ -292,32 +247,24 @@ def _shades(colour: int) -> NDArray[np.uint32]:
 
 
 class CurveCanvas:
-    """A transparent image over the plot at the resolution of the screen.
-
-    Parameters
-    ----------
-    plot : QRectF
-        What it covers, in pixels of the widget.
-    ratio : float
-        Pixels of the screen for each pixel of the widget.
-    """
+    """A transparent image over the plot at the resolution of the screen."""
 
     def __init__(self, plot: QRectF, ratio: float) -> None:
         self.left, shape = _extent(plot, ratio)
         self.ratio = ratio
-        self._pixels = np.zeros(shape, dtype=np.uint32)
+        self.pixels = np.zeros(shape, dtype=np.uint32)
 
     def cleared(self, plot: QRectF, ratio: float) -> CurveCanvas:
         """An empty one: this one if it fits, since new memory costs more than to clear it."""
-        if (self.ratio, self.left, self._pixels.shape) != (ratio, *_extent(plot, ratio)):
+        if (self.ratio, self.left, self.pixels.shape) != (ratio, *_extent(plot, ratio)):
             return CurveCanvas(plot, ratio)
-        self._pixels.fill(0)
+        self.pixels.fill(0)
         return self
 
     @property
     def width(self) -> int:
         """Columns of the screen."""
-        return self._pixels.shape[1]
+        return self.pixels.shape[1]
 
     def edges(self) -> Real:
         """The edges of its columns in pixels of the widget, shape (width + 1,)."""
@@ -336,17 +283,17 @@ class CurveCanvas:
     def _draw_apart(self, curves: Sequence[Curve]) -> None:
         """Draw curves of different lanes."""
         lanes, tops, bottoms = [], [], []
-        half, height = THICKNESS / 2 * self.ratio, len(self._pixels)
-        for found, axis, _, box in curves:
+        half, height = THICKNESS / 2 * self.ratio, len(self.pixels)
+        for extremes, axis, _, box in curves:
             first, last = (min(max(round(edge * self.ratio), 0), height) for edge in box)
             scale = (axis.finish - axis.begin) / (axis.end - axis.start) * self.ratio
             zero = axis.begin * self.ratio - axis.start * scale - first
             lanes.append((first, last))
             with np.errstate(over="ignore"):
-                tops.append(found.high * scale + zero - half)
-                bottoms.append(found.low * scale + zero + half)
+                tops.append(extremes.high * scale + zero - half)
+                bottoms.append(extremes.low * scale + zero + half)
         colours = [curve.colour for curve in curves]
-        fill_columns(self._pixels, np.stack(tops), np.stack(bottoms), colours, lanes)
+        fill_columns(self.pixels, np.stack(tops), np.stack(bottoms), colours, lanes)
 
     def dots(
         self, x: Real, values: Real, axis: Axis, colour: QColor, box: tuple[float, float]
@@ -363,19 +310,18 @@ class CurveCanvas:
             left, top = int(across), round(up - side / 2)
             column = slice(max(left, 0), max(left + side, 0))
             row = slice(first + max(top, 0), min(first + max(top + side, 0), last))
-            self._pixels[row, column] = colour.rgba()
+            self.pixels[row, column] = colour.rgba()
 
     def paint(self, painter: QPainter) -> None:
-        """Put the image where it belongs."""
-        height, width = self._pixels.shape
+        height, width = self.pixels.shape
         form = QImage.Format.Format_ARGB32_Premultiplied
-        image = QImage(self._pixels.data, width, height, 4 * width, form)
+        image = QImage(self.pixels.data, width, height, 4 * width, form)
         image.setDevicePixelRatio(self.ratio)
         painter.drawImage(QPointF(self.left / self.ratio, 0.0), image)
 
 
 def _extent(plot: QRectF, ratio: float) -> tuple[int, tuple[int, int]]:
-    """The first pixel of the screen that a plot takes, and how many: down and across."""
+    """The first pixel of the screen that a plot covers, and its rows and columns of pixels."""
     left = round(plot.left() * ratio)
     across = max(int(np.ceil(plot.right() * ratio)) - left, 1)
     return left, (max(int(np.ceil(plot.height() * ratio)), 1), across)
@@ -388,7 +334,7 @@ TICK_OFFSET = 3.0
 #: Width and height of the mark of a glitch, in pixels.
 GLITCH = (9.0, 6.0)
 #: The least contrast of a text to its ground (WCAG 2.2).
-READABLE_WIDTH = 4.5
+READABLE_CONTRAST = 4.5
 
 
 def curve_colour(column: int, theme: Colours) -> QColor:
@@ -401,13 +347,13 @@ def curve_ink(column: int, theme: Colours) -> QColor:
     """The colour of a channel's name and values: its curve's, deepened until it can be read."""
     colour = curve_colour(column, theme)
     inks = (mixed(colour, theme.text, share / 20) for share in range(21))
-    return next(ink for ink in inks if text.contrast(ink, QColor(theme.panel)) >= READABLE_WIDTH)
+    return next(ink for ink in inks if text.contrast(ink, QColor(theme.panel)) >= READABLE_CONTRAST)
 
 
 def paint_notes(
     painter: QPainter, plot: QRectF, notes: Sequence[str], theme: Colours, *, at_left: bool
 ) -> None:
-    """Write what is to be known of the curves into a corner, one line below the other."""
+    """Write notes on the curves into a corner, one below the other."""
     face, y = text.font(10), plot.top() + 9
     ground = translucent(theme.background, 0.9)
     for note in notes:
@@ -426,7 +372,7 @@ def paint_axis(
     taken: Sequence[QRectF],
     theme: Colours,
 ) -> None:
-    """Draw a lane's vertical axis at `x`, without the numbers that would run into what is taken."""
+    """Draw a lane's vertical axis at `x`, without the numbers that would overlap `taken` boxes."""
     painter.setPen(QPen(QColor(theme.frame), 1.0))
     painter.drawLine(QLineF(x - 0.5, lane.top, x - 0.5, lane.bottom))
     face = text.font(NUMBER)
@@ -524,18 +470,9 @@ def paint_glitches(
     box: tuple[float, float],
     theme: Colours,
 ) -> None:
-    """Draw an arrow head at the edge of a lane for each glitch, towards where it would be.
+    """Draw an arrow head at the edge of a lane for each glitch at pixels `x`, towards its value.
 
-    Parameters
-    ----------
-    painter : QPainter
-    x : ndarray, shape (g,)
-        Where they are in pixels.
-    upwards : ndarray of bool, shape (g,)
-        Which are above what the lane shows; the others are below.
-    box : tuple of float
-        The lane's top and bottom in pixels.
-    theme : Colours
+    `upwards` are those above the lane's axis; `box` is the lane's top and bottom in pixels.
     """
     if not len(x):
         return

@@ -35,7 +35,7 @@ from forcelab.gui.label.lanes import (
 )
 from forcelab.gui.label.ruler import LONGEST_IN_SECONDS, clock_time
 from forcelab.gui.label.traces import ForcePanel
-from forcelab.gui.label.track_rows import paint_row
+from forcelab.gui.label.track_painting import paint_row
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.time_panel import ZOOM_STEP, PixmapCache, TimePanel
 
@@ -46,10 +46,8 @@ TRACK_HEIGHT = 10.0
 PAUSE = 40
 #: A window narrower than this is drawn so wide.
 NARROWEST_WINDOW = 3.0
-
-
-#: How far from an edge of the window it can still be taken hold of, in pixels.
-REACH = 6.0
+#: How far from an edge of the window it can still be grabbed, in pixels.
+HANDLE_REACH = 6.0
 
 Handle = Literal["start", "end", "body", "new"]
 
@@ -66,7 +64,7 @@ class Overview(QWidget):
         self.document = document
         self._source = force.source
         #: What is drawn without the coder's track, and with it.
-        self._curves, self._whole = PixmapCache(), PixmapCache()
+        self._curves, self._picture = PixmapCache(), PixmapCache()
         #: The span that is being chosen.
         self._band: tuple[float, float] | None = None
         self.setAccessibleName("Overview of the whole demonstration")
@@ -77,23 +75,23 @@ class Overview(QWidget):
         for stale in (
             document.demonstration_changed,
             self._source.choices_changed,
-            self._source.grown,
+            self._source.data_read,
             themes().changed,
         ):
             stale.connect(self.invalidate)
-        self._repainting = QTimer(self, singleShot=True, interval=PAUSE)
-        self._repainting.timeout.connect(self._tracks_changed)
+        self._track_timer = QTimer(self, singleShot=True, interval=PAUSE)
+        self._track_timer.timeout.connect(self._tracks_changed)
         for painted in (document.tracks_changed, document.vocabulary_changed):
-            painted.connect(self._repainting.start)
-        document.view.span_changed.connect(self._moved_on)
-        document.view.cursor_moved.connect(self._moved_on)
-        self._held: Handle | None = None
+            painted.connect(self._track_timer.start)
+        document.view.span_changed.connect(self._repaint)
+        document.view.cursor_moved.connect(self._repaint)
+        self._handle: Handle | None = None
         self._press = QPointF()
         self._span = (0.0, 1.0)
-        self._moved = False
+        self._dragging = False
         self.setMouseTracking(True)
 
-    # Where things are
+    # Geometry
 
     @property
     def plot(self) -> QRectF:
@@ -114,48 +112,45 @@ class Overview(QWidget):
         return QRectF(left - spare, 0.0, right - left + 2 * spare, self.height())
 
     def sizeHint(self) -> QSize:
-        """As wide as the panels, of fixed height."""
         return QSize(900, HEIGHT)
 
     # Drawing
 
     def invalidate(self, *_: object) -> None:
-        """Say that the picture is stale."""
+        """Redraw everything."""
         self._curves.forget()
         self._tracks_changed()
 
     def _tracks_changed(self) -> None:
-        """Say that the coder's track is another one."""
-        self._whole.forget()
+        """Redraw the coder's track."""
+        self._picture.forget()
         self.update()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Draw anew when fonts or the palette change."""
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange):
             self.invalidate()
         super().changeEvent(event)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Draw anew."""
         self.invalidate()
         super().resizeEvent(event)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the kept picture, the window and the cursor."""
+        """Draw the cached picture, the window and the cursor."""
         size, ratio = self.size(), self.devicePixelRatioF()
         curves = self._curves.picture(size, ratio, None, self._draw)
-        whole = self._whole.picture(size, ratio, None, partial(self._draw_with_track, curves))
+        picture = self._picture.picture(size, ratio, None, partial(self._draw_with_track, curves))
         with QPainter(self) as painter:
-            painter.drawPixmap(0, 0, whole)
+            painter.drawPixmap(0, 0, picture)
             if self.document.demonstration is not None:
                 painter.setClipRect(self.plot.adjusted(-1, 0, 1, 0))
                 self._paint_window(painter)
 
     def _draw(self, painter: QPainter) -> None:
         """Draw everything but the track."""
-        now, plot = colours(), self.plot
-        painter.fillRect(self.rect(), QColor(now.panel))
-        painter.fillRect(plot, QColor(now.background))
+        theme, plot = colours(), self.plot
+        painter.fillRect(self.rect(), QColor(theme.panel))
+        painter.fillRect(plot, QColor(theme.background))
         if self.document.demonstration is not None:
             self._paint_curves(
                 painter, QRectF(plot.left(), 0, plot.width(), HEIGHT - TRACK_HEIGHT - 2)
@@ -167,8 +162,8 @@ class Overview(QWidget):
             length = f"{length} s" if short else clock_time(high - low)
             lines = ("whole", length)
             for y, line in zip((HEIGHT / 2 - 11, HEIGHT / 2 + 3), lines, strict=True):
-                text.draw_text(painter, 6.0, y, line, face=face, ink=QColor(now.muted))
-        painter.setPen(QPen(QColor(now.panel_edge), 1))
+                text.draw_text(painter, 6.0, y, line, face=face, ink=QColor(theme.muted))
+        painter.setPen(QPen(QColor(theme.panel_edge), 1))
         painter.drawLine(QLineF(0, 0.5, self.width(), 0.5))
 
     def _draw_with_track(self, curves: QPixmap, painter: QPainter) -> None:
@@ -194,34 +189,34 @@ class Overview(QWidget):
         low, high = self.document.view.bounds
         share = (canvas.edges() - box.left()) / box.width()
         columns = source.columns(low + share * (high - low))
-        wanted = [i for i, name in enumerate(source.names) if name in source.shown]
-        lane = Lane(tuple(wanted), "", "", box.top(), box.bottom())
-        for unit in {source.channels[i].unit for i in wanted}:
-            alike = [i for i in wanted if source.channels[i].unit == unit]
-            found = [source.envelope(source.names[i]).drawn(columns) for i in alike]
-            axis = axis_of(lane, spanning(map(span_of, found)))
-            edges, now = (box.top(), box.bottom()), colours()
+        shown = [i for i, name in enumerate(source.names) if name in source.shown]
+        lane = Lane(tuple(shown), "", "", box.top(), box.bottom())
+        for unit in {source.channels[i].unit for i in shown}:
+            alike = [i for i in shown if source.channels[i].unit == unit]
+            extremes = [source.envelope(source.names[i]).drawn(columns) for i in alike]
+            axis = axis_of(lane, spanning(map(span_of, extremes)))
+            edges, theme = (box.top(), box.bottom()), colours()
             canvas.draw(
                 [
-                    Curve(one, axis, curve_colour(i, now), edges)
-                    for i, one in zip(alike, found, strict=True)
+                    Curve(curve, axis, curve_colour(i, theme), edges)
+                    for i, curve in zip(alike, extremes, strict=True)
                 ]
             )
         painter.setOpacity(0.75)
         canvas.paint(painter)
         painter.setOpacity(1.0)
-        for i in wanted:
+        for i in shown:
             times, upwards = source.glitches(source.names[i], low, high)
             x = box.left() + (times - low) / (high - low) * box.width()
             paint_glitches(painter, x, upwards, (box.top(), box.bottom()), colours())
 
     def _paint_window(self, painter: QPainter) -> None:
-        """Draw what is visible, what is being chosen, and the cursor."""
-        now, plot, box = colours(), self.plot, self.window_box
-        veil = translucent(now.panel, 0.6)
+        """Draw the visible span, the span that is being chosen, and the cursor."""
+        theme, plot, box = colours(), self.plot, self.window_box
+        veil = translucent(theme.panel, 0.6)
         painter.fillRect(QRectF(plot.left(), 1, box.left() - plot.left(), HEIGHT), veil)
         painter.fillRect(QRectF(box.right(), 1, plot.right() - box.right(), HEIGHT), veil)
-        accent = QColor(now.accent)
+        accent = QColor(theme.accent)
         frame = QRectF(QPointF(round(box.left()), 0), QPointF(round(box.right()), HEIGHT))
         painter.setPen(QPen(accent, 2))
         painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -232,15 +227,14 @@ class Overview(QWidget):
         for x in (frame.left() + 1 - apart, frame.right() - 1 + apart):
             painter.drawRoundedRect(QRectF(x - 3, HEIGHT / 2 - 9, 6, 18), 2, 2)
         if self._band is not None:
-            wash = translucent(now.range, 0.25)
+            wash = translucent(theme.range, 0.25)
             left, right = (self.axis.at(time) for time in self._band)
             painter.fillRect(QRectF(left, 0, right - left, HEIGHT), wash)
-        painter.setPen(QPen(QColor(now.cursor), 1))
+        painter.setPen(QPen(QColor(theme.cursor), 1))
         x = round(self.axis.at(self.document.view.cursor)) + 0.5
         painter.drawLine(QLineF(x, 0, x, HEIGHT))
 
-    def _moved_on(self, *_: object) -> None:
-        """Draw window and cursor where they are now."""
+    def _repaint(self, *_: object) -> None:
         if self.isVisible():
             self.update()
 
@@ -250,59 +244,59 @@ class Overview(QWidget):
         return min(max(self.axis.value(x), low), high)
 
     def handle_at(self, x: float) -> Handle:
-        """What is taken hold of at a pixel."""
+        """Which part of the window a drag from a pixel would move."""
         box = self.window_box
-        inside = min(REACH, box.width() / 4)
-        if box.left() - REACH <= x <= box.left() + inside:
+        inside = min(HANDLE_REACH, box.width() / 4)
+        if box.left() - HANDLE_REACH <= x <= box.left() + inside:
             return "start"
-        if box.right() - inside <= x <= box.right() + REACH:
+        if box.right() - inside <= x <= box.right() + HANDLE_REACH:
             return "end"
-        whole = self.document.view.end - self.document.view.start >= np.ptp(
+        everything = self.document.view.end - self.document.view.start >= np.ptp(
             self.document.view.bounds
         )
-        return "body" if box.left() < x < box.right() and not whole else "new"
+        return "body" if box.left() < x < box.right() and not everything else "new"
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take hold of the window, of one of its edges, or begin another span."""
+        """Begin to drag the window, one of its edges, or another span."""
         if event.button() == Qt.MouseButton.LeftButton and self.document.demonstration is not None:
-            self._held = self.handle_at(event.position().x())
+            self._handle = self.handle_at(event.position().x())
             self._press = event.position()
             self._span = (self.document.view.start, self.document.view.end)
-            self._moved = False
-            if self._held == "body":
+            self._dragging = False
+            if self._handle == "body":
                 self.setCursor(Qt.CursorShape.ClosedHandCursor)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Pan, zoom or choose a span."""
         x = event.position().x()
-        if self._held is None:
-            self._hint(x)
+        if self._handle is None:
+            self._set_pointer(x)
             return
         far = abs(x - self._press.x()) >= QApplication.startDragDistance()
-        self._moved = self._moved or far
-        if not self._moved:
+        self._dragging = self._dragging or far
+        if not self._dragging:
             return
         low, high = self.document.view.bounds
         start, end = self._span
         by = (x - self._press.x()) / self.plot.width() * (high - low)
-        if self._held == "body":
+        if self._handle == "body":
             by = min(max(by, low - start), high - end)
             self.document.view.set_span(start + by, end + by)
-        elif self._held == "new":
+        elif self._handle == "new":
             first, last = sorted((self.time_at(self._press.x()), self.time_at(x)))
             self._band = (first, last)
             self.update()
         else:
-            fixed, free = (end, start) if self._held == "start" else (start, end)
+            fixed, free = (end, start) if self._handle == "start" else (start, end)
             first, last = sorted((fixed, min(max(free + by, low), high)))
             self.document.view.set_span(first, last)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Show the chosen span; a click centres the window and moves the cursor."""
-        if event.button() != Qt.MouseButton.LeftButton or self._held is None:
+        if event.button() != Qt.MouseButton.LeftButton or self._handle is None:
             return
-        band, self._held, self._band = self._band, None, None
-        if not self._moved:
+        band, self._handle, self._band = self._band, None, None
+        if not self._dragging:
             time, half = self.time_at(event.position().x()), (self._span[1] - self._span[0]) / 2
             low, high = self.document.view.bounds
             middle = min(max(time, low + half), high - half)
@@ -310,7 +304,7 @@ class Overview(QWidget):
             self.document.view.seek(time)
         elif band is not None:
             self.document.view.set_span(*band)
-        self._hint(event.position().x())
+        self._set_pointer(event.position().x())
         self.update()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
@@ -324,8 +318,8 @@ class Overview(QWidget):
             self.document.view.zoom(ZOOM_STEP**-notches, (start + end) / 2)
         event.accept()
 
-    def _hint(self, x: float) -> None:
-        """Let the pointer tell what can be taken hold of."""
+    def _set_pointer(self, x: float) -> None:
+        """Show by the pointer what a drag would move."""
         shapes = {
             "start": Qt.CursorShape.SizeHorCursor,
             "end": Qt.CursorShape.SizeHorCursor,

@@ -17,32 +17,28 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QMenu, QSizePolicy, QWidget
 
+from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
 
-__all__ = ["PictureView", "scaled"]
-
 #: What one notch of the wheel makes of the picture, and how large it may become.
-NOTCH, LARGEST = 1.25, 32.0
-#: Enlarged so much, single pixels are what one wants to see.
-PIXELS = 4.0
-#: Space around words, in pixels.
+ZOOM_STEP, LARGEST_ZOOM = 1.25, 32.0
+#: From this zoom on single pixels are shown, not smoothed.
+SHARP_ZOOM = 4.0
+#: Space around texts, in pixels.
 MARGIN = 6.0
 
 
 def scaled(image: QImage, size: QSize) -> QImage:
-    """The picture in so many pixels; in any thread."""
+    """The picture in a size in pixels; may be called in any thread."""
     keep, smooth = Qt.AspectRatioMode.IgnoreAspectRatio, Qt.TransformationMode.SmoothTransformation
     return image.scaled(size, keep, smooth)
 
 
 class PictureView(QWidget):
-    """A picture, or a sentence in its place, and a caption below.
+    """A picture, or a message in its place, and a caption below.
 
-    Attributes
-    ----------
-    fits : Signal(QSize)
-        In how many pixels of the screen pictures are shown from now on; an empty size while they
-        are enlarged.
+    `fits` tells in which size, in pixels of the screen, pictures are shown from now on; an empty
+    size while they are enlarged.
     """
 
     fits = Signal(QSize)
@@ -56,47 +52,42 @@ class PictureView(QWidget):
         # Every pixel is painted here; what lies below need not be.
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._scaled: QPixmap | None = None
-        self._fits = QSize()
-        self._zoom, self._middle = 1.0, QPointF(0.5, 0.5)
+        self._announced_size = QSize()
+        self._zoom, self._centre = 1.0, QPointF(0.5, 0.5)
         self._dragged: QPointF | None = None
         themes().changed.connect(self.update)
 
     @property
     def caption(self) -> str:
-        """What is said below the picture."""
+        """The text below the picture."""
         return ""
 
     @property
     def message(self) -> str:
-        """What is said in place of the picture; empty while there is one."""
+        """The text in place of the picture; empty while there is one."""
         return ""
 
     @property
-    def troubled(self) -> bool:
-        """Whether what is said is that something went wrong."""
+    def failed(self) -> bool:
+        """Whether the message reports a failure."""
         return False
 
     @property
-    def above(self) -> float:
+    def top_margin(self) -> float:
         """Height in pixels that is kept free above the picture."""
         return 0.0
 
     @property
     def image(self) -> QImage | None:
-        """The picture that is shown."""
         return self._image
 
     def set_image(self, image: QImage | None, fitted: QImage | None = None) -> None:
         """Show another picture, enlarged as the one before.
 
-        Parameters
-        ----------
-        image : QImage or None
-        fitted : QImage, optional
-            The same in the size that :attr:`fits` told last, where it is there already.
+        `fitted` is the same in the size that :attr:`fits` told last, where it is ready.
         """
         self._image = image
-        self._scaled = None if fitted is None else self._on_screen(fitted)
+        self._scaled = None if fitted is None else self._screen_pixmap(fitted)
         self.setAccessibleDescription(self.message or self.caption)
         self.update()
 
@@ -108,57 +99,56 @@ class PictureView(QWidget):
 
     @property
     def _stage(self) -> QRectF:
-        """Where the picture may be: all but the caption, and what stands above."""
-        below, above = self.fontMetrics().height() + MARGIN, self.above
+        """The area of the picture: all but the caption, and what is above."""
+        below, above = self.fontMetrics().height() + MARGIN, self.top_margin
         return QRectF(0, above, self.width(), max(self.height() - below - above, 1.0))
 
-    def _picture_box(self) -> QRectF:
-        """Where the whole picture lies, beyond the stage when zoomed in."""
+    def picture_box(self) -> QRectF:
+        """Where the picture lies, beyond the stage when zoomed in."""
         assert self._image is not None
         stage = self._stage
         size = QSizeF(self._image.size()).scaled(
             stage.size() * self._zoom, Qt.AspectRatioMode.KeepAspectRatio
         )
-        left = _placed(stage.center().x(), self._middle.x(), size.width(), stage.width())
-        top = _placed(stage.center().y(), self._middle.y(), size.height(), stage.height())
+        left = _placed(stage.center().x(), self._centre.x(), size.width(), stage.width())
+        top = _placed(stage.center().y(), self._centre.y(), size.height(), stage.height())
         return QRectF(QPointF(left, top), size)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the picture or a sentence, and the caption."""
-        look, stage = colours(), self._stage
+        theme, stage = colours(), self._stage
         with QPainter(self) as painter:
-            painter.fillRect(self.rect(), QColor(look.panel))
-            words = self.message
-            if self._image is not None and not words:
+            painter.fillRect(self.rect(), QColor(theme.panel))
+            message = self.message
+            if self._image is not None and not message:
                 self._paint_picture(painter, stage)
-            elif words:
-                self._paint_words(painter, stage, words)
-            below = QRectF(MARGIN, stage.bottom(), self.width() - 2 * MARGIN, self.height())
-            below.setBottom(float(self.height()))
-            painter.setPen(QColor(look.muted))
+            elif message:
+                self._paint_message(painter, stage, message)
+            caption = QRectF(MARGIN, stage.bottom(), self.width() - 2 * MARGIN, self.height())
+            caption.setBottom(float(self.height()))
+            painter.setPen(QColor(theme.muted))
             text = self.fontMetrics().elidedText(
-                self.caption, Qt.TextElideMode.ElideRight, int(below.width())
+                self.caption, Qt.TextElideMode.ElideRight, int(caption.width())
             )
-            painter.drawText(below, Qt.AlignmentFlag.AlignCenter, text)
+            painter.drawText(caption, Qt.AlignmentFlag.AlignCenter, text)
 
-    def _paint_words(self, painter: QPainter, stage: QRectF, words: str) -> None:
-        """Write a sentence in place of the picture; a long path is broken anywhere."""
+    def _paint_message(self, painter: QPainter, stage: QRectF, message: str) -> None:
+        """Write a message in place of the picture; a long path is broken anywhere."""
         inner = stage.adjusted(2 * MARGIN, MARGIN, -2 * MARGIN, -MARGIN)
         wrap = Qt.TextFlag.TextWordWrap
-        if painter.boundingRect(inner, wrap, words).width() > inner.width():
+        if painter.boundingRect(inner, wrap, message).width() > inner.width():
             wrap = Qt.TextFlag.TextWrapAnywhere
-        painter.setPen(QColor(colours().trouble if self.troubled else colours().muted))
-        painter.drawText(inner, Qt.AlignmentFlag.AlignCenter | wrap, words)
+        painter.setPen(QColor(colours().trouble if self.failed else colours().muted))
+        painter.drawText(inner, Qt.AlignmentFlag.AlignCenter | wrap, message)
 
     def _paint_picture(self, painter: QPainter, stage: QRectF) -> None:
         """Draw the picture, scaled once for each frame and size."""
         assert self._image is not None
-        box = self._picture_box()
+        box = self.picture_box()
         painter.fillRect(stage, QColor("#000000" if colours().dark else "#14161a"))
         painter.setClipRect(stage)
         if self._zoom > 1:
-            self._tell_fit(QSize())
-            smooth = box.width() * self.devicePixelRatioF() < PIXELS * self._image.width()
+            self._announce_size(QSize())
+            smooth = box.width() * self.devicePixelRatioF() < SHARP_ZOOM * self._image.width()
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, smooth)
             painter.drawImage(box, self._image)
         else:
@@ -170,122 +160,109 @@ class PictureView(QWidget):
         exact = (size * self.devicePixelRatioF()).toSize().expandedTo(QSize(1, 1))
         if self._scaled is None or self._scaled.size() != exact:
             assert self._image is not None
-            self._scaled = self._on_screen(scaled(self._image, exact))
-        self._tell_fit(exact)
+            self._scaled = self._screen_pixmap(scaled(self._image, exact))
+        self._announce_size(exact)
         return self._scaled
 
-    def _on_screen(self, image: QImage) -> QPixmap:
-        """A picture whose pixels are those of the screen."""
+    def _screen_pixmap(self, image: QImage) -> QPixmap:
+        """A pixmap whose pixels are those of the screen."""
         pixmap = QPixmap.fromImage(image)
         pixmap.setDevicePixelRatio(self.devicePixelRatioF())
         return pixmap
 
-    def _tell_fit(self, size: QSize) -> None:
-        """Tell in which size pictures are shown, if it is another one."""
-        if size != self._fits:
-            self._fits = size
+    def _announce_size(self, size: QSize) -> None:
+        """Emit the size in which pictures are shown, if it has changed."""
+        if size != self._announced_size:
+            self._announced_size = size
             self.fits.emit(size)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Scale anew."""
         super().resizeEvent(event)
         self._scaled = None
 
-    # Looking closer
+    # Zoom
 
     def zoom_by(self, factor: float, about: QPointF | None = None) -> None:
-        """Enlarge the picture, keeping the point under the pointer where it is.
-
-        Parameters
-        ----------
-        factor : float
-            Above 1 to see more detail.
-        about : QPointF, optional
-            In the widget's pixels; by default its middle.
-        """
+        """Enlarge the picture by a factor, keeping the pixel `about` (the middle) in place."""
         if self._image is None:
             return
         about = self._stage.center() if about is None else about
-        before = self._picture_box()
+        before = self.picture_box()
         share = QPointF(
             (about.x() - before.left()) / before.width(),
             (about.y() - before.top()) / before.height(),
         )
-        self._zoom = min(max(self._zoom * factor, 1.0), LARGEST)
-        after = self._picture_box().size()
-        self._move_middle(
+        self._zoom = min(max(self._zoom * factor, 1.0), LARGEST_ZOOM)
+        after = self.picture_box().size()
+        self._centre_on(
             share.x() - (about.x() - self._stage.center().x()) / after.width(),
             share.y() - (about.y() - self._stage.center().y()) / after.height(),
         )
 
     def fit(self) -> None:
         """Show the whole picture."""
-        self._zoom, self._middle = 1.0, QPointF(0.5, 0.5)
+        self._zoom, self._centre = 1.0, QPointF(0.5, 0.5)
         self.update()
 
-    def _move_middle(self, x: float, y: float) -> None:
-        """Which point of the picture, in shares of it, is in the middle of the stage."""
-        size, stage = self._picture_box().size(), self._stage
+    def _centre_on(self, x: float, y: float) -> None:
+        """Put a point of the picture, in shares of it, into the middle of the stage."""
+        size, stage = self.picture_box().size(), self._stage
         half_x = min(stage.width() / size.width() / 2, 0.5)
         half_y = min(stage.height() / size.height() / 2, 0.5)
-        self._middle = QPointF(min(max(x, half_x), 1 - half_x), min(max(y, half_y), 1 - half_y))
+        self._centre = QPointF(min(max(x, half_x), 1 - half_x), min(max(y, half_y), 1 - half_y))
         self.update()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom at the pointer."""
-        self.zoom_by(NOTCH ** (event.angleDelta().y() / 120), event.position())
+        self.zoom_by(ZOOM_STEP ** (event.angleDelta().y() / 120), event.position())
         event.accept()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take hold of the picture."""
         if event.button() == Qt.MouseButton.LeftButton and self._zoom > 1:
             self._dragged = event.position()
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Move the picture with the pointer."""
         if self._dragged is not None and self._image is not None:
-            moved, size = event.position() - self._dragged, self._picture_box().size()
+            moved, size = event.position() - self._dragged, self.picture_box().size()
             self._dragged = event.position()
-            self._move_middle(
-                self._middle.x() - moved.x() / size.width(),
-                self._middle.y() - moved.y() / size.height(),
+            self._centre_on(
+                self._centre.x() - moved.x() / size.width(),
+                self._centre.y() - moved.y() / size.height(),
             )
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Let go of the picture."""
         self._dragged = None
         self.unsetCursor()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Show the whole picture."""
         self.fit()
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Offer what can be done with the picture."""
         self.menu().exec(event.globalPos())
 
     def menu(self) -> QMenu:
-        """What can be done with the picture."""
         menu = QMenu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         copy = menu.addAction("Copy frame", self.copy_frame)
         menu.addSeparator()
-        closer = menu.addAction("Zoom in", lambda: self.zoom_by(NOTCH**2))
-        away = menu.addAction("Zoom out", lambda: self.zoom_by(NOTCH**-2))
+        closer = menu.addAction("Zoom in", lambda: self.zoom_by(ZOOM_STEP**2))
+        away = menu.addAction("Zoom out", lambda: self.zoom_by(ZOOM_STEP**-2))
         fit = menu.addAction("Fit", self.fit)
+        missing = "" if self._image is not None else "No frame is shown."
         for action in (copy, closer):
-            action.setEnabled(self._image is not None)
+            set_enabled_with_reason(action, missing)
         for action in (away, fit):
-            action.setEnabled(self._image is not None and self._zoom > 1)
+            set_enabled_with_reason(
+                action, missing or ("" if self._zoom > 1 else "All of the frame is shown.")
+            )
         return menu
 
     def copy_frame(self) -> None:
-        """Put the frame that is shown onto the clipboard."""
+        """Copy the shown frame to the clipboard."""
         if self._image is not None:
             QGuiApplication.clipboard().setImage(self._image)
 
 
 def _placed(centre: float, share: float, size: float, room: float) -> float:
-    """Where a side begins: in the middle of the room, or moved when there is more than room."""
+    """Where a side begins: centred in the room, or scrolled where the picture is larger."""
     return centre - size / 2 if size <= room else centre - share * size

@@ -14,11 +14,9 @@ from forcelab.gui.figures.axes import Axis, ticks
 from forcelab.gui.theme import colours
 from forcelab.gui.time_panel import TimePanel
 
-__all__ = ["Ruler", "clock_marks", "clock_time"]
-
-#: A span longer than this many seconds is told in minutes and seconds.
+#: A span longer than this many seconds is shown in minutes and seconds.
 LONGEST_IN_SECONDS = 90.0
-#: Seconds between two numbers that tell minutes and seconds.
+#: Seconds between two numbers in minutes and seconds.
 STEPS = (1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 28800, 86400)
 #: Height of the ruler and of its numbers, and least room between two of them, in pixels.
 HEIGHT = 26
@@ -30,9 +28,9 @@ def clock_time(seconds: float, decimals: int = 0) -> str:
     """A time as minutes and seconds, ``m:ss``, from an hour on ``h:mm:ss``."""
     sign = "\N{MINUS SIGN}" if seconds < 0 else ""
     units = round(abs(seconds) * 10**decimals)
-    whole, rest = divmod(units, 10**decimals)
+    seconds_part, rest = divmod(units, 10**decimals)
     fraction = f".{rest:0{decimals}d}" if decimals else ""
-    minutes, second = divmod(whole, 60)
+    minutes, second = divmod(seconds_part, 60)
     hours, minute = divmod(minutes, 60)
     if hours:
         return f"{sign}{hours}:{minute:02d}:{second:02d}{fraction}"
@@ -70,47 +68,43 @@ class Ruler(TimePanel):
         self.setToolTip("Drag to move the cursor")
 
     def sizeHint(self) -> QSize:
-        """As wide as the panels, of fixed height."""
         return QSize(900, HEIGHT)
 
     def paint_content(self, painter: QPainter, plot: QRectF) -> None:
-        """Draw numbers and their marks."""
-        now, axis = colours(), self.axis
+        theme, axis = colours(), self.axis
         marks = clock_marks(axis, NUMBER) if self._clock else axis.marks(NUMBER, upright=False)
-        painter.fillRect(plot, QColor(now.panel))
-        painter.setPen(QPen(QColor(now.panel_edge), 1))
+        painter.fillRect(plot, QColor(theme.panel))
+        painter.setPen(QPen(QColor(theme.panel_edge), 1))
         edge = plot.bottom() - 0.5
         painter.drawLine(QLineF(plot.left(), edge, plot.right(), edge))
-        painter.setPen(QPen(QColor(now.frame), 1))
+        painter.setPen(QPen(QColor(theme.frame), 1))
         spots = [round(axis.at(value)) + 0.5 for value, _ in marks]
         painter.drawLines([QLineF(x, edge - 6, x, edge) for x in spots])
         if len(marks) > 1:
             small = (marks[1][0] - marks[0][0]) / 5
             fine = [round(axis.at(v)) + 0.5 for v in ticks(axis.start, axis.end, small)]
             painter.drawLines([QLineF(x, edge - 3, x, edge) for x in fine])
-        face, ink = text.font(NUMBER), QColor(now.text)
+        face, ink = text.font(NUMBER), QColor(theme.text)
         self._places = [self._place(value, label) for value, label in marks]
         for (_, label), place in zip(marks, self._places, strict=True):
             middle = place.center()
             text.draw_text(painter, middle.x(), middle.y(), label, face=face, ink=ink, align=0.5)
 
     def gutter_shows(self) -> object:
-        """The unit."""
         return self._clock
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
-        """Say what the numbers are."""
-        now = colours()
-        painter.fillRect(box, QColor(now.panel))
+        theme = colours()
+        painter.fillRect(box, QColor(theme.panel))
         unit = "min:s" if self._clock else "s"
         face = text.font(NUMBER)
         spot = box.right() - 8
-        text.draw_text(painter, spot, 10.0, unit, face=face, ink=QColor(now.muted), align=1.0)
-        painter.setPen(QPen(QColor(now.panel_edge), 1))
+        text.draw_text(painter, spot, 10.0, unit, face=face, ink=QColor(theme.muted), align=1.0)
+        painter.setPen(QPen(QColor(theme.panel_edge), 1))
         painter.drawLine(QLineF(box.left(), box.bottom() - 0.5, box.right(), box.bottom() - 0.5))
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the panel, and over its cursor what time it is there."""
+        """Draw the panel, and a tag with the cursor's time."""
         super().paintEvent(event)
         x = self.x_at(self.document.view.cursor)
         # Half a pixel of room: the ends of the axis are pixels only up to rounding.
@@ -118,7 +112,7 @@ class Ruler(TimePanel):
             return
         if self.document.demonstration is None:
             return
-        now = colours()
+        theme = colours()
         face = text.font(NUMBER, bold=True)
         label = self.cursor_text()
         wide = text.width(label, face) + 10
@@ -126,8 +120,8 @@ class Ruler(TimePanel):
         with QPainter(self) as painter:
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
             painter.setPen(Qt.PenStyle.NoPen)
-            ground = QColor(now.cursor)
-            painter.setBrush(QColor(now.panel))
+            ground = QColor(theme.cursor)
+            painter.setBrush(QColor(theme.panel))
             tag = QRectF(left, 2, wide, 16)
             near = tag.adjusted(-3, 0, 3, 0)  # half a number beside the tag would be misread
             painter.drawRects([place for place in self._places if place.intersects(near)])
@@ -141,24 +135,22 @@ class Ruler(TimePanel):
         decimals = min(max(3, math.ceil(-math.log10(self.seconds_per_pixel))), 6)
         if self._clock:
             return clock_time(self.document.view.cursor, decimals)
-        return "{} s".format(text.signed(f"{self.document.view.cursor:.{decimals}f}"))
+        return text.signed(f"{self.document.view.cursor:.{decimals}f}") + " s"
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take hold of the cursor."""
         if event.button() == Qt.MouseButton.LeftButton:
             self._scrub(event)
         else:
             super().mousePressEvent(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Move the cursor along."""
         if event.buttons() & Qt.MouseButton.LeftButton:
             self._scrub(event)
         else:
             super().mouseMoveEvent(event)
 
     def _scrub(self, event: QMouseEvent) -> None:
-        """Move the cursor to the pointer, no further than to the ends of what is visible."""
+        """Move the cursor to the pointer, no further than to the ends of the visible span."""
         x = min(max(event.position().x(), self.plot.left()), self.plot.right())
         self.document.view.seek(self.time_at(x))
 
@@ -171,5 +163,5 @@ class Ruler(TimePanel):
 
     @property
     def _clock(self) -> bool:
-        """Whether times are told in minutes and seconds."""
+        """Whether times are in minutes and seconds."""
         return self.document.view.end - self.document.view.start > LONGEST_IN_SECONDS

@@ -1,4 +1,4 @@
-"""The scalogram panel: requests, background jobs, readout and button.
+"""The scalogram panel.
 
 The picture is computed in the background, for the visible span at the screen's resolution. Until
 a new one comes, the old one moves with the time axis.
@@ -32,17 +32,23 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES, signed
 from forcelab.gui.jobs import Job, Jobs
-from forcelab.gui.label import scalogram_painting as drawing
-from forcelab.gui.label import scalogram_painting as scales
 from forcelab.gui.label.scalogram_painting import (
+    FOURIER_FACTOR,
     LARGEST,
+    MARKED,
     MORLET_P,
     SMALLEST,
     Rows,
     ScalogramLayers,
     amount_text,
     colour_range,
+    draw_bar,
+    draw_cone,
+    draw_frequencies,
+    draw_marks,
+    draw_plate,
 )
+from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.text import escape_ampersands, thousands
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.time_panel import TimePanel
@@ -55,12 +61,7 @@ if TYPE_CHECKING:
 
 
 class ScalogramButton(QToolButton):
-    """Shows the channel; its menu chooses channel, magnitude or phase, and the range of colours.
-
-    Signals
-    -------
-    channel_chosen(str), phase_chosen(bool), steady_chosen(bool)
-    """
+    """Shows the channel; its menu chooses channel, magnitude or phase, and the range of colours."""
 
     channel_chosen = Signal(str)
     phase_chosen = Signal(bool)
@@ -80,8 +81,8 @@ class ScalogramButton(QToolButton):
         self._channels, self._kinds = QActionGroup(self._choices), QActionGroup(self._choices)
         self.setMenu(self._choices)
 
-    def offer(self, channels: Sequence[str], channel: str, phase: bool, steady: bool) -> None:
-        """Say what can be chosen, and what is chosen."""
+    def set_choices(self, channels: Sequence[str], channel: str, phase: bool, steady: bool) -> None:
+        """Fill the menu and mark what is chosen."""
         room = max(self.width() - 18, 10)
         name = self.fontMetrics().elidedText(channel, NAMES, room)
         # The wide space keeps the name clear of the arrow.
@@ -100,11 +101,10 @@ class ScalogramButton(QToolButton):
         angle.triggered.connect(lambda: self.phase_chosen.emit(True))
         menu.addSeparator()
         same = self._add("Same colours for the whole demonstration", steady)
-        same.setEnabled(not phase)
+        set_enabled_with_reason(same, "Phases always have the same colours." if phase else "")
         same.triggered.connect(self.steady_chosen)
 
     def _add(self, name: str, on: bool, group: QActionGroup | None = None) -> QAction:
-        """One line of the menu."""
         action = QAction(name, self._choices, checkable=True, checked=on)
         if group is not None:
             group.addAction(action)
@@ -112,28 +112,17 @@ class ScalogramButton(QToolButton):
         return action
 
 
-#: Rows of a long span, whatever the panel's height: its tiles are kept for these.
-LONG_RECORDING_ROWS = 100
-#: Of recordings of fewer samples nothing is kept: all is computed anew in less than a second.
-CACHED_SCALOGRAMS = 1 << 21
+#: Rows of a long span, whatever the panel's height: its tiles are cached for these.
+LONG_SPAN_ROWS = 100
+#: Of recordings of fewer samples nothing is cached: all is computed in less than a second.
+LEAST_CACHED_SAMPLES = 1 << 21
 
 
 @dataclass(frozen=True, slots=True)
 class ScalogramRequest:
-    """What a picture is wanted of.
+    """The channel, span (s) and resolution of a picture of phases or magnitudes.
 
-    Parameters
-    ----------
-    demonstration : Demonstration
-    channel : str
-    span : tuple of two floats
-        Seconds.
-    rows, columns : int
-    phase : bool
-        Phases instead of magnitudes.
-    folder : Path, optional
-        The demonstration's own, where what long spans are put together from is kept; None where
-        nothing may be, or need be.
+    `folder` is where tiles of long spans are cached; None where they may not or need not be.
     """
 
     demonstration: Demonstration
@@ -146,155 +135,140 @@ class ScalogramRequest:
 
 
 def cache_folder(document: Document) -> Path | None:
-    """Where something is kept beside the demonstration; None where nothing may or need be."""
+    """Where tiles are cached beside the demonstration; None where they may not or need not be."""
     project, shown = document.project, document.demonstration
     if (
         project is None
         or project.read_only
         or shown is None
-        or len(shown.times) < CACHED_SCALOGRAMS
+        or len(shown.times) < LEAST_CACHED_SAMPLES
     ):
         return None
     return project.path / DEMONSTRATIONS / document.id
 
 
-def compute(wish: ScalogramRequest, known: Survey | None) -> Generator[Progress, None, Scalogram]:
-    """Compute what is wished for; a job.
+def compute(
+    request: ScalogramRequest, known: Survey | None
+) -> Generator[Progress, None, Scalogram]:
+    """Compute a picture; a job.
 
-    Of a long recording it goes on with the tiles of what is not seen, after the exact picture, so
-    that whoever pans or zooms later does not wait for them. One core is left to the window then.
+    Of a long recording it goes on with the tiles outside the visible span, after the exact picture,
+    so that later panning and zooming need not wait for them. One core is left to the window then.
     Its thread keeps its priority: one that waits its turn with Python's lock in its hand would
-    hold up the window. In the end they are kept, and the next session begins with them.
-
-    Parameters
-    ----------
-    wish : Wish
-    known : Survey, optional
-        Of the channel, from an earlier picture.
+    hold up the window. In the end they are cached, and the next session begins with them.
+    `known` is the channel's survey from an earlier picture.
     """
     # In the job's thread these imports, most of a second the first time, delay nobody.
     from forcelab.signals.scalogram import LONG, Step, keep, kept, row_scales, scalogram, survey
     from forcelab.signals.wavelets import Morlet
 
-    all_of_it = row_scales(LONG_RECORDING_ROWS, LARGEST, SMALLEST)
+    all_of_it = row_scales(LONG_SPAN_ROWS, LARGEST, SMALLEST)
     view = known
-    if view is None and wish.folder is not None:
-        view = kept(wish.folder, wish.demonstration, wish.channel, all_of_it, Morlet(MORLET_P))
+    if view is None and request.folder is not None:
+        view = kept(
+            request.folder, request.demonstration, request.channel, all_of_it, Morlet(MORLET_P)
+        )
     if view is None:
-        view = yield from survey(wish.demonstration, wish.channel, LARGEST, Morlet(MORLET_P))
-    start, end = wish.span
-    scales = row_scales(wish.rows, LARGEST, SMALLEST)
+        view = yield from survey(request.demonstration, request.channel, LARGEST, Morlet(MORLET_P))
+    start, end = request.span
+    scales = row_scales(request.rows, LARGEST, SMALLEST)
     if (end - start) * view.source.rate > LONG:
         scales = all_of_it
     picture = yield from scalogram(
-        view, start, end, scales=scales, columns=wish.columns, phase=wish.phase
+        view, start, end, scales=scales, columns=request.columns, phase=request.phase
     )
     count = view.source.count
-    if count > LONG and not wish.phase:
+    if count > LONG and not request.phase:
         yield Step(1, 1, "exact picture", picture)  # shown before the next chunk is computed
         tiles = view.tiles(all_of_it)
         for step in tiles.building(tiles.missing(0, count, tiles.told_cell), threads=1):
             yield Step(step.done, step.total, step.text, picture)
-        if wish.folder is not None and not view.kept:
+        if request.folder is not None and not view.kept:
             view.kept = True  # tried once: a full disk is not asked again and again
-            keep(wish.folder, view, all_of_it)
+            keep(request.folder, view, all_of_it)
     return picture
 
 
-#: Milliseconds for which the span must rest before a picture of it is begun.
+#: Milliseconds for which the span must rest before a picture of it is computed.
 LOADING_DELAY_MS = 40
 
 
 class ScalogramLoader(QObject):
-    """Has pictures computed in the background.
+    """Computes pictures in the background.
 
-    Parameters
-    ----------
-    jobs : Jobs
-        Runs the computing.
-    wish : callable
-        What is wanted a picture of, when it is begun; None for nothing.
-
-    Attributes
-    ----------
-    view : Survey or None
-        What is known of the channel, for the pictures that come next.
-    wanted : bool
-        Whether a picture is waited for.
-    came : Signal(Scalogram)
-        A picture, the coarse one first where there is one.
-    refused : Signal(str)
-        Why there is none.
+    `request` gives what to compute when a job begins; None for nothing. `view` is the channel's
+    survey for later pictures; `pending` tells whether a picture is awaited. `loaded` brings a
+    picture, a coarse one first where there is one; `refused` says why there is none.
     """
 
-    came = Signal(object)
+    loaded = Signal(object)
     refused = Signal(str)
 
     def __init__(
-        self, jobs: Jobs, wish: Callable[[], ScalogramRequest | None], parent: QObject
+        self, jobs: Jobs, request: Callable[[], ScalogramRequest | None], parent: QObject
     ) -> None:
         super().__init__(parent)
         self.view: Survey | None = None
-        self.wanted = False
-        self._jobs, self._wish = jobs, wish
+        self.pending = False
+        self._jobs, self._request = jobs, request
         self._shown: Scalogram | None = None
         self._job: Job | None = None
         self._timer = QTimer(self, singleShot=True, interval=LOADING_DELAY_MS)
         self._timer.timeout.connect(self._begin)
 
     def ask(self) -> None:
-        """Have a picture made of what is seen then."""
-        self.wanted = True
+        """Compute a picture of what is visible when the span has come to rest."""
+        self.pending = True
         self._timer.start()
         if self.view is not None and self._job is not None:
-            # What it computes is out of date, and it would slow down whoever pans and zooms.
+            # What it computes is out of date, and it would slow down panning and zooming.
             self._job.cancel()
             self._job = None
 
     def stop(self) -> None:
-        """Compute nothing any more."""
+        """Cancel what is computed."""
         self._timer.stop()
-        self.wanted, self._shown = False, None
+        self.pending, self._shown = False, None
         if self._job is not None:
             self._job.cancel()
             self._job = None
 
     def forget(self) -> None:
-        """The pictures are of another channel from now on."""
+        """Drop the survey: the channel is another one."""
         self.view = None
 
     def _begin(self) -> None:
-        """Start computing."""
-        wish = self._wish()
-        if wish is None:
+        """Start a job."""
+        request = self._request()
+        if request is None:
             self.stop()
             return
 
         def done(picture: Scalogram) -> None:
-            self.wanted = self._timer.isActive()  # the span may have changed again
+            self.pending = self._timer.isActive()  # the span may have changed again
             self._emit_picture(picture)
 
         def failed(error: Exception) -> None:
-            self.wanted = self._timer.isActive()
-            known = isinstance(error, ForcelabError)
-            self.refused.emit(str(error) if known else "The scalogram failed; see the log.")
+            self.pending = self._timer.isActive()
+            expected = isinstance(error, ForcelabError)
+            self.refused.emit(str(error) if expected else "The scalogram failed; see the log.")
 
-        def moved(step: object) -> None:
+        def progressed(step: object) -> None:
             picture = getattr(step, "picture", None)
             if picture is not None and picture is not self._shown:
-                if not picture.coarse:  # what the job goes on with is not seen
-                    self.wanted = self._timer.isActive()
+                if not picture.coarse:  # the job goes on with what is not visible
+                    self.pending = self._timer.isActive()
                 self._emit_picture(picture)
 
         self._job = self._jobs.run(
-            compute(wish, self.view), done, failed, moved, key=f"scalogram {id(self)}"
+            compute(request, self.view), done, failed, progressed, key=f"scalogram {id(self)}"
         )
 
     def _emit_picture(self, picture: Scalogram) -> None:
-        """Give a newer picture away."""
+        """Emit a newer picture."""
         if picture is not self._shown:
             self._shown, self.view = picture, picture.view
-            self.came.emit(picture)
+            self.loaded.emit(picture)
 
 
 #: Decades beyond the last colour from which on something is a spike: impacts are less.
@@ -302,7 +276,7 @@ SPIKE = 0.5
 
 
 def readout_value(picture: Scalogram, rows: Rows, time: float, y: float) -> str:
-    """What is known at a time and a height, such as ``12.3 Hz at 4.250 s: |W| = 0.42``.
+    """The value at a time and a height, such as ``12.3 Hz at 4.250 s: |W| = 0.42``.
 
     The transform's own measure, without the channel's unit: a tone of 1 N has more the wider the
     wavelet is.
@@ -314,20 +288,16 @@ def readout_value(picture: Scalogram, rows: Rows, time: float, y: float) -> str:
     where = f"{rows.hertz(scale):.3g} Hz at {time:.3f} s"
     if not (0 <= row < k and 0 <= column < c) or not np.isfinite(picture.values[row, column]):
         return where
-    here = float(picture.values[row, column])
+    value = float(picture.values[row, column])
     if picture.phase:
-        return "{}: {} rad".format(where, signed(f"{here:.2f}"))
-    return f"{where}: |W| = {10.0**here:.3g}"
+        return f"{where}: {signed(f'{value:.2f}')} rad"
+    return f"{where}: |W| = {10.0**value:.3g}"
 
 
 def readout_note(picture: Scalogram, high: float) -> str:
     """What was approximated or left out in the picture; empty where that is nothing.
 
-    Parameters
-    ----------
-    picture : Scalogram
-    high : float
-        Decimal logarithm of the magnitude for the last colour.
+    `high` is the decimal logarithm of the magnitude for the last colour.
     """
     if picture.coarse:
         return "coarse picture; computing the exact one…"
@@ -335,22 +305,20 @@ def readout_note(picture: Scalogram, high: float) -> str:
 
 
 def _omitted_text(picture: Scalogram, high: float) -> str:
-    """What the colours do not tell apart or show."""
+    """What the colours leave out or do not tell apart."""
     source, notes = picture.view.source, []
     number = source.left_out(source.place(picture.start), source.place(picture.end))
     if number:
-        one, many = (
-            "1 glitch left out",
-            "{0} glitches left out",
+        notes.append(
+            "1 glitch left out" if number == 1 else f"{thousands(number)} glitches left out"
         )
-        notes.append(one if number == 1 else many.format(thousands(number)))
     if not picture.phase and np.fmax.reduce(picture.values, axis=None) > high + SPIKE:
         notes.append("spikes share the last colour")
     return ", ".join(notes)
 
 
 def _resolution_text(picture: Scalogram) -> str:
-    """How much of the recording each pixel is about."""
+    """How much of the recording each pixel stands for."""
     samples = (picture.end - picture.start) * picture.view.source.rate
     each = samples / picture.values.shape[1]
     if each < 2:
@@ -361,14 +329,14 @@ def _resolution_text(picture: Scalogram) -> str:
 
 
 def readout_ends(low: float, high: float, phase: bool) -> tuple[str, str]:
-    """What stands beside the legend's ends; `low` and `high` are decimal logarithms."""
+    """The texts at the legend's ends; `low` and `high` are decimal logarithms."""
     if phase:
         return "\N{MINUS SIGN}\N{GREEK SMALL LETTER PI}", "\N{GREEK SMALL LETTER PI}"
     return amount_text(10.0**low), f"|W| {amount_text(10.0**high)}"
 
 
 #: Rows of a picture at least and at most; one for every two pixels of the screen between.
-FEWEST, MOST = 24, 160
+LEAST_ROWS, MOST_ROWS = 24, 160
 #: Height of the button above the axis, in pixels.
 BUTTON = 24
 
@@ -376,12 +344,7 @@ BUTTON = 24
 class ScalogramPanel(TimePanel):
     """One channel's scalogram on the common time axis.
 
-    Attributes
-    ----------
-    channel : str
-        The one that is shown; empty without a demonstration.
-    picture : Scalogram or None
-        The newest picture.
+    `channel` is empty without a demonstration; `picture` is the newest one.
     """
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
@@ -394,20 +357,20 @@ class ScalogramPanel(TimePanel):
         self._layers = ScalogramLayers()
         self._pointer: QPointF | None = None
         self._trouble = ""
-        self._owed = False  # a picture that was not asked for while the window was minimised
-        self._asking = ScalogramLoader(jobs, self._wish, self)
-        self._asking.came.connect(self._take)
-        self._asking.refused.connect(self._refused)
+        self._request_due = False  # a picture that was not asked for while the window was minimised
+        self._loader = ScalogramLoader(jobs, self._request, self)
+        self._loader.loaded.connect(self._show_picture)
+        self._loader.refused.connect(self._show_refusal)
         self._button = ScalogramButton(self)
         self._button.channel_chosen.connect(self.set_channel)
         self._button.phase_chosen.connect(self.set_phase)
         self._button.steady_chosen.connect(self.set_steady)
-        document.view.span_changed.connect(self._ask)
+        document.view.span_changed.connect(self._request_picture)
         document.demonstration_changed.connect(self._demonstration_changed)
         themes().changed.connect(self._recolour)
         self._demonstration_changed()
 
-    # What is shown
+    # Choices
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -421,31 +384,29 @@ class ScalogramPanel(TimePanel):
 
     @property
     def settled(self) -> bool:
-        """Whether what is shown is what was asked for."""
-        return not self._asking.wanted
+        """Whether the newest requested picture is shown."""
+        return not self._loader.pending
 
     def set_channel(self, name: str) -> None:
-        """Show another channel."""
         if name != self.channel and name in self.channels:
             self.channel = name
-            self._forget()
+            self._reset()
 
     def set_phase(self, phase: bool) -> None:
-        """Show phases, or magnitudes."""
         if phase != self._phase:
             self._phase = phase
-            self._drop()
+            self._clear()
 
     def set_steady(self, steady: bool) -> None:
         """Give colours one range for the whole demonstration, or one for each view."""
         self._steady = steady
-        self._write_button()
+        self._update_button()
         self._recolour()
 
     # Qt
 
     def sizeHint(self) -> QSize:
-        """Wide, and high enough to tell octaves apart."""
+        """High enough to tell octaves apart."""
         return QSize(900, 170)
 
     def minimumSizeHint(self) -> QSize:
@@ -453,34 +414,28 @@ class ScalogramPanel(TimePanel):
         return QSize(240, 64)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Compute what is seen now."""
         super().showEvent(event)
-        self._ask()
+        self._request_picture()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Stop computing what nobody sees."""
         super().hideEvent(event)
-        self._asking.stop()
+        self._loader.stop()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Compute for the new size."""
         super().resizeEvent(event)
         self._button.setGeometry(2, 2, self.GUTTER - 6, BUTTON)
-        self._write_button()
-        self._ask()
+        self._update_button()
+        self._request_picture()
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """The same menu as that of the button."""
         self._button.menu().popup(event.globalPos())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Show the value under the pointer."""
         super().mouseMoveEvent(event)
         self._pointer = event.position()
         self.update()
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Show no value any more."""
         super().leaveEvent(event)
         self._pointer = None
         self.update()
@@ -489,42 +444,40 @@ class ScalogramPanel(TimePanel):
 
     def paint_content(self, painter: QPainter, plot: QRectF) -> None:
         """Draw the pictures where their time is now, then the cone and the scales."""
-        if self._owed:
-            self._ask()  # not every platform says so when a minimised window comes back
-        now, rows, document = colours(), self._rows, self.document
+        if self._request_due:
+            self._request_picture()  # not every platform says so when a minimised window comes back
+        theme, rows, document = colours(), self._rows, self.document
         span = document.view.start, document.view.end
         self._layers.paint(painter, plot, *span, smooth=self.settled)
-        drawing.draw_cone(painter, plot, rows, now, span=span, bounds=document.view.bounds)
-        drawing.draw_marks(painter, plot, [rows.y(scale) for scale in scales.MARKED], now)
+        draw_cone(painter, plot, rows, theme, span=span, bounds=document.view.bounds)
+        draw_marks(painter, plot, [rows.y(scale) for scale in MARKED], theme)
 
     def gutter_shows(self) -> object:
-        """The axis in Hz, and what stands at the legend's ends."""
         return self._rows, self._ends(), self._phase
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
-        """Draw the axis in Hz and the legend of the colours."""
         painter.fillRect(box, QColor(colours().panel))
-        drawing.draw_frequencies(painter, box.right(), self._rows, colours(), BUTTON + 8.0)
+        draw_frequencies(painter, box.right(), self._rows, colours(), BUTTON + 8.0)
         bar = QRectF(4.5, BUTTON + 10.5, 6, box.bottom() - BUTTON - 18)
         ends = self._ends()
         if bar.height() >= 40 and ends is not None:
-            drawing.draw_bar(painter, bar, ends, self._phase, colours())
+            draw_bar(painter, bar, ends, self._phase, colours())
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
-        """Say what is under the pointer, and what was approximated or went wrong."""
+        """Show the value under the pointer, and what was approximated or went wrong."""
         if self._trouble:
-            drawing.draw_plate(painter, plot.topLeft(), self._trouble, colours(), plot)
+            draw_plate(painter, plot.topLeft(), self._trouble, colours(), plot)
             return
         note = "" if self.picture is None else readout_note(self.picture, self._range()[1])
         if note:
-            drawing.draw_plate(painter, plot.topRight(), note, colours(), plot, quiet=True)
+            draw_plate(painter, plot.topRight(), note, colours(), plot, quiet=True)
         if self._pointer is not None and plot.contains(self._pointer):
             line = self.value_at(self._pointer.x(), self._pointer.y())
             if line:
-                drawing.draw_plate(painter, self._pointer + QPointF(12, 14), line, colours(), plot)
+                draw_plate(painter, self._pointer + QPointF(12, 14), line, colours(), plot)
 
     def value_at(self, x: float, y: float) -> str:
-        """What is known at a point of the panel, such as ``12.3 Hz at 4.250 s: 0.42 N``."""
+        """The value at a point of the panel, such as ``12.3 Hz at 4.250 s: 0.42 N``."""
         if self.picture is None:
             return ""
         return readout_value(self.picture, self._rows, self.time_at(x), y)
@@ -532,53 +485,51 @@ class ScalogramPanel(TimePanel):
     # Computing
 
     @property
-    def _rows(self) -> drawing.Rows:
+    def _rows(self) -> Rows:
         """The vertical axis, while there is a demonstration."""
-        demonstration, view = self.document.demonstration, self._asking.view
+        demonstration, view = self.document.demonstration, self._loader.view
         assert demonstration is not None
         rate = view.source.rate if view is not None else 1.0 / demonstration.period
         top, bottom = self.plot.top() + 1, self.plot.bottom() - 1
-        return drawing.Rows(
-            top, bottom, scales.SMALLEST, scales.LARGEST, scales.FOURIER_FACTOR, rate
-        )
+        return Rows(top, bottom, SMALLEST, LARGEST, FOURIER_FACTOR, rate)
 
     def _demonstration_changed(self) -> None:
         """Keep the channel where the new demonstration has it, too."""
         names = self.channels
         if self.channel not in names:
             self.channel = names[0] if names else ""
-        self._forget()
+        self._reset()
 
-    def _forget(self) -> None:
+    def _reset(self) -> None:
         """Drop what belongs to another channel."""
-        self._asking.forget()
+        self._loader.forget()
         self._trouble = ""
-        self._drop()
+        self._clear()
 
-    def _drop(self) -> None:
-        """Drop all pictures, also the one that is being made."""
-        self._asking.stop()
+    def _clear(self) -> None:
+        """Drop all pictures, also the one that is being computed."""
+        self._loader.stop()
         self._layers.clear()
         self.picture = None
-        self._write_button()
+        self._update_button()
         self.invalidate()
-        self._ask()
+        self._request_picture()
 
-    def _write_button(self) -> None:
-        """Print the channel on the button, and mark in its menu what is chosen."""
-        self._button.offer(self.channels, self.channel, self._phase, self._steady)
+    def _update_button(self) -> None:
+        """Show the channel on the button, and mark in its menu what is chosen."""
+        self._button.set_choices(self.channels, self.channel, self._phase, self._steady)
 
-    def _ask(self, *_: object) -> None:
-        """Have a picture of what is seen made, once the span has come to rest."""
+    def _request_picture(self, *_: object) -> None:
+        """Request a picture of the visible span, once it has come to rest."""
         # To Qt the panels of a minimised window are visible.
-        self._owed = self.window().isMinimized()
-        if self.isVisible() and self.channel and not self._owed:
-            self._asking.ask()
+        self._request_due = self.window().isMinimized()
+        if self.isVisible() and self.channel and not self._request_due:
+            self._loader.ask()
         else:
-            self._asking.stop()
+            self._loader.stop()
 
-    def _wish(self) -> ScalogramRequest | None:
-        """What a picture is wanted of; None for nothing."""
+    def _request(self) -> ScalogramRequest | None:
+        """The request for the visible span; None for nothing."""
         demonstration = self.document.demonstration
         low, high = self.document.view.bounds
         span = max(self.document.view.start, low), min(self.document.view.end, high)
@@ -590,18 +541,17 @@ class ScalogramPanel(TimePanel):
             demonstration,
             self.channel,
             span,
-            int(min(max(self.height() * ratio / 2, FEWEST), MOST)),
+            int(min(max(self.height() * ratio / 2, LEAST_ROWS), MOST_ROWS)),
             max(1, round(self.plot.width() * ratio * share)),
             self._phase,
             cache_folder(self.document),
         )
 
-    def _refused(self, sentence: str) -> None:
-        """Say why there is no picture."""
+    def _show_refusal(self, sentence: str) -> None:
         self._trouble = sentence
         self.invalidate()
 
-    def _take(self, picture: Scalogram) -> None:
+    def _show_picture(self, picture: Scalogram) -> None:
         """Show a newer picture; the older ones stay below until a fine one covers them."""
         self._trouble, self.picture = "", picture
         low, high = self.document.view.bounds
@@ -615,8 +565,8 @@ class ScalogramPanel(TimePanel):
         self.invalidate()
 
     def _ends(self) -> tuple[str, str] | None:
-        """What stands at the ends of the colours' legend; None where nothing is known of them."""
-        if not self._phase and self._asking.view is None:
+        """The texts at the legend's ends; None where the range is not known."""
+        if not self._phase and self._loader.view is None:
             return None
         return readout_ends(*self._range(), self._phase)
 

@@ -1,4 +1,4 @@
-"""A scalogram as an image: colour maps, frequencies, and what lies over it.
+"""A scalogram as an image, with its colour maps, frequency axis and marks.
 
 Lightness is that of OKLab, which is even to the eye from black to white; hue and chroma only add
 what tells neighbours apart. Where the screen cannot show a chroma, it is lowered, never the
@@ -84,17 +84,9 @@ def _linear(lightness: Real, chroma: Real, hue: Real) -> Real:
 
 
 def oklch_to_srgb(lightness: Real, chroma: Real, hue: Real) -> Bytes:
-    """Colours of the screen for OKLCH, with the largest chroma up to `chroma` that it can show.
+    """Colours (RGB, shape (n, 3)) for OKLCH, with the largest chroma up to `chroma` that fits.
 
-    Parameters
-    ----------
-    lightness, chroma, hue : ndarray, shape (n,)
-        Lightness from 0 to 1; hue in radians.
-
-    Returns
-    -------
-    ndarray of uint8, shape (n, 3)
-        Red, green and blue.
+    Lightness from 0 to 1, hue in radians; all of shape (n,).
     """
     low, high = np.zeros_like(chroma), chroma.copy()
     for _ in range(20):
@@ -111,14 +103,10 @@ def oklch_to_srgb(lightness: Real, chroma: Real, hue: Real) -> Bytes:
 
 @cache
 def magnitude_colours(dark: bool, count: int = 255) -> Bytes:
-    """A sequence from the least to the largest magnitude, for a dark or a light theme.
+    """A sequence from the least to the largest magnitude, shape (count, 3). Not to be changed.
 
     On dark it rises from the ground to light, on light it falls from white to dark; lightness is
-    linear in both. Shared: not to be changed.
-
-    Returns
-    -------
-    ndarray of uint8, shape (count, 3)
+    linear in both.
     """
     stops = _ON_DARK if dark else _ON_LIGHT
     at = np.linspace(0.0, 1.0, len(stops))
@@ -129,14 +117,7 @@ def magnitude_colours(dark: bool, count: int = 255) -> Bytes:
 
 @cache
 def phase_colours(dark: bool, count: int = 255) -> Bytes:
-    """A circle of hues of one lightness, from -pi to pi; its ends are neighbours.
-
-    Shared: not to be changed.
-
-    Returns
-    -------
-    ndarray of uint8, shape (count, 3)
-    """
+    """A circle of hues of one lightness, from -pi to pi, shape (count, 3). Not to be changed."""
     hue = 2 * np.pi * np.arange(count) / count
     lightness = np.full(count, 0.68 if dark else 0.74)
     return oklch_to_srgb(lightness, np.full(count, 0.115), hue)
@@ -155,26 +136,17 @@ SMALLEST = 2.0
 LARGEST = 2.0 * MARKED[-1]
 
 
-#: The colour that says that nothing is known.
-NOTHING = 255
+#: The colour of unknown values.
+UNKNOWN = 255
 #: Height of small numbers in pixels.
 SMALL = 10.0
 
 
 @dataclass(frozen=True, slots=True)
 class Rows:
-    """The vertical axis: logarithms of scales, the smallest on top.
+    """The vertical axis: logarithms of scales (samples), the smallest on top, in pixels.
 
-    Parameters
-    ----------
-    top, bottom : float
-        Pixels.
-    smallest, largest : float
-        Scales in samples at top and bottom.
-    factor : float
-        Periods over scales, of the wavelet.
-    rate : float
-        Samples a second.
+    `factor` is the wavelet's period over its scale, `rate` the samples a second.
     """
 
     top: float
@@ -190,7 +162,7 @@ class Rows:
         return self.top + share * (self.bottom - self.top)
 
     def hertz(self, scale: float) -> float:
-        """The frequency that a scale answers to most."""
+        """The frequency at which a scale's response is largest."""
         return self.rate / (self.factor * scale)
 
     def scale(self, y: float) -> float:
@@ -203,29 +175,29 @@ def image(picture: Scalogram, low: float, high: float, dark: bool) -> QImage:
     """A picture as an image, one pixel a value; transparent where nothing is known."""
     if not picture.phase:
         return magnitudes(picture.values, low, high, dark)
-    places = (picture.values + np.float32(np.pi)) * np.float32(NOTHING / (2 * np.pi))
-    return _coloured(np.where(places >= NOTHING, 0.0, places), phase_colours(dark, NOTHING))
+    places = (picture.values + np.float32(np.pi)) * np.float32(UNKNOWN / (2 * np.pi))
+    return _coloured(np.where(places >= UNKNOWN, 0.0, places), phase_colours(dark, UNKNOWN))
 
 
 def magnitudes(values: NDArray[np.float32], low: float, high: float, dark: bool) -> QImage:
     """Logarithms of magnitudes as an image, one pixel a value; transparent where one is NaN."""
-    places = (values - np.float32(low)) * np.float32(NOTHING / max(high - low, 1e-9))
-    return _coloured(places, magnitude_colours(dark, NOTHING))
+    places = (values - np.float32(low)) * np.float32(UNKNOWN / max(high - low, 1e-9))
+    return _coloured(places, magnitude_colours(dark, UNKNOWN))
 
 
 def _coloured(places: NDArray[np.float32], table: NDArray[np.uint8]) -> QImage:
-    """Places in a table of colours as an image."""
+    """Indices into a table of colours as an image."""
     known = np.isfinite(places)
-    codes = np.where(known, np.clip(places, 0, NOTHING - 1), NOTHING)
-    return _as_image(_bar_text(table)[codes.astype(np.uint8)])
+    codes = np.where(known, np.clip(places, 0, UNKNOWN - 1), UNKNOWN)
+    return _as_image(_palette(table)[codes.astype(np.uint8)])
 
 
-def _bar_text(table: NDArray[np.uint8]) -> NDArray[np.uint32]:
-    """Pixels of the table's colours, and one that is transparent."""
-    words = np.zeros(NOTHING + 1, dtype=np.uint32)
+def _palette(table: NDArray[np.uint8]) -> NDArray[np.uint32]:
+    """The table's colours as pixels, and a transparent one."""
+    palette = np.zeros(UNKNOWN + 1, dtype=np.uint32)
     red, green, blue = table.astype(np.uint32).T
-    words[:NOTHING] = 0xFF000000 | red << 16 | green << 8 | blue
-    return words
+    palette[:UNKNOWN] = 0xFF000000 | red << 16 | green << 8 | blue
+    return palette
 
 
 def _as_image(pixels: NDArray[np.uint32]) -> QImage:
@@ -245,7 +217,7 @@ def draw_cone(
     span: tuple[float, float],
     bounds: tuple[float, float],
 ) -> None:
-    """Hatch where the ends of the recording bear upon the coefficients."""
+    """Hatch the coefficients that the ends of the recording influence."""
     per_pixel = (span[1] - span[0]) / plot.width()
     xs = np.arange(plot.left(), plot.right() + 2, 2.0)
     times = span[0] + (xs - plot.left()) * per_pixel
@@ -307,13 +279,13 @@ def draw_frequencies(
         y = axis.at(value)
         painter.setPen(QPen(QColor(colours.frame), 1.0))
         painter.drawLine(QLineF(right - 4, y, right, y))
-        whole = f"{label} Hz" if place == named else label
+        marked = f"{label} Hz" if place == named else label
         ink = QColor(colours.text)
-        text.draw_text(painter, right - 7, y, whole, face=face, ink=ink, align=1.0)
+        text.draw_text(painter, right - 7, y, marked, face=face, ink=ink, align=1.0)
 
 
 def amount_text(value: float) -> str:
-    """A number in as few characters as tell it: ``110``, ``0.003``, ``2e-07``."""
+    """A number in few characters: ``110``, ``0.003``, ``2e-07``."""
     if not 1e-4 <= value < 1e5:
         return f"{value:.1g}"
     digits = max(0, 1 - math.floor(math.log10(value)))
@@ -325,7 +297,7 @@ def draw_bar(
 ) -> None:
     """The legend: all colours in a bar, the least and the largest value beside its ends."""
     table = phase_colours(colours.dark) if phase else magnitude_colours(colours.dark)
-    painter.drawImage(box, _as_image(_bar_text(table[::-1])[:NOTHING, np.newaxis]))
+    painter.drawImage(box, _as_image(_palette(table[::-1])[:UNKNOWN, np.newaxis]))
     painter.setPen(QPen(QColor(colours.frame), 1.0))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.drawRect(box)
@@ -343,9 +315,9 @@ def draw_plate(
     *,
     quiet: bool = False,
 ) -> None:
-    """A line of text on a plate that covers what is behind it, kept inside `area`.
+    """Write a line on a plate that covers what is behind it, kept inside `area`.
 
-    `quiet` is for what is said in passing: smaller, and the picture shows through.
+    A `quiet` one is smaller, and the picture shows through.
     """
     face = text.font(SMALL if quiet else 11.0)
     line = text.elided(line, face, max(area.width() - 16, 1.0))
@@ -371,11 +343,7 @@ ORDER = ("whole", "fine", "coarse")
 def colour_range(picture: Scalogram, steady: bool) -> tuple[float, float]:
     """Decimal logarithms of the magnitudes for the first and the last colour.
 
-    Parameters
-    ----------
-    picture : Scalogram
-    steady : bool
-        Take the range of the whole demonstration, so that colours do not jump while panning.
+    They are those of the whole demonstration where they are to be `steady` while panning.
     """
     view = picture.view
     known = picture.values[np.isfinite(picture.values)]
@@ -390,50 +358,48 @@ class ScalogramLayers:
     """Pictures of one channel: the old ones stay below until a fine one covers them."""
 
     def __init__(self) -> None:
-        self._kept: dict[str, tuple[Scalogram, QImage]] = {}
+        self._layers: dict[str, tuple[Scalogram, QImage]] = {}
 
     def clear(self) -> None:
-        """Forget all pictures."""
-        self._kept.clear()
+        self._layers.clear()
 
     def take(self, picture: Scalogram, *, whole: bool, steady: bool) -> None:
         """Lay a newer picture over the others; `whole` if it shows all of the demonstration."""
         layer = picture, _layer_image(picture, steady)
         if picture.coarse:
-            self._kept["coarse"] = layer
+            self._layers["coarse"] = layer
             return
-        self._kept.pop("coarse", None)
-        self._kept["fine"] = layer
+        self._layers.pop("coarse", None)
+        self._layers["fine"] = layer
         if whole:
-            self._kept["whole"] = layer
+            self._layers["whole"] = layer
 
     def recolour(self, steady: bool) -> None:
         """Make the images anew, from the same pictures."""
-        for kind, (picture, _) in list(self._kept.items()):
-            self._kept[kind] = picture, _layer_image(picture, steady)
+        for kind, (picture, _) in list(self._layers.items()):
+            self._layers[kind] = picture, _layer_image(picture, steady)
 
     def paint(
         self, painter: QPainter, plot: QRectF, start: float, end: float, *, smooth: bool
     ) -> None:
-        """Draw what lies between two times, in seconds, where it belongs in `plot`.
+        """Draw what lies between two times (s) into `plot`.
 
-        What is not `smooth` is drawn in half the time, for as long as it is being moved.
+        Drawing that is not `smooth`, for while it is moved, takes half the time.
         """
         for kind in ORDER:
-            if kind in self._kept:
-                for seen in self._visible_region(kind, start, end):
-                    _paint(painter, plot, (start, end), seen, smooth, *self._kept[kind])
+            if kind in self._layers:
+                for region in self._visible_region(kind, start, end):
+                    _paint(painter, plot, (start, end), region, smooth, *self._layers[kind])
 
     def _visible_region(self, kind: str, start: float, end: float) -> list[tuple[float, float]]:
-        """Where a picture is not covered: a fine one hides what lies below it."""
-        if kind != "whole" or "fine" not in self._kept:
+        """Where a picture is not covered by a finer one."""
+        if kind != "whole" or "fine" not in self._layers:
             return [(start, end)]
-        above, _ = self._kept["fine"]
+        above, _ = self._layers["fine"]
         return [(start, min(end, above.start)), (max(start, above.end), end)]
 
 
 def _layer_image(picture: Scalogram, steady: bool) -> QImage:
-    """A picture in the theme's colours."""
     return image(picture, *colour_range(picture, steady), colours().dark)
 
 
@@ -441,13 +407,13 @@ def _paint(
     painter: QPainter,
     plot: QRectF,
     span: tuple[float, float],
-    seen: tuple[float, float],
+    region: tuple[float, float],
     smooth: bool,
     picture: Scalogram,
     layer: QImage,
 ) -> None:
-    """Draw the part of a picture that is seen where its time is in the visible span."""
-    first, last = max(picture.start, seen[0]), min(picture.end, seen[1])
+    """Draw the part of a picture between two times (s), the `region`."""
+    first, last = max(picture.start, region[0]), min(picture.end, region[1])
     if last <= first:
         return
     start, end = span

@@ -1,7 +1,7 @@
 """What menus, keys and lists do with one segment or one action.
 
-"The segment" is the selected one, or else the one under the cursor. Every verb says in the status
-line why it did nothing.
+"The segment" is the selected one, or else the one under the cursor. A command that does nothing
+says why in the status line.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def rename_action(document: Document, name: str, new: str, parent: QWidget) -> b
     """Rename an action of the open demonstration's task in all of the coder's tracks.
 
     Asks first where it is merged into another action, and where the coder's segments in other
-    tasks have it too. What cannot be is told in the status line.
+    tasks have it too. Errors are shown in the status line.
     """
     project, demonstration = document.project, document.demonstration
     if project is None or demonstration is None:
@@ -38,46 +38,47 @@ def rename_action(document: Document, name: str, new: str, parent: QWidget) -> b
         if name not in project.actions.vocabulary(task) and name not in project.actions.painted(
             task
         ):
-            document.show_message(f"'{name}' is only predicted: train again, and it is gone.", True)
+            document.show_message(
+                f"'{name}' is only predicted; it disappears when you train again.", True
+            )
             return False
-        here = project.actions.preview_rename(document.author, name, new, (task,))
+        in_task = project.actions.preview_rename(document.author, name, new, (task,))
         everywhere = project.actions.preview_rename(document.author, name, new)
     except ForcelabError as error:
         document.show_message(str(error), True)
         return False
-    tasks: Collection[str] | None = here.tasks
-    if everywhere.merges or everywhere.tasks != here.tasks:
-        tasks = _confirm_rename(here, everywhere, parent)
+    tasks: Collection[str] | None = in_task.tasks
+    if everywhere.merges or everywhere.tasks != in_task.tasks:
+        tasks = _confirm_rename(in_task, everywhere, parent)
     if tasks is None:
         return False
     return document.rename_action(name, new, tasks, merge=everywhere.merges)
 
 
 def _confirm_rename(
-    here: ActionRename, everywhere: ActionRename, parent: QWidget
+    in_task: ActionRename, everywhere: ActionRename, parent: QWidget
 ) -> Collection[str] | None:
-    """Ask whether an action is to be renamed, and in which tasks; None where it is not."""
+    """Ask whether to rename an action, and in which tasks; None to leave it."""
     box = QMessageBox(parent)
     box.setIcon(QMessageBox.Icon.Question)
-    box.setTextFormat(Qt.TextFormat.PlainText)  # names are anybody's
-    told = everywhere.sentences(done=False)
+    box.setTextFormat(Qt.TextFormat.PlainText)  # a name is not markup
+    old, new = everywhere.old, everywhere.new
     if everywhere.merges:
         box.setWindowTitle("Merge actions")
-        title = "Merge '{0}' into '{1}'?"
+        box.setText(f"Merge '{old}' into '{new}'?")
     else:
         box.setWindowTitle("Rename action")
-        title = "Rename '{0}' to '{1}' in other tasks, too?"
-    box.setText(title.format(everywhere.old, everywhere.new))
-    box.setInformativeText(told)
+        box.setText(f"Rename '{old}' to '{new}' in other tasks, too?")
+    box.setInformativeText(everywhere.sentences(done=False))
     choices: dict[QAbstractButton, tuple[str, ...]] = {}
-    if everywhere.tasks != here.tasks:
-        task = here.tasks[0] or "no task"
+    if everywhere.tasks != in_task.tasks:
+        task = in_task.tasks[0] or "no task"
         only = f"Only in {escape_ampersands(task)}"
-        choices[box.addButton(only, QMessageBox.ButtonRole.AcceptRole)] = here.tasks
-        words = f"In all {len(everywhere.tasks)} tasks"
+        choices[box.addButton(only, QMessageBox.ButtonRole.AcceptRole)] = in_task.tasks
+        label = f"In all {len(everywhere.tasks)} tasks"
     else:
-        words = "Merge"
-    choices[box.addButton(words, QMessageBox.ButtonRole.AcceptRole)] = everywhere.tasks
+        label = "Merge"
+    choices[box.addButton(label, QMessageBox.ButtonRole.AcceptRole)] = everywhere.tasks
     box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
     box.exec()
     chosen = box.clickedButton()
@@ -104,10 +105,10 @@ def current_segment(document: Document) -> int | None:
 def for_current_segment(
     document: Document, segment: Segment, verb: Callable[[int], Edit | None]
 ) -> bool:
-    """Do something to one of the coder's segments, whatever its number is by now."""
+    """Apply a verb to one of the coder's segments by its current index, which may have changed."""
     index = document.editor.index_of(segment)
     if index is None:
-        sentence = "That segment was changed elsewhere; look at it anew."
+        sentence = "That segment was changed elsewhere; check it again."
         return report_refusal(document, sentence)
     return verb(index) is not None
 
@@ -166,7 +167,7 @@ def fill_range(document: Document, action: str) -> bool:
 
 
 def merge_segments(document: Document) -> bool:
-    """Make one of the segments in the marked range; without one, of the segment and the next."""
+    """Merge the segments in the marked range; without one, the segment and the next."""
     segments = document.editor.segments
     if document.view.range is not None:
         start, end = document.view.range
@@ -201,10 +202,10 @@ def fill_gaps(document: Document, longest: float) -> bool:
 
 
 def copy_candidates(document: Document, author: str, time: float) -> tuple[float, float] | None:
-    """What is taken over from another author at a time: start and end in seconds; None for nothing.
+    """The span (s) to copy from another author at a time; None for nothing.
 
-    That is the marked range. Without one it is everything while one's own track is empty; later on
-    what lies along the selected segment, and elsewhere the other author's segment there.
+    That is the marked range. Without one it is everything while the coder's track is empty; later
+    on what lies along the selected segment, and elsewhere the other author's segment there.
     """
     other = document.other_tracks.get(author, ())
     if document.view.range is not None:
@@ -219,7 +220,7 @@ def copy_candidates(document: Document, author: str, time: float) -> tuple[float
 
 
 def copy_from(document: Document, author: str) -> bool:
-    """Take over what another author has at the cursor (:func:`copy_candidates`)."""
+    """Copy what another author has at the cursor (:func:`copy_candidates`)."""
     stretch = copy_candidates(document, author, document.view.cursor)
     if stretch is None:
         return report_refusal(
@@ -245,7 +246,7 @@ def redo(document: Document) -> UndoResult | None:
 
 
 def start_to_cursor(document: Document) -> bool:
-    """Let the segment start at the cursor; on unlabelled time, the next segment."""
+    """Move the segment's start to the cursor; on unlabelled time, that of the next segment."""
     index = current_segment(document)
     if index is None:
         index = bisect_right(document.editor.segments, document.view.cursor, key=_start)
@@ -255,7 +256,7 @@ def start_to_cursor(document: Document) -> bool:
 
 
 def end_to_cursor(document: Document) -> bool:
-    """Let the segment end at the cursor; on unlabelled time, the previous segment."""
+    """Move the segment's end to the cursor; on unlabelled time, that of the previous segment."""
     index = current_segment(document)
     if index is None:
         index = bisect_right(document.editor.segments, document.view.cursor, key=_end) - 1
@@ -264,19 +265,19 @@ def end_to_cursor(document: Document) -> bool:
     return document.editor.move_edge(index, "end", document.view.cursor) is not None
 
 
-def nudge(document: Document, what: Literal["start", "end", "both"], count: int) -> bool:
-    """Move an edge of the segment, or all of it, by a step."""
+def nudge(document: Document, part: Literal["start", "end", "both"], count: int) -> bool:
+    """Move an edge of the segment, or all of it, by a number of steps."""
     index = current_segment(document)
     if index is None:
         return report_refusal(
             document,
             "Select the segment to change: click it, or use K and L.",
         )
-    return document.nudge(index, what, count * (FINE_NUDGE if document.view.fine_nudges else NUDGE))
+    return document.nudge(index, part, count * (FINE_NUDGE if document.view.fine_nudges else NUDGE))
 
 
 def set_fine_nudges(document: Document, fine: bool) -> bool:
-    """Move edges and segments by finer steps from now on, or by the usual ones."""
+    """Switch between finer steps and the usual ones."""
     document.view.fine_nudges = fine
     step = 1000 * (FINE_NUDGE if fine else NUDGE)
     document.show_local_message(f"Edges move by {step:g} ms.")
@@ -284,7 +285,7 @@ def set_fine_nudges(document: Document, fine: bool) -> bool:
 
 
 def zoom_selection(document: Document) -> bool:
-    """Show the marked range, or else the segment, with something on either side."""
+    """Zoom to the marked range, or else to the segment."""
     if document.view.range is not None:
         zoom_to(document, *document.view.range)
         return True
@@ -296,7 +297,7 @@ def zoom_selection(document: Document) -> bool:
 
 
 def zoom_to(document: Document, start: float, end: float) -> None:
-    """Show a stretch with something on either side."""
+    """Show a span (s) with a margin on either side."""
     margin = MARGIN * (end - start)
     low, high = document.view.bounds
     document.view.set_span(max(start - margin, low), min(end + margin, high))
@@ -312,7 +313,6 @@ def _seek_to(document: Document, index: int) -> bool:
 
 
 def _starts_at_cursor(document: Document, index: int) -> bool:
-    """Whether a segment starts where the cursor is."""
     return abs(document.editor.segments[index].start - document.view.cursor) <= SAME_TIME
 
 

@@ -1,13 +1,12 @@
 """The list of the track's segments.
 
-What has changed is told to the view as one run of rows, found by
-:func:`forcelab.segment_edits.splice`: a stroke on a track of 10,000 segments costs one comparison
-of two tuples.
+Changes reach the view as one run of rows, found by :func:`forcelab.segment_edits.splice`: a
+stroke on a track of 10,000 segments costs one comparison of two tuples.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_left
 from collections.abc import Callable, Mapping
 from operator import attrgetter
 from typing import Any, Literal, cast
@@ -53,8 +52,9 @@ from forcelab.gui.icons import icon
 from forcelab.gui.item_views import NOWHERE, Index, SideList
 from forcelab.gui.label.segment_commands import for_current_segment
 from forcelab.gui.label.swatches import paint_swatch, style_of
-from forcelab.gui.label.track_rows import MARK, origin_text, paint_proposed
-from forcelab.gui.label.tracks import relabel_menu, shown_name
+from forcelab.gui.label.track_gestures import index_at
+from forcelab.gui.label.track_menus import add_relabel_menu, shown_name
+from forcelab.gui.label.track_painting import MARK, origin_text, paint_proposed
 from forcelab.gui.layout import PageOrPlaceholder, search_field, whole_rows
 from forcelab.gui.theme import colours, themes
 from forcelab.labels import Segment, Segments
@@ -76,17 +76,8 @@ _ORDERS: dict[int, Callable[[Segment], Any]] = {
 class SegmentModel(QAbstractTableModel):
     """Rows for a table of the coder's segments, filtered and sorted.
 
-    Parameters
-    ----------
-    document : Document
-        Whose track is shown, and which carries out what is typed into a cell.
-
-    Attributes
-    ----------
-    rows : tuple of Segment
-        What is shown, from the first row to the last.
-    origins : mapping of Segment to Origin
-        Those of the track's segments that a model proposed.
+    `rows` are the shown segments from the first row to the last; `origins` has those of the track's
+    segments that a model proposed.
     """
 
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
@@ -99,17 +90,17 @@ class SegmentModel(QAbstractTableModel):
         self._column, self._descending = START, False
         self._current: Segment | None = None
 
-    # What is shown
+    # Rows
 
     def refresh(self) -> None:
-        """Show the track as it is now, telling views about the rows that differ only."""
+        """Show the track as it is now, telling views only about rows that differ."""
         self._source, self.origins = self.document.editor.segments, self.document.origins()
-        self._renew()
+        self._update_rows()
         self.follow(self.document.view.cursor)
 
-    def _renew(self) -> None:
+    def _update_rows(self) -> None:
         """Tell views about the rows that come, go or change."""
-        rows = self._arranged()
+        rows = self._ordered_rows()
         position, removed, inserted = splice(self.rows, rows)
         common = min(len(removed), len(inserted))
         if common:
@@ -128,29 +119,27 @@ class SegmentModel(QAbstractTableModel):
         self.rows = rows
 
     def clear(self) -> None:
-        """Show nothing."""
         self.beginResetModel()
         self.rows, self._source, self._current, self.origins = (), (), None, {}
         self.endResetModel()
 
     def set_filter(self, text: str) -> None:
-        """Show only segments whose action contains this text, in capitals or not."""
+        """Show only segments whose action contains this text, ignoring case."""
         text = text.strip().casefold()
         if text != self._filter:
             self._filter = text
-            self._renew()
+            self._update_rows()
 
     def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
-        """Put the rows in the order of a column."""
         self._column, self._descending = column, order == Qt.SortOrder.DescendingOrder
         self.beginResetModel()
-        self.rows = self._arranged()
+        self.rows = self._ordered_rows()
         self.endResetModel()
 
     def follow(self, cursor: float) -> None:
         """Mark the segment under the cursor."""
-        index = bisect_right(self._source, cursor, key=_start) - 1
-        under = self._source[index] if index >= 0 and cursor < self._source[index].end else None
+        index = index_at(self._source, cursor)
+        under = None if index is None else self._source[index]
         if under is not self._current:
             before, self._current = self._current, under
             for segment in (before, under):
@@ -159,7 +148,7 @@ class SegmentModel(QAbstractTableModel):
 
     def row_of(self, segment: Segment) -> int | None:
         """Where a segment is shown, if it is."""
-        if self._natural:
+        if self._in_time_order:
             row = bisect_left(self.rows, segment.start, key=_start)
             return row if row < len(self.rows) and self.rows[row] == segment else None
         try:
@@ -167,27 +156,27 @@ class SegmentModel(QAbstractTableModel):
         except ValueError:
             return None
 
-    def number_of(self, row: int) -> int | None:
-        """Which of the document's segments a row shows, from 0; None if it is there no more."""
+    def index_in_track(self, row: int) -> int | None:
+        """The index of a row's segment in the document; None if it is no longer there."""
         if not 0 <= row < len(self.rows):
             return None
         return self.document.editor.index_of(self.rows[row])
 
     @property
-    def _natural(self) -> bool:
+    def _in_time_order(self) -> bool:
         """Whether the rows are in order of time; segments that never overlap also end in it."""
         return self._column in (NUMBER, START, END) and not self._descending
 
-    def _arranged(self) -> Segments:
-        """The segments that the filter lets through, in order."""
+    def _ordered_rows(self) -> Segments:
+        """The filtered segments, in order."""
         rows = self._source
         if self._filter:
-            wanted = {
+            matching = {
                 action
                 for action in {segment.action for segment in rows}
                 if self._filter in action.casefold()
             }
-            rows = tuple(segment for segment in rows if segment.action in wanted)
+            rows = tuple(segment for segment in rows if segment.action in matching)
         if self._column in _ORDERS:
             rows = tuple(sorted(rows, key=_ORDERS[self._column], reverse=self._descending))
         elif self._descending:
@@ -197,17 +186,14 @@ class SegmentModel(QAbstractTableModel):
     # What Qt asks
 
     def rowCount(self, parent: Index = NOWHERE) -> int:
-        """How many segments are shown."""
         return 0 if parent.isValid() else len(self.rows)
 
     def columnCount(self, parent: Index = NOWHERE) -> int:
-        """Number, action, start, end and duration."""
         return 0 if parent.isValid() else 5
 
     def headerData(
         self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
     ) -> Any:
-        """The names of the columns."""
         if orientation != Qt.Orientation.Horizontal:
             return None
         if role == Qt.ItemDataRole.TextAlignmentRole:
@@ -216,43 +202,34 @@ class SegmentModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.ToolTipRole and section >= START:
             return "In seconds"
         if role == Qt.ItemDataRole.DisplayRole:
-            return (
-                "#",
-                "Action",
-                "Start",
-                "End",
-                "Duration",
-            )[section]
+            return ("#", "Action", "Start", "End", "Duration")[section]
         return None
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        """What a cell shows."""
         if not index.isValid() or index.row() >= len(self.rows):
             return None
         segment, column = self.rows[index.row()], index.column()
         if role == Qt.ItemDataRole.DisplayRole:
-            return self.shown(index.row(), column)
+            return self.cell_text(index.row(), column)
         if role == Qt.ItemDataRole.EditRole:
             return segment.action if column == ACTION else _as_typed(_time(segment, column))
         if role in (Qt.ItemDataRole.ToolTipRole, Qt.ItemDataRole.AccessibleDescriptionRole):
             tip = role == Qt.ItemDataRole.ToolTipRole
-            return self._more(segment, with_action=tip and column == ACTION)
+            return self._tooltip(segment, with_action=tip and column == ACTION)
         return None
 
-    def _more(self, segment: Segment, with_action: bool) -> str | None:
-        """Who proposed a segment, below the action where that may be cut off in its cell."""
+    def _tooltip(self, segment: Segment, with_action: bool) -> str | None:
+        """Which model proposed a segment, below the action if that may be cut off."""
         action = segment.action if with_action else ""
         proposed = origin_text(self.origins.get(segment))
         return "\n".join(filter(None, (action, proposed))) or None
 
     def under_cursor(self, segment: Segment) -> bool:
-        """Whether a segment lies under the cursor."""
         return segment is self._current
 
-    def shown(self, row: int, column: int) -> str:
-        """The text of a cell."""
+    def cell_text(self, row: int, column: int) -> str:
         if column == NUMBER:
-            number = self.number_of(row)
+            number = self.index_in_track(row)
             return "" if number is None else str(number + 1)
         segment = self.rows[row]
         return segment.action if column == ACTION else f"{_time(segment, column):.3f}"
@@ -262,8 +239,8 @@ class SegmentModel(QAbstractTableModel):
         return _SHOWN if index.column() == NUMBER else _EDITABLE
 
     def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
-        """Carry out what was typed; what cannot be is told in one sentence."""
-        number = self.number_of(index.row())
+        """Carry out what was typed; an error is shown as one sentence."""
+        number = self.index_in_track(index.row())
         typed = str(value).strip()
         if role != Qt.ItemDataRole.EditRole or number is None:
             return False
@@ -278,10 +255,10 @@ class SegmentModel(QAbstractTableModel):
                 f"'{typed}' is no time in seconds; type a number such as 1.25.", True
             )
             return False
-        return self._moved(number, index.column(), time)
+        return self._set_time(number, index.column(), time)
 
-    def _moved(self, number: int, column: int, time: float) -> bool:
-        """Give a segment another start, end or duration, within the demonstration."""
+    def _set_time(self, number: int, column: int, time: float) -> bool:
+        """Move a segment's start or end, or set its duration, within the demonstration."""
         segment = self.document.editor.segments[number]
         if column == DURATION:
             time += segment.start
@@ -296,12 +273,12 @@ class SegmentModel(QAbstractTableModel):
 
 
 def _as_typed(time: float) -> str:
-    """A time as one would type it: to the microsecond, without zeros at the end."""
+    """A time as it is typed: to the microsecond, without zeros at the end."""
     return f"{time:.6f}".rstrip("0").rstrip(".")
 
 
 def _time(segment: Segment, column: int) -> float:
-    """What a column shows of a segment, in seconds."""
+    """A column's value of a segment (s)."""
     if column == START:
         return segment.start
     return segment.end if column == END else segment.end - segment.start
@@ -352,14 +329,13 @@ class SegmentRowList(QTableView):
         for column, width in numbers.items():
             name = str(model.headerData(column, Qt.Orientation.Horizontal))
             header.resizeSection(column, max(width + 10, measure(name) + 14))
-        self._drop_columns()
+        self._hide_columns()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Leave columns away where actions could not be read otherwise."""
         super().resizeEvent(event)
-        self._drop_columns()
+        self._hide_columns()
 
-    def _drop_columns(self) -> None:
+    def _hide_columns(self) -> None:
         """Show number and duration if they leave room for eight letters of the action."""
         header = self.horizontalHeader()
         letters = 24 + 8 * self.fontMetrics().averageCharWidth()
@@ -372,11 +348,11 @@ class SegmentRowList(QTableView):
                 self.setColumnHidden(column, room < 0)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Leave keys that label and play to the window; others move about in the table."""
+        """Leave keys that label and play to the window; others navigate in the table."""
         text, editing = event.text(), self.state() == QAbstractItemView.State.EditingState
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not editing:
-            here = self.currentIndex()
-            self.edit(here if here.column() != NUMBER else here.siblingAtColumn(START))
+            current = self.currentIndex()
+            self.edit(current if current.column() != NUMBER else current.siblingAtColumn(START))
         elif (text and text.isprintable()) or event.key() == Qt.Key.Key_Delete:
             event.ignore()
         else:
@@ -390,7 +366,7 @@ class _Header(QHeaderView):
         super().__init__(Qt.Orientation.Horizontal, parent)
 
     def initStyleOptionForIndex(self, option: QStyleOptionHeader, logicalIndex: int) -> None:
-        """Leave the sign away that Qt would draw over a name that is flush right."""
+        """Omit the sign that Qt would draw over a name that is flush right."""
         super().initStyleOptionForIndex(option, logicalIndex)
         option.sortIndicator = QStyleOptionHeader.SortIndicator.None_
 
@@ -421,7 +397,7 @@ class _Delegate(QStyledItemDelegate):
         super().__init__(parent)
         self._model = model
         self._vocabulary, self._theme = model.document.vocabulary, colours()
-        self._looks: dict[str, LabelStyle] = {}
+        self._styles: dict[str, LabelStyle] = {}
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         """Draw a cell, by hand: a style takes many times as long, and strokes shift all rows."""
@@ -437,7 +413,7 @@ class _Delegate(QStyledItemDelegate):
             painter.fillRect(box, tint)
         if under and column == NUMBER:
             painter.fillRect(QRectF(box.left(), box.top(), 3, box.height()), QColor(theme.cursor))
-        text, side = self._model.shown(row, column), RIGHT
+        text, side = self._model.cell_text(row, column), RIGHT
         box.adjust(3, 0, -3, 0)
         if column == ACTION:
             swatch = QRectF(box.left() + 1, round(box.center().y()) - 6, 12, 12)
@@ -455,25 +431,24 @@ class _Delegate(QStyledItemDelegate):
         painter.drawText(box, side, text)
 
     def _style(self, name: str) -> LabelStyle:
-        """How an action is drawn, looked up once."""
+        """How an action is drawn, cached."""
         vocabulary = self._model.document.vocabulary
         if vocabulary is not self._vocabulary or colours() is not self._theme:
-            self._vocabulary, self._theme, self._looks = vocabulary, colours(), {}
-        if name not in self._looks:
-            self._looks[name] = style_of(vocabulary, name)
-        return self._looks[name]
+            self._vocabulary, self._theme, self._styles = vocabulary, colours(), {}
+        if name not in self._styles:
+            self._styles[name] = style_of(vocabulary, name)
+        return self._styles[name]
 
     def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QWidget:
-        """A list of the actions, or a line for a number."""
+        """A list of the actions, or a field for a number."""
         if index.column() != ACTION:
             return super().createEditor(parent, option, index)
         editor = QComboBox(parent)
         editor.addItems(list(self._model.document.vocabulary.names))
-        editor.activated.connect(lambda: self._chosen(editor))
+        editor.activated.connect(lambda: self._action_chosen(editor))
         return editor
 
     def setEditorData(self, editor: QWidget, index: Index) -> None:
-        """Begin with what is there."""
         if isinstance(editor, QComboBox):
             editor.setCurrentText(str(index.data()))
             editor.showPopup()
@@ -481,14 +456,13 @@ class _Delegate(QStyledItemDelegate):
             super().setEditorData(editor, index)
 
     def setModelData(self, editor: QWidget, model: QAbstractItemModel, index: Index) -> None:
-        """Hand over what was chosen or typed."""
         if isinstance(editor, QComboBox):
             model.setData(cast(QModelIndex, index), editor.currentText())
         else:
             super().setModelData(editor, model, index)
 
-    def _chosen(self, editor: QComboBox) -> None:
-        """An action was chosen from the list: that is all there is to edit."""
+    def _action_chosen(self, editor: QComboBox) -> None:
+        """Choosing an action from the list ends editing."""
         self.commitData.emit(editor)
         self.closeEditor.emit(editor)
 
@@ -511,35 +485,33 @@ class SegmentTable(SideList):
         self.table.selectionModel().currentRowChanged.connect(self._row_chosen)
         self.table.clicked.connect(self._row_clicked)
         self.table.horizontalHeader().sortIndicatorChanged.connect(self._show_selection)
-        self._pages = PageOrPlaceholder(self.table)
-        self._pages.note.setMargin(4)  # in a small window there is room for two lines
+        self.pages = PageOrPlaceholder(self.table)
+        self.pages.note.setMargin(4)  # in a small window there is room for two lines
         self.column.addWidget(self.filter)
-        self.column.addWidget(self._pages, 1)
+        self.column.addWidget(self.pages, 1)
         self._syncing = False
-        document.tracks_changed.connect(self._refresh)
+        document.tracks_changed.connect(self.refresh)
         document.selection_changed.connect(self._show_selection)
         document.vocabulary_changed.connect(self._repaint)
         document.view.cursor_moved.connect(self._follow)
         document.demonstration_changed.connect(self.table.fit_columns)
-        document.demonstration_changed.connect(self._refresh)
+        document.demonstration_changed.connect(self.refresh)
         themes().changed.connect(self._repaint)
-        self._say_empty()
+        self._update_placeholder()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Catch up with what happened while it was hidden."""
+        """Show what changed while it was hidden."""
         super().showEvent(event)
-        self._refresh()
+        self.refresh()
         self._show_selection()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Let go of the rows."""
         super().hideEvent(event)
         self._syncing = True
         self.model.clear()
         self._syncing = False
 
-    def _refresh(self) -> None:
-        """Show the track as it is now."""
+    def refresh(self) -> None:
         if not self.isVisible():
             return
         self._syncing = True
@@ -547,29 +519,27 @@ class SegmentTable(SideList):
         self._syncing = False
         if self.model.rows is not self.document.editor.segments:
             self.table.viewport().update()  # rows that stay may have other numbers
-        self._say_empty()
+        self._update_placeholder()
         self._show_selection()
 
     def _follow(self, cursor: float) -> None:
-        """Mark the segment under the cursor."""
         if self.isVisible():
             self.model.follow(cursor)
 
     def _repaint(self) -> None:
-        """Draw the rows again, which look otherwise now."""
+        """Redraw the rows, which look different now."""
         self.table.setPalette(self.palette())
         self.table.viewport().update()
 
     def _filter_changed(self, text: str) -> None:
-        """Show what the filter lets through."""
         self._syncing = True
         self.model.set_filter(text)
         self._syncing = False
-        self._say_empty()
+        self._update_placeholder()
         self._show_selection()
 
-    def _say_empty(self) -> None:
-        """Say why there is nothing to see, where there is nothing."""
+    def _update_placeholder(self) -> None:
+        """Say why the table is empty, where it is."""
         if self.model.rows:
             text = ""
         elif self.document.demonstration is None:
@@ -579,10 +549,10 @@ class SegmentTable(SideList):
         else:
             # The track itself says how to begin.
             text = "No segments yet: what you label is listed here."
-        self._pages.say(text)
+        self.pages.say(text)
 
     def _show_selection(self) -> None:
-        """Choose the row of the selected segment, and bring it into view."""
+        """Choose the row of the selected segment, and scroll to it."""
         if not self.isVisible():
             return
         number, track = self.document.selected, self.document.editor.segments
@@ -603,7 +573,7 @@ class SegmentTable(SideList):
         """Select the segment of the row and go to its start."""
         if self._syncing or not index.isValid():
             return
-        number = self.model.number_of(index.row())
+        number = self.model.index_in_track(index.row())
         if number is None:
             return
         segment = self.document.editor.segments[number]
@@ -614,8 +584,8 @@ class SegmentTable(SideList):
         self._syncing = False
 
     def _row_clicked(self, index: QModelIndex) -> None:
-        """Go to the start once more when the row that is chosen already is clicked."""
-        number = self.model.number_of(index.row())
+        """Go to the start again when the chosen row is clicked."""
+        number = self.model.index_in_track(index.row())
         if number is None:
             return
         away = abs(self.document.view.cursor - self.document.editor.segments[number].start) > SLIVER
@@ -625,8 +595,7 @@ class SegmentTable(SideList):
     # Keys and menus
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Delete takes the chosen segment away."""
-        number = self.model.number_of(self.table.currentIndex().row())
+        number = self.model.index_in_track(self.table.currentIndex().row())
         if event.key() == Qt.Key.Key_Delete and number is not None:
             self.document.editor.delete(number)
             event.accept()
@@ -634,19 +603,18 @@ class SegmentTable(SideList):
         super().keyPressEvent(event)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Offer what can be done with the chosen segment."""
         if (menu := self.menu()) is not None:
             menu.exec(event.globalPos())
             menu.deleteLater()
 
     def menu(self) -> QMenu | None:
-        """What can be done with the chosen segment; None where none is chosen."""
-        number = self.model.number_of(self.table.currentIndex().row())
+        """The chosen segment's menu; None where none is chosen."""
+        number = self.model.index_in_track(self.table.currentIndex().row())
         if number is None:
             return None
         document, segment = self.document, self.document.editor.segments[number]
         menu = QMenu(self)
-        relabel_menu(menu, document, segment)
+        add_relabel_menu(menu, document, segment)
         fill = menu.addAction("Mark as range")
         fill.triggered.connect(lambda: document.view.set_range(segment.start, segment.end))
         show_only = f"Show only '{shown_name(menu, segment.action)}'"

@@ -5,27 +5,24 @@ from __future__ import annotations
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QIcon, QPainter, QPen, QPixmap
 
-from forcelab.gui.figures.tracks import LabelStyle, paint_texture
+from forcelab.gui.figures.tracks import LabelStyle, action_style, paint_texture
 from forcelab.gui.theme import colours
 from forcelab.vocabulary import Vocabulary
-
-__all__ = ["paint_key", "paint_swatch", "style_of", "swatch_icon"]
 
 
 def style_of(vocabulary: Vocabulary, name: str) -> LabelStyle:
     """How an action of the vocabulary is drawn; one that is not in it is grey."""
-    for action in vocabulary:
-        if action.name == name:
-            return LabelStyle(action.key, QColor(action.colour), action.texture)
+    if name in vocabulary:
+        return action_style(vocabulary[name])
     return LabelStyle("", QColor(colours().frame))
 
 
-def paint_swatch(painter: QPainter, box: QRectF, look: LabelStyle) -> None:
+def paint_swatch(painter: QPainter, box: QRectF, style: LabelStyle) -> None:
     """Fill a box with an action's colour and texture, framed so that black shows on dark."""
     painter.save()
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing, look.texture > 0)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing, style.texture > 0)
     painter.setClipRect(box)
-    paint_texture(painter, box, look)
+    paint_texture(painter, box, style)
     painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.setPen(QPen(QColor(colours().frame), 0))
@@ -34,7 +31,7 @@ def paint_swatch(painter: QPainter, box: QRectF, look: LabelStyle) -> None:
 
 
 def swatch_icon(colour: str, texture: int = 0) -> QIcon:
-    """A small picture of a look, for menus; twice as fine as the screen."""
+    """A small swatch for menus; twice as fine as the screen."""
     picture = QPixmap(32, 32)
     picture.setDevicePixelRatio(2.0)
     picture.fill(Qt.GlobalColor.transparent)

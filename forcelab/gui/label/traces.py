@@ -50,20 +50,20 @@ from forcelab.signals.minmax import Columns, Envelope, Extremes, drawn_together,
 #: Heights of names and of a line of text, in pixels.
 NAME, LINE = 11.0, 14.0
 #: Least height of a line of two and of a line alone.
-LEAST, SMALLEST = 11.0, 9.0
+TWO_LINES, ONE_LINE = 11.0, 9.0
 #: Where names start, with and without the brackets of groups left of them.
-BESIDE, ALONE = 20.0, 6.0
+NAMES_BESIDE_BRACKET, NAMES_LEFT = 20.0, 6.0
 #: Width of a value at the cursor: names and values end where the axis' numbers may begin.
 VALUE_WIDTH = 40.0
 #: A value from here on, as a glitch beyond its axis has, is written with a power of ten.
-LONGEST_NAME = 1e9
+LARGEST_PLAIN = 1e9
 
 
 def number_format(value: float | None, span: float) -> str:
     """A value with as many decimals as can be told apart on its axis; a dash for none."""
     if value is None:
         return "\N{EN DASH}"
-    if not 1e-4 <= span < 1e5 or abs(value) >= LONGEST_NAME:
+    if not 1e-4 <= span < 1e5 or abs(value) >= LARGEST_PLAIN:
         return text.signed(f"{value:.2e}")
     power = math.floor(math.log10(span))
     decimals = max(3 - power, 0) if power >= 0 else 2 - power
@@ -72,21 +72,10 @@ def number_format(value: float | None, span: float) -> str:
 
 @dataclass(frozen=True, slots=True)
 class LaneTexts:
-    """What is written of a lane.
+    """The texts of a lane, with names from `left` on in a gutter that ends at `right` (pixels).
 
     In a high lane a value at the cursor stands below the name of its channel, in a low one behind
     it; where there is no room for it in the gutter, it stands at the cursor.
-
-    Parameters
-    ----------
-    lane : Lane
-    axis : Axis
-        The lane's.
-    channels : sequence of Channel
-        All channels of the recording.
-    left, right : float
-        Where names start and where the gutter ends, in pixels.
-    theme : Colours
     """
 
     lane: Lane
@@ -102,13 +91,7 @@ class LaneTexts:
         return self._lines[0] == 1 and not self._behind_name
 
     def paint_names(self, painter: QPainter) -> list[QRectF]:
-        """Write the names of the channels, and the unit where there is room for it.
-
-        Returns
-        -------
-        list of QRectF
-            What they and the values at the cursor take up.
-        """
+        """Write the channels' names, and the unit where it has room; gives the boxes of texts."""
         lane, right, muted = self.lane, self.right, QColor(self.theme.muted)
         size = min(NAME, self._lines[1])
         small = text.font(min(NUMBER, size))
@@ -122,7 +105,7 @@ class LaneTexts:
             )
             taken.append(place)
         x = self.left
-        for column, y, below in self._spots():
+        for column, y, below in self._name_places():
             room = right - x - (6 if alone else VALUE_WIDTH)
             face = text.font(size, bold=True)
             name = self.channels[column].name
@@ -144,7 +127,7 @@ class LaneTexts:
     def paint_values(self, painter: QPainter, values: Mapping[str, float | None]) -> None:
         """Write the values at the cursor below the names or behind them, where they have room."""
         face, ink = text.font(NUMBER), QColor(self.theme.text)
-        for column, y, below in self._spots():
+        for column, y, below in self._name_places():
             shown = self._shown(column, values)
             if self._behind_name:
                 shown = text.elided(shown, face, VALUE_WIDTH)
@@ -175,8 +158,8 @@ class LaneTexts:
     def _lines(self) -> tuple[int, float]:
         """How many lines of text each channel has room for, and the height of one."""
         room = (self.lane.height - 2) / len(self.lane.channels)
-        rows = 2 if room >= 2 * LEAST else 1
-        return rows, max(min(LINE, room / rows), LEAST if rows == 2 else SMALLEST)
+        rows = 2 if room >= 2 * TWO_LINES else 1
+        return rows, max(min(LINE, room / rows), TWO_LINES if rows == 2 else ONE_LINE)
 
     @property
     def _behind_name(self) -> bool:
@@ -188,7 +171,7 @@ class LaneTexts:
         wide = text.width(name, text.font(min(NAME, line), bold=True))
         return wide <= self.right - 8 - VALUE_WIDTH - self.left
 
-    def _spots(self) -> list[tuple[int, float, float]]:
+    def _name_places(self) -> list[tuple[int, float, float]]:
         """Channel, height of its name and of its value, for those with room; NaN without value."""
         rows, line = self._lines
         first = self.lane.top + 1 + line / 2
@@ -200,15 +183,14 @@ class LaneTexts:
         ]
 
     def _shown(self, column: int, values: Mapping[str, float | None]) -> str:
-        """The value of a channel in words."""
         span = self.axis.end - self.axis.start
         return number_format(values.get(self.channels[column].name), span)
 
 
 #: Up to so many samples are read at once, in some 10 ms; more are read in the background.
 SYNCHRONOUS_SAMPLES = 500_000
-#: Seconds between two drawings of what was read so far.
-RANGE_MARGIN = 0.1
+#: Seconds between two drawings while channels are read.
+REDRAW_SECONDS = 0.1
 
 Real = NDArray[np.float64]
 Gaps = Real
@@ -216,40 +198,20 @@ Gaps = Real
 
 
 def _gaps(demonstration: Demonstration) -> Generator[Progress, None, Gaps]:
-    """Find the gaps of a demonstration."""
     yield Progress(0, 1, "looking for gaps")
     return np.array(demonstration.gaps, dtype=np.float64).reshape(-1, 2).T
 
 
 class ForceChannels(QObject):
-    """The channels of the open demonstration.
+    """The channels of the open demonstration, which of them are shown, and how.
 
-    Parameters
-    ----------
-    document : Document
-        Whose demonstration is drawn.
-    jobs : Jobs
-        Runs the reading of long demonstrations.
-
-    Attributes
-    ----------
-    channels : tuple of Channel
-        All of them, in the order of the recording.
-    gaps : ndarray, shape (2, g)
-        Starts and ends of the gaps in seconds, once they are known.
-    overlaid, autoscale : bool
-        Whether the channels of one unit share an axis; whether axes follow what is visible.
-
-    Signals
-    -------
-    choices_changed()
-        Other channels are shown, or in another way.
-    grown()
-        More was read.
+    `gaps` are the starts and ends (s) of the gaps, shape (2, g), once they are known; `overlaid`
+    channels of one unit share an axis, and with `autoscale` axes follow what is visible.
+    `choices_changed` tells of other channels or another way to show them, `grown` of more data.
     """
 
     choices_changed = Signal()
-    grown = Signal()
+    data_read = Signal()
 
     def __init__(self, document: Document, jobs: Jobs, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -263,30 +225,28 @@ class ForceChannels(QObject):
         self.gaps: Gaps = np.empty((2, 0))
         self.overlaid = False
         self.autoscale = False
-        document.demonstration_changed.connect(self._take)
-        self._take()
+        document.demonstration_changed.connect(self._open)
+        self._open()
 
-    # What there is
+    # Data
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of all channels."""
         return tuple(channel.name for channel in self.channels)
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """The names of those that are shown."""
         return tuple(name for name in self.names if name not in self._hidden)
 
     @property
     def read(self) -> float:
         """Which share of the shown channels was read, from 0 to 1."""
-        wanted = [self._envelopes[name] for name in self.shown]
-        total = sum(len(envelope) for envelope in wanted)
-        return sum(envelope.filled for envelope in wanted) / total if total else 1.0
+        envelopes = [self._envelopes[name] for name in self.shown]
+        total = sum(len(envelope) for envelope in envelopes)
+        return sum(envelope.filled for envelope in envelopes) / total if total else 1.0
 
     def envelope(self, name: str) -> Envelope:
-        """The envelope of a channel that is shown."""
+        """The envelope of a shown channel."""
         return self._envelopes[name]
 
     def glitches(self, name: str, start: float, end: float) -> tuple[Real, NDArray[np.bool_]]:
@@ -307,11 +267,11 @@ class ForceChannels(QObject):
         return Columns(demonstration.times, edges, GAP_PERIODS * demonstration.period)
 
     def drawn(self, names: Sequence[str], columns: Columns) -> dict[str, Extremes]:
-        """What is drawn of some channels that are shown, by their names."""
+        """The extremes of some shown channels in each column, by their names."""
         if not names:
             return {}
-        found = drawn_together([self._envelopes[name] for name in names], columns)
-        return dict(zip(names, found, strict=True))
+        extremes = drawn_together([self._envelopes[name] for name in names], columns)
+        return dict(zip(names, extremes, strict=True))
 
     def values_at(self, seconds: float) -> dict[str, float | None]:
         """The last sample of each shown channel at or before a time.
@@ -330,10 +290,10 @@ class ForceChannels(QObject):
         values = {name: float(self._envelopes[name].values[last]) for name in self.shown}
         return {name: value if np.isfinite(value) else None for name, value in values.items()}
 
-    # What is wanted
+    # Choices
 
     def set_shown(self, name: str, shown: bool) -> None:
-        """Show or hide a channel; the choice is kept by its name."""
+        """Show or hide a channel; the choice is stored by its name."""
         if shown != (name in self._hidden):
             return
         self._hidden ^= {name}
@@ -341,7 +301,6 @@ class ForceChannels(QObject):
         self.choices_changed.emit()
 
     def show_all(self) -> None:
-        """Show every channel."""
         if self._hidden & set(self.names):
             self._hidden -= set(self.names)
             self._read()
@@ -360,13 +319,11 @@ class ForceChannels(QObject):
             self.choices_changed.emit()
 
     def save_choices(self) -> None:
-        """Remember what is wanted."""
         settings.store("force/hidden", sorted(self._hidden))
         settings.store("force/overlaid", self.overlaid)
         settings.store("force/autoscale", self.autoscale)
 
     def restore_choices(self) -> None:
-        """Want again what was remembered."""
         self._hidden = set(settings.strings("force/hidden"))
         self.overlaid = settings.flag("force/overlaid")
         self.autoscale = settings.flag("force/autoscale")
@@ -375,8 +332,8 @@ class ForceChannels(QObject):
 
     # Reading
 
-    def _take(self) -> None:
-        """Take over another demonstration; a new video clock leaves its samples as they are."""
+    def _open(self) -> None:
+        """Read another demonstration; a new video clock leaves its samples as they are."""
         demonstration = self._document.demonstration
         if demonstration is not None and self._document.id == self._id:
             return
@@ -390,7 +347,7 @@ class ForceChannels(QObject):
             if demonstration.signals.size <= SYNCHRONOUS_SAMPLES:
                 self.gaps = finish(_gaps(demonstration))
             else:
-                self._jobs.run(_gaps(demonstration), self._got_gaps, key="force gaps")
+                self._jobs.run(_gaps(demonstration), self._gaps_found, key="force gaps")
         self._read()
         self.choices_changed.emit()
 
@@ -403,44 +360,44 @@ class ForceChannels(QObject):
         for column, name in enumerate(self.names):
             if name not in self._hidden and name not in self._envelopes:
                 self._envelopes[name] = Envelope(demonstration.signals, column)
-        wanted = [self._envelopes[name] for name in self.shown]
-        wanted = [envelope for envelope in wanted if envelope.filled < len(envelope)]
+        envelopes = [self._envelopes[name] for name in self.shown]
+        envelopes = [envelope for envelope in envelopes if envelope.filled < len(envelope)]
         if demonstration.signals.size <= SYNCHRONOUS_SAMPLES:
-            finish(read_envelopes(wanted))
-        elif wanted:
+            finish(read_envelopes(envelopes))
+        elif envelopes:
             key = "force envelopes"
-            self._jobs.run(read_envelopes(wanted), self._got_all, progress=self._got_some, key=key)
+            self._jobs.run(
+                read_envelopes(envelopes),
+                self._envelopes_read,
+                progress=self._redraw_sometimes,
+                key=key,
+            )
 
-    def _got_gaps(self, gaps: Gaps) -> None:
-        """The gaps were found."""
+    def _gaps_found(self, gaps: Gaps) -> None:
         self.gaps = gaps
-        self.grown.emit()
+        self.data_read.emit()
 
-    def _got_all(self, _: object) -> None:
-        """All that is shown was read."""
-        self.grown.emit()
+    def _envelopes_read(self, _: object) -> None:
+        self.data_read.emit()
 
-    def _got_some(self, _: object) -> None:
-        """Some more was read; it is drawn now and then."""
+    def _redraw_sometimes(self, _: object) -> None:
+        """Redraw now and then while more is read."""
         now = time.monotonic()
-        if now - self._drawn_at >= RANGE_MARGIN:
+        if now - self._drawn_at >= REDRAW_SECONDS:
             self._drawn_at = now
-            self.grown.emit()
+            self.data_read.emit()
 
 
 #: Samples at least so many pixels apart are dotted.
-MISMATCH_RATIO = 7
-#: So many pixels at the right are of notes, and of values beside the cursor that would cover them.
+DOT_DISTANCE = 7
+#: Pixels at the right that notes cover, or values beside the cursor that would cover notes.
 NOTES = 260.0
 
 
 class ForcePanel(TimePanel):
     """All channels on the common time axis, each on its own vertical axis or one for each unit.
 
-    Attributes
-    ----------
-    source : ForceChannels
-        The channels and what is shown of them; the overview draws from it too.
+    The overview draws from `source`, too.
     """
 
     #: The values at the cursor stand beside it, and in the gutter.
@@ -453,11 +410,11 @@ class ForcePanel(TimePanel):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMinimumHeight(80)
         self.source = ForceChannels(document, jobs, self)
-        self._axes: tuple[tuple[Lane, Axis], ...] = ()
+        self.axes: tuple[tuple[Lane, Axis], ...] = ()
         self._canvas = CurveCanvas(self.plot, 1.0)
         self._noted_left = False
         self.source.choices_changed.connect(self.invalidate)
-        self.source.grown.connect(self.invalidate)
+        self.source.data_read.connect(self.invalidate)
 
     def menu(self) -> QMenu:
         """The panel's menu, for a right click, the menu key and the window's own menus."""
@@ -476,82 +433,78 @@ class ForcePanel(TimePanel):
         return menu
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Offer the menu."""
         menu = self.menu()
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(event.globalPos())
 
     def event(self, event: QEvent) -> bool:
-        """Tell the whole name and the unit of a channel whose name is pointed at."""
+        """Show the whole name and the unit of a channel as a tooltip."""
         if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
-            told = self._gutter_tip(event.pos().x(), event.pos().y())
-            QToolTip.showText(event.globalPos(), told, self)
+            tip = self.gutter_tip(event.pos().x(), event.pos().y())
+            QToolTip.showText(event.globalPos(), tip, self)
             return True
         return super().event(event)
 
     # Drawing
 
     def paint_content(self, painter: QPainter, plot: QRectF) -> None:
-        """Draw the curves, or what was read of them so far."""
-        now = colours()
+        """Draw the curves, as far as they are read."""
+        theme = colours()
         strips = lanes(
             self.source.channels, self.source.shown, plot.height(), overlaid=self.source.overlaid
         )
         if not strips:
-            self._axes = ()
+            self.axes = ()
             face = text.font(12)
             sentence = "Every channel is hidden; the menu of this panel shows them again."
             sentence = text.elided(sentence, face, plot.width() - 16)
             at = plot.center()
-            ink = QColor(now.muted)
+            ink = QColor(theme.muted)
             text.draw_text(painter, at.x(), at.y(), sentence, face=face, ink=ink, align=0.5)
             return
         canvas = self._canvas = self._canvas.cleared(plot, painter.device().devicePixelRatioF())
         columns = self.source.columns(self._times(canvas.edges()))
-        found = self.source.drawn(self.source.shown, columns)
+        extremes = self.source.drawn(self.source.shown, columns)
         names = self.source.names
-        self._axes = tuple(
-            (lane, axis_of(lane, self._span([names[i] for i in lane.channels], found)))
+        self.axes = tuple(
+            (lane, axis_of(lane, self._span([names[i] for i in lane.channels], extremes)))
             for lane in strips
         )
-        paint_gaps(painter, self, self.source.gaps, plot, now)
-        paint_ground(painter, self._axes, plot, now)
+        paint_gaps(painter, self, self.source.gaps, plot, theme)
+        paint_ground(painter, self.axes, plot, theme)
         drawn = [
-            (i, Curve(found[names[i]], axis, curve_colour(i, now), (lane.top, lane.bottom)))
-            for lane, axis in self._axes
+            (i, Curve(extremes[names[i]], axis, curve_colour(i, theme), (lane.top, lane.bottom)))
+            for lane, axis in self.axes
             for i in lane.channels
         ]
-        if columns.samples * MISMATCH_RATIO <= plot.width():
+        if columns.samples * DOT_DISTANCE <= plot.width():
             for i, curve in drawn:
                 canvas.draw([curve])
                 self._paint_samples(canvas, columns, i, curve)
         else:
             canvas.draw([curve for _, curve in drawn])
         canvas.paint(painter)
-        wild = self._paint_glitches(painter, now)
-        self._paint_notes(painter, plot, columns, wild, now)
+        glitches = self._paint_glitches(painter, theme)
+        self._paint_notes(painter, plot, columns, glitches, theme)
 
     def gutter_shows(self) -> object:
-        """Lanes, axes and channels."""
-        return self._axes, self.source.channels
+        return self.axes, self.source.channels
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
-        """Draw names and vertical axes."""
-        now = colours()
-        painter.fillRect(box, QColor(now.panel))
-        strips = [lane for lane, _ in self._axes]
+        theme = colours()
+        painter.fillRect(box, QColor(theme.panel))
+        strips = [lane for lane, _ in self.axes]
         named = {lane.group: self._sensor(lane.group) for lane in strips}
-        paint_groups(painter, strips, named, now)
-        for lane, axis in self._axes:
-            taken = self._texts(lane, axis).paint_names(painter)
-            paint_axis(painter, lane, axis, box.right(), taken, now)
+        paint_groups(painter, strips, named, theme)
+        for lane, axis in self.axes:
+            taken = self._lane_texts(lane, axis).paint_names(painter)
+            paint_axis(painter, lane, axis, box.right(), taken, theme)
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
-        """Write the values at the cursor."""
         cursor = self.document.view.cursor
         values, x = self.source.values_at(cursor), self.x_at(cursor)
-        for lane, axis in self._axes:
-            texts = self._texts(lane, axis)
+        for lane, axis in self.axes:
+            texts = self._lane_texts(lane, axis)
             texts.paint_values(painter, values)
             if texts.tagged and plot.left() <= x <= plot.right():
                 texts.paint_tag(painter, values, x, plot)
@@ -561,38 +514,34 @@ class ForcePanel(TimePanel):
     @property
     def _notes_left(self) -> bool:
         """Whether notes give way to the values at the cursor."""
-        tags = bool(self._axes) and self._texts(*self._axes[0]).tagged
+        tags = bool(self.axes) and self._lane_texts(*self.axes[0]).tagged
         return tags and self.x_at(self.document.view.cursor) > self.plot.right() - NOTES
 
-    def _texts(self, lane: Lane, axis: Axis) -> LaneTexts:
-        """What is written of a lane."""
+    def _lane_texts(self, lane: Lane, axis: Axis) -> LaneTexts:
         return LaneTexts(lane, axis, self.source.channels, self._left, self.GUTTER, colours())
 
     def _marks_moved(self, *_: object) -> None:
-        """Put the notes to the other side when the cursor comes to where they are."""
+        """Move the notes to the other side when the cursor comes to where they are."""
         if self._noted_left != self._notes_left:
             self.invalidate()
         super()._marks_moved()
 
     @property
     def _left(self) -> float:
-        """Where names start."""
-        return BESIDE if any(lane.group for lane, _ in self._axes) else ALONE
+        return NAMES_BESIDE_BRACKET if any(lane.group for lane, _ in self.axes) else NAMES_LEFT
 
     def _times(self, x: Real) -> Real:
-        """The times of pixels."""
         return self.document.view.start + (x - self.GUTTER) * self.seconds_per_pixel
 
     def _sensor(self, group: str) -> str:
-        """What a group is called."""
         return f"sensor {group}" if group.isdigit() else group
 
-    def _span(self, names: list[str], found: dict[str, Extremes]) -> tuple[float, float] | None:
+    def _span(self, names: list[str], extremes: dict[str, Extremes]) -> tuple[float, float] | None:
         """The least and the greatest value that an axis has to hold."""
-        whole = None
+        span = None
         if not self.source.autoscale and self.source.read >= 1.0:
-            whole = spanning(self.source.envelope(name).range for name in names)
-        return whole or spanning(span_of(found[name]) for name in names)
+            span = spanning(self.source.envelope(name).range for name in names)
+        return span or spanning(span_of(extremes[name]) for name in names)
 
     def _paint_samples(self, canvas: CurveCanvas, columns: Columns, i: int, curve: Curve) -> None:
         """Draw a dot at each of the few samples that are visible."""
@@ -605,29 +554,29 @@ class ForcePanel(TimePanel):
         inside = np.abs(x) < 2 * self.width()
         canvas.dots(x[inside], values[inside], curve.axis, curve.colour, curve.box)
 
-    def _paint_glitches(self, painter: QPainter, now: Colours) -> int:
-        """Draw where glitches are that the axes leave out, and count them."""
+    def _paint_glitches(self, painter: QPainter, theme: Colours) -> int:
+        """Draw where glitches are that the axes leave out; gives their number."""
         document, number = self.document, 0
-        for lane, _ in self._axes:
+        for lane, _ in self.axes:
             for i in lane.channels:
                 name = self.source.names[i]
                 times, upwards = self.source.glitches(name, document.view.start, document.view.end)
                 x = self.GUTTER + (times - document.view.start) / self.seconds_per_pixel
-                paint_glitches(painter, x, upwards, (lane.top, lane.bottom), now)
+                paint_glitches(painter, x, upwards, (lane.top, lane.bottom), theme)
                 number += len(times)
         return number
 
     def _paint_notes(
-        self, painter: QPainter, plot: QRectF, columns: Columns, wild: int, now: Colours
+        self, painter: QPainter, plot: QRectF, columns: Columns, glitches: int, theme: Colours
     ) -> None:
-        """Say how much of the data is seen."""
+        """Write how much of the data is drawn."""
         notes = []
-        if wild:
-            one, many = (
-                "1 sample is a glitch, beyond all axes",
-                "{0} samples are glitches, beyond all axes",
+        if glitches:
+            notes.append(
+                "1 sample is a glitch, beyond all axes"
+                if glitches == 1
+                else f"{thousands(glitches)} samples are glitches, beyond all axes"
             )
-            notes.append(one if wild == 1 else many.format(thousands(wild)))
         if columns.pyramid and self.source.read < 1.0:
             share = f"{100 * self.source.read:.0f}"
             notes.append(f"reading the channels: {share} %")
@@ -635,11 +584,10 @@ class ForcePanel(TimePanel):
             count = f"{columns.crowd:.0f}"
             notes.append(f"min/max of {count} samples a pixel")
         self._noted_left = self._notes_left
-        paint_notes(painter, plot, notes, now, at_left=self._noted_left)
+        paint_notes(painter, plot, notes, theme, at_left=self._noted_left)
 
-    def _gutter_tip(self, x: float, y: float) -> str:
-        """What is said of a place in the gutter."""
-        for lane, _ in self._axes:
+    def gutter_tip(self, x: float, y: float) -> str:
+        for lane, _ in self.axes:
             if x < self.GUTTER and lane.top <= y <= lane.bottom:
                 return "\n".join(
                     f"{channel.name} ({channel.unit})" if channel.unit else channel.name
@@ -649,7 +597,6 @@ class ForcePanel(TimePanel):
 
     @staticmethod
     def _entry(menu: QMenu, name: str, checked: bool) -> QAction:
-        """A line of the menu that is on or off."""
         entry = menu.addAction(name)
         entry.setCheckable(True)
         entry.setChecked(checked)

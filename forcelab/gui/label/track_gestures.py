@@ -1,10 +1,8 @@
-"""Mouse gestures on tracks: hit tests, snapping, and the drags that paint, move and split.
+"""Mouse gestures on tracks: hit tests, snapping, and the drags that paint, move and mark.
 
-A time jumps to what a coder can see near the pointer: a contact event, an edge of a segment, a
-video frame, a sample.
-
-A drag previews its result with the very functions that the store's verbs use, so that what is seen
-while dragging is what is there after the release.
+Times snap to what the coder can see near the pointer: contact events, edges of segments, video
+frames, samples. A drag previews its result with the very functions that the store's verbs use, so
+that what is seen while dragging is what is there after the release.
 """
 
 from __future__ import annotations
@@ -14,7 +12,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from operator import attrgetter
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,16 +23,14 @@ from forcelab.gui.view_state import Snap
 from forcelab.labels import Segments
 from forcelab.segment_edits import SLIVER, move_edge, move_segment, paint
 
-if TYPE_CHECKING:
-    from forcelab.gui.document import Document
-
-
 #: Times closer than this are the same, in seconds.
 SAME_TIME = 1e-9
-#: How near the pointer must come to a target, in pixels.
-REACH = 8.0
-#: Samples closer than this many pixels are not told apart by hand: none of them is offered.
-SAMPLES_APART = 4.0
+#: How near the pointer must come to a target to snap to it, in pixels.
+SNAP_REACH = 8.0
+#: A brush that is put down on unlabelled time this near to a segment, in pixels, paints up to it.
+JOIN_REACH = 16.0
+#: Samples closer than this many pixels cannot be told apart by hand: none of them is a target.
+LEAST_SAMPLE_DISTANCE = 4.0
 
 _start = attrgetter("start")
 _end = attrgetter("end")
@@ -42,34 +38,21 @@ _end = attrgetter("end")
 
 @dataclass(frozen=True)
 class SnapTargets:
-    """What times can jump to, all in seconds and increasing.
-
-    Parameters
-    ----------
-    samples : ndarray, shape (n,)
-        The force samples.
-    frames : ndarray, shape (f,)
-        The video frames.
-    contacts : ndarray, shape (e,)
-        Contact events.
-    tracks : sequence of tuple of Segment
-        Tracks whose edges count.
-    marks : sequence of float
-        Few further edges: the demonstration's start and end, the marked range.
-    period : float
-        Median distance of samples.
-    """
+    """What times can snap to, all in seconds and increasing."""
 
     samples: NDArray[np.float64]
     frames: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     contacts: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    #: Tracks whose edges count.
     tracks: Sequence[Segments] = ()
+    #: Few further edges: the demonstration's start and end, the marked range.
     marks: Sequence[float] = ()
+    #: Median distance of samples.
     period: float = 0.0
 
 
 def snap_targets(document: Document) -> SnapTargets:
-    """What times can jump to in a document now; costs nothing, as no track is copied."""
+    """The document's targets; costs nothing, as no track is copied."""
     demonstration, frames = document.demonstration, document.view.frame_times
     return SnapTargets(
         samples=np.empty(0) if demonstration is None else demonstration.times,
@@ -88,32 +71,16 @@ def snap(
     *,
     exclude: Collection[float] = (),
 ) -> Snap | None:
-    """Find the target that a time near it jumps to.
+    """The target that a time (s) snaps to, found in O(log n); None where none is in reach.
 
-    The nearest contact event or edge within :data:`REACH` pixels wins, whatever frames and samples
-    there are: these lie everywhere, events do not. Otherwise it is the nearest frame within reach,
-    and otherwise the nearest sample, if samples are drawn at least :data:`SAMPLES_APART` pixels
-    apart.
+    The nearest contact event or edge within :data:`SNAP_REACH` pixels wins, whatever frames and
+    samples there are: these lie everywhere, events do not. Otherwise it is the nearest frame within
+    reach, and otherwise the nearest sample, if samples are drawn at least
+    :data:`LEAST_SAMPLE_DISTANCE` pixels apart.
 
-    Nothing is offered where nothing is near; :func:`rounded` says which time is taken then.
-
-    Parameters
-    ----------
-    time : float
-        Where the pointer is, in seconds.
-    pixels_per_second : float
-        How far one is zoomed in.
-    targets : Targets
-        What there is to jump to.
-    exclude : collection of float
-        Times that are no targets: where the dragged edge itself is now.
-
-    Returns
-    -------
-    Snap or None
-        The target; None where none is in reach. Takes O(log n) in the number of targets.
+    Times to `exclude` are no targets: where the dragged edge itself is now.
     """
-    reach = REACH / pixels_per_second
+    reach = SNAP_REACH / pixels_per_second
     contact = _nearest(targets.contacts, time, exclude)
     best = None
     if contact is not None and abs(contact - time) <= reach:
@@ -128,15 +95,15 @@ def snap(
     frame = _nearest(targets.frames, time, exclude)
     if frame is not None and abs(frame - time) <= reach:
         return Snap(frame, "frame")
-    if targets.period * pixels_per_second >= SAMPLES_APART:
+    if targets.period * pixels_per_second >= LEAST_SAMPLE_DISTANCE:
         sample = _nearest(targets.samples, time, exclude)
         if sample is not None and abs(sample - time) <= reach:
             return Snap(sample, "sample")
     return None
 
 
-def rounded(time: float, targets: SnapTargets) -> float:
-    """Round a time that jumps to no target to the nearest sample, unseen.
+def round_to_sample(time: float, targets: SnapTargets) -> float:
+    """The nearest sample to a time that snaps to no target.
 
     Times between two samples label the same samples, so that they are all one to a recogniser;
     the sample's own is the one that coders can agree on, and the one that reads ``1.250 s``. In a
@@ -151,17 +118,37 @@ def rounded(time: float, targets: SnapTargets) -> float:
     return nearest if abs(nearest - time) <= targets.period else time
 
 
-def snapped(time: float, pixels_per_second: float, targets: SnapTargets) -> float:
-    """The time that is taken for one: that of the target in reach, or else it is rounded."""
-    found = snap(time, pixels_per_second, targets)
-    return rounded(time, targets) if found is None else found.time
+def snap_or_round(time: float, pixels_per_second: float, targets: SnapTargets) -> float:
+    """The time of the target in reach, or else of the nearest sample."""
+    target = snap(time, pixels_per_second, targets)
+    return round_to_sample(time, targets) if target is None else target.time
+
+
+def snapped_time(document: Document, time: float, pixel: float, *, free: bool) -> float:
+    """A pointed time, snapped unless `free`, within the demonstration."""
+    low, high = document.view.bounds
+    time = min(max(time, low), high)
+    if free or not document.view.snapping:
+        return time
+    return snap_or_round(time, 1 / pixel, snap_targets(document))
+
+
+def adjacent_edge(document: Document, time: float, pixel: float) -> Snap | None:
+    """The edge up to which a brush paints that is put down beside a segment."""
+    if document.action is None or not document.view.snapping:
+        return None
+    edge = edge_beside(document.editor.segments, time, JOIN_REACH * pixel)
+    if edge is None:
+        return None
+    target = snap(time, 1 / pixel, snap_targets(document))
+    # Farther away than anything snaps, what is pointed at counts for more.
+    pointed = target is not None and target.kind in ("contact", "edge")
+    return None if pointed and abs(edge - time) > SNAP_REACH * pixel else Snap(edge, "edge")
 
 
 def is_on_target(time: float, targets: SnapTargets) -> bool:
     """Whether a time is exactly that of an edge, a contact event, a frame or a sample."""
-    near = [
-        _nearest(kind, time, ()) for kind in (targets.contacts, targets.frames, targets.samples)
-    ]
+    near = [_nearest(at, time, ()) for at in (targets.contacts, targets.frames, targets.samples)]
     near.append(_nearest_edge(time, targets, ()))
     return any(at is not None and abs(at - time) <= SAME_TIME for at in near)
 
@@ -187,7 +174,7 @@ def _nearest(times: NDArray[np.float64], time: float, exclude: Collection[float]
     return min((t for t in near if t not in exclude), key=lambda t: abs(t - time), default=None)
 
 
-#: How near to an edge it is grabbed, in pixels.
+#: How near to an edge the pointer grabs it, in pixels.
 EDGE_REACH = 5.0
 #: Segments narrower than this many pixels can be hit from a pixel beside them.
 TINY = 2.0
@@ -197,16 +184,9 @@ Edge = Literal["start", "end"]
 
 @dataclass(frozen=True, slots=True)
 class Hit:
-    """What lies under the pointer.
+    """What lies under the pointer: a segment's index, the edge that can be grabbed, or neither.
 
-    Parameters
-    ----------
-    index : int or None
-        Which segment; None on unlabelled time.
-    edge : "start", "end" or None
-        Which of its edges, where one can be grabbed.
-    inside : bool
-        Whether the pointer is on the segment itself, and not beside its edge.
+    `inside` tells whether the pointer is on the segment itself, and not beside its edge.
     """
 
     index: int | None = None
@@ -221,7 +201,7 @@ def index_at(segments: Segments, time: float) -> int | None:
 
 
 def gap_at(segments: Segments, time: float) -> tuple[float, float] | None:
-    """The unlabelled stretch between two segments around a time, in seconds, if there is one."""
+    """The unlabelled span between two segments around a time, in seconds, if there is one."""
     index = bisect_right(segments, time, key=_end)
     if 0 < index < len(segments) and time < segments[index].start:
         return segments[index - 1].end, segments[index].start
@@ -229,7 +209,7 @@ def gap_at(segments: Segments, time: float) -> tuple[float, float] | None:
 
 
 def edge_beside(segments: Segments, time: float, reach: float) -> float | None:
-    """The nearest edge of the unlabelled stretch around a time; None beyond `reach` seconds."""
+    """The nearest edge of the unlabelled span around a time; None beyond `reach` seconds."""
     index = bisect_right(segments, time, key=_end)
     if index < len(segments) and segments[index].start <= time:
         return None
@@ -240,36 +220,22 @@ def edge_beside(segments: Segments, time: float, reach: float) -> float | None:
 
 
 def hit(segments: Segments, time: float, pixel: float) -> Hit:
-    """Find what is under the pointer.
+    """What is under the pointer, found in O(log n); `pixel` is the seconds in one.
 
     An edge is grabbed from :data:`EDGE_REACH` pixels on either side, but never from more than a
-    third of the segment or of the unlabelled stretch there, so that both stay within reach
+    third of the segment or of the unlabelled span there, so that both stay within reach
     however narrow. A segment narrower than :data:`TINY` pixels is hit from one pixel beside it.
-
-    Parameters
-    ----------
-    segments : tuple of Segment
-        In order, never overlapping.
-    time : float
-        Where the pointer is, in seconds.
-    pixel : float
-        Seconds in one pixel.
-
-    Returns
-    -------
-    Hit
-        Found in O(log n).
     """
     index = bisect_right(segments, time, key=_end)
     tiny = _tiny(segments, time, pixel)
     if tiny is not None:
         return Hit(tiny, None, inside=True)
     if index < len(segments) and segments[index].start <= time:
-        here = segments[index]
-        zone = min(EDGE_REACH * pixel, here.duration / 3)
-        if time - here.start <= zone:
+        segment = segments[index]
+        zone = min(EDGE_REACH * pixel, segment.duration / 3)
+        if time - segment.start <= zone:
             return Hit(index, "start", inside=True)
-        return Hit(index, "end" if here.end - time <= zone else None, inside=True)
+        return Hit(index, "end" if segment.end - time <= zone else None, inside=True)
     before = segments[index - 1].end if index else float("-inf")
     after = segments[index].start if index < len(segments) else float("inf")
     zone = min(EDGE_REACH * pixel, (after - before) / 3)
@@ -285,39 +251,25 @@ def _tiny(segments: Segments, time: float, pixel: float) -> int | None:
     # Where hundreds crowd in a pixel nobody can point at one: those around the time will do.
     middle = bisect_left(segments, time, key=_start)
     near = range(max(first, middle - 2), min(last, middle + 2))
-    tiny = [
-        i
-        for i in near
-        if segments[i].duration < TINY * pixel
-        and abs((segments[i].start + segments[i].end) / 2 - time) <= pixel
-    ]
-    return min(
-        tiny, key=lambda i: abs((segments[i].start + segments[i].end) / 2 - time), default=None
-    )
+
+    def distance(i: int) -> float:
+        return abs((segments[i].start + segments[i].end) / 2 - time)
+
+    tiny = [i for i in near if segments[i].duration < TINY * pixel and distance(i) <= pixel]
+    return min(tiny, key=distance, default=None)
 
 
 #: A segment's edge stops this far from its other edge where the sample period is not known, in s.
 SHORTEST = 1e-3
-#: What is more worth jumping to comes first.
+#: Targets in the order of their worth.
 RANK = {"contact": 0, "edge": 0, "frame": 1, "sample": 2}
 
 
 class Gesture(ABC):
-    """A drag on the coder's track. Times are in seconds.
+    """A drag on the coder's track, from where the pointer was `pressed`. Times are in seconds.
 
-    Parameters
-    ----------
-    pressed : float
-        Where the pointer went down.
-    handles : tuple of float
-        The times that follow the pointer and may jump to a target; the first is :attr:`at`.
-    bounds : tuple of float
-        The first handle stays within.
-
-    Attributes
-    ----------
-    at : float
-        Where the first handle is now.
+    The `handles` follow the pointer and may snap to a target; the first one stays within `bounds`
+    and is now :attr:`at`.
     """
 
     def __init__(
@@ -328,21 +280,21 @@ class Gesture(ABC):
         self.bounds = bounds
         self.at = handles[0]
 
-    #: The action that the dragged stretch has or gets; empty where it gets none.
+    #: The action that the dragged span has or gets; empty where it gets none.
     action = ""
-    #: Whether what is there now attracts nothing: it is what is being moved.
+    #: Whether the handles move what is there, which then attracts nothing.
     moves = True
 
     def follow(
         self, time: float, pixels_per_second: float, targets: SnapTargets | None
     ) -> Snap | None:
-        """Move with the pointer; gives the target that it jumped to.
+        """Move with the pointer; gives the target that it snapped to.
 
-        `targets` None means that nothing attracts, and times stay as they are pointed at.
+        Without `targets` times stay as they are pointed at.
         """
         shift = time - self.pressed
         lead = self.handles[0]
-        at, found = lead + shift, None
+        at, target = lead + shift, None
         if targets is not None:
             exclude = self.handles if self.moves else ()
             offers = []
@@ -350,20 +302,20 @@ class Gesture(ABC):
                 offer = snap(handle + shift, pixels_per_second, targets, exclude=exclude)
                 if offer is not None:
                     # For the first handle the target itself: no float dust from a sum.
-                    there = offer.time if handle == lead else lead + (offer.time - handle)
-                    offers.append((RANK[offer.kind], abs(there - at), there, offer))
+                    lead_at = offer.time if handle == lead else lead + (offer.time - handle)
+                    offers.append((RANK[offer.kind], abs(lead_at - at), lead_at, offer))
             if offers:
-                _, _, at, found = min(offers, key=lambda offer: offer[:2])
+                _, _, at, target = min(offers, key=lambda offer: offer[:2])
             else:
-                at = rounded(at, targets)
+                at = round_to_sample(at, targets)
         low, high = self.bounds
         self.at = min(max(at, low), high)
-        return found
+        return target
 
     @property
     @abstractmethod
-    def stretch(self) -> tuple[float, float]:
-        """What is being dragged; empty where nothing would come of it."""
+    def span(self) -> tuple[float, float]:
+        """What is being dragged; empty where it would change nothing."""
 
     @abstractmethod
     def preview(self, segments: Segments) -> Segments:
@@ -371,36 +323,33 @@ class Gesture(ABC):
 
     @abstractmethod
     def commit(self, document: Document) -> bool:
-        """Carry it out; gives whether it changed the track."""
+        """Carry the drag out; gives whether it changed the track."""
 
 
 class BrushGesture(Gesture):
-    """Painting an action over the stretch between press and release."""
+    """Painting an action from where the drag began, or an edge beside that, to the pointer."""
 
     moves = False
 
     def __init__(
-        self, pressed: float, begun: float, action: str, bounds: tuple[float, float]
+        self, pressed: float, start: float, action: str, bounds: tuple[float, float]
     ) -> None:
         super().__init__(pressed, (pressed,), bounds)
-        self.begun = begun
+        self.start = start
         self.action = action
 
     @property
-    def stretch(self) -> tuple[float, float]:
-        """From where it began to the pointer, in order."""
-        return min(self.begun, self.at), max(self.begun, self.at)
+    def span(self) -> tuple[float, float]:
+        return min(self.start, self.at), max(self.start, self.at)
 
     def preview(self, segments: Segments) -> Segments:
-        """The track with the stretch painted."""
-        start, end = self.stretch
+        start, end = self.span
         if end - start <= SLIVER:
             return segments
         return paint(segments, start, end, self.action)
 
     def commit(self, document: Document) -> bool:
-        """Paint."""
-        start, end = self.stretch
+        start, end = self.span
         if end - start <= SLIVER:
             return False
         return document.editor.paint(start, end, self.action) is not None
@@ -409,16 +358,15 @@ class BrushGesture(Gesture):
 class MarkGesture(BrushGesture):
     """Marking a range, to be filled with an action afterwards."""
 
-    def __init__(self, pressed: float, begun: float, bounds: tuple[float, float]) -> None:
-        super().__init__(pressed, begun, "", bounds)
+    def __init__(self, pressed: float, start: float, bounds: tuple[float, float]) -> None:
+        super().__init__(pressed, start, "", bounds)
 
     def preview(self, segments: Segments) -> Segments:
-        """The track as it is."""
         return segments
 
     def commit(self, document: Document) -> bool:
-        """Mark the range; no label changes."""
-        document.view.set_range(*self.stretch)
+        """Mark the range, which changes no label."""
+        document.view.set_range(*self.span)
         return False
 
 
@@ -446,18 +394,15 @@ class EdgeGesture(Gesture):
         self.action = old.action
 
     @property
-    def stretch(self) -> tuple[float, float]:
-        """The segment as it would be."""
+    def span(self) -> tuple[float, float]:
         if self.edge == "start":
             return self.at, self.old.end
         return self.old.start, self.at
 
     def preview(self, segments: Segments) -> Segments:
-        """The track with the edge moved."""
         return move_edge(segments, self.index, self.edge, self.at)
 
     def commit(self, document: Document) -> bool:
-        """Move the edge, unless it is where it was."""
         if self.at == self.handles[0]:
             return False
         return document.editor.move_edge(self.index, self.edge, self.at) is not None
@@ -477,16 +422,13 @@ class MoveGesture(Gesture):
         self.action = old.action
 
     @property
-    def stretch(self) -> tuple[float, float]:
-        """The segment as it would be."""
+    def span(self) -> tuple[float, float]:
         return self.at, self.at + self.old.duration
 
     def preview(self, segments: Segments) -> Segments:
-        """The track with the segment moved."""
         return move_segment(segments, self.index, self.at)
 
     def commit(self, document: Document) -> bool:
-        """Move the segment, unless it is where it was."""
         if self.at == self.handles[0]:
             return False
         return document.editor.move_segment(self.index, self.at) is not None
@@ -494,14 +436,14 @@ class MoveGesture(Gesture):
 
 @dataclass(slots=True)
 class Drag:
-    """A drag that is on, and what there was when it began."""
+    """A drag that is on, and what it began with."""
 
     gesture: Gesture
     pressed: QPointF
     targets: SnapTargets
     #: Demonstration, author and segments.
     track: tuple[str, str, Segments]
-    #: What was marked.
+    #: The marked range.
     range: tuple[float, float] | None
     #: Where the pointer is in pixels, and whether it has gone far enough to be dragging.
     pointer: float = 0.0
@@ -509,35 +451,23 @@ class Drag:
 
 
 def begin_gesture(
-    document: Document, time: float, there: Hit, meant: float, *, moving: bool
+    document: Document, time: float, target: Hit, start: float, *, moving: bool
 ) -> Gesture:
-    """The drag that a press on the coder's track begins, should the pointer move.
+    """The drag that a press on `target` begins, should the pointer move.
 
-    With a brush, unlabelled time is painted right up to the segment beside it, whose edge is taken
-    hold of from within the segment.
-
-    Parameters
-    ----------
-    document : Document
-        What is painted on.
-    time : float
-        Where the pointer went down.
-    there : Hit
-        What lies there.
-    meant : float
-        The time that is taken for that one, where a stretch begins.
-    moving : bool
-        Whether a segment is taken hold of, and not painted over.
+    A span begins at `start`, which is `time` snapped. With a brush, unlabelled time is painted
+    right up to the segment beside it, whose edge is grabbed from within the segment. `moving`
+    grabs a segment that would be painted over otherwise.
     """
     segments, bounds = document.editor.segments, document.view.bounds
-    if document.action is not None and not there.inside:
-        return BrushGesture(time, meant, document.action, bounds)
-    if there.index is not None and there.edge is not None:
+    if document.action is not None and not target.inside:
+        return BrushGesture(time, start, document.action, bounds)
+    if target.index is not None and target.edge is not None:
         demonstration = document.demonstration
         shortest = 0.0 if demonstration is None else demonstration.period
-        return EdgeGesture(time, segments, there.index, there.edge, bounds, shortest)
-    if there.index is not None and moving:
-        return MoveGesture(time, segments, there.index, bounds)
+        return EdgeGesture(time, segments, target.index, target.edge, bounds, shortest)
+    if target.index is not None and moving:
+        return MoveGesture(time, segments, target.index, bounds)
     if document.action is not None:
-        return BrushGesture(time, meant, document.action, bounds)
-    return MarkGesture(time, meant, bounds)
+        return BrushGesture(time, start, document.action, bounds)
+    return MarkGesture(time, start, bounds)

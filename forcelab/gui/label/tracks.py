@@ -2,274 +2,60 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
 from weakref import ref
 
-from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, Signal
-from PySide6.QtGui import QAction, QContextMenuEvent, QKeyEvent, QMouseEvent, QPainter
-from PySide6.QtWidgets import QInputDialog, QMenu, QWidget
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QColor,
+    QContextMenuEvent,
+    QFont,
+    QHelpEvent,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPixmap,
+)
+from PySide6.QtWidgets import QMenu, QSizePolicy, QToolTip
 
 from forcelab.gui.document import Document
-from forcelab.gui.figures.text import NAMES
-from forcelab.gui.label import segment_commands as verbs
-from forcelab.gui.label.actions import action_menu_entries
+from forcelab.gui.figures import text
+from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.label.segment_commands import zoom_to
-from forcelab.gui.label.swatches import swatch_icon
 from forcelab.gui.label.track_gestures import (
-    REACH,
     Drag,
     EdgeGesture,
     Hit,
     MarkGesture,
     MoveGesture,
+    adjacent_edge,
     begin_gesture,
-    edge_beside,
-    gap_at,
     hit,
     index_at,
     snap,
     snap_targets,
-    snapped,
+    snapped_time,
 )
-from forcelab.gui.label.track_rows import Row, TrackRows, draw_plate, outline, plate_beside
-from forcelab.gui.text import escape_ampersands, settle_name
+from forcelab.gui.label.track_menus import other_menu, own_menu, range_menu
+from forcelab.gui.label.track_painting import (
+    OTHER_NAME,
+    OWN_NAME,
+    Row,
+    RowLayout,
+    draw_plate,
+    origin_text,
+    outline,
+    paint_row,
+    plate_beside,
+    visible,
+)
 from forcelab.gui.theme import colours
-from forcelab.gui.view_state import Snap
-from forcelab.labels import Segment, Segments
+from forcelab.gui.time_panel import TimePanel
+from forcelab.labels import MODEL_PREFIX, Segment, Segments, is_model
 
-#: The longest gap that is offered to be filled at first, in seconds.
-GAP = 0.1
-#: How many letters of a name are shown, about.
-LONGEST = 48
-
-
-def own_menu(
-    parent: QWidget, document: Document, time: float, play: Callable[[float, float], None]
-) -> QMenu:
-    """What can be done on the coder's track at a time in seconds.
-
-    `play` is called with the start and the end of a segment that is to be played.
-    """
-    menu = QMenu("Segment", parent)
-    index, gap = index_at(document.editor.segments, time), gap_at(document.editor.segments, time)
-    if index is not None:
-        _segment_entries(menu, document, index, time, play)
-    elif gap is not None:
-        start, end = gap
-        fill = menu.addMenu("Fill this gap with")
-        _actions(fill, document, lambda name: document.editor.paint(start, end, name))
-    menu.addSeparator()
-    if document.view.range is not None:
-        fill = menu.addMenu("Fill the range with")
-        _actions(fill, document, lambda name: verbs.fill_range(document, name))
-        _entry(menu, "Erase the range", lambda: verbs.erase_range(document))
-    _entry(
-        menu,
-        "Fill short gaps…",
-        lambda: ask_largest_gap(menu.parentWidget(), document),  # the parent must not be kept alive
-        len(document.editor.segments) > 1,
-    )
-    _copies(menu, document, time)
-    return menu
-
-
-def other_menu(
-    parent: QWidget,
-    document: Document,
-    author: str,
-    time: float,
-    play: Callable[[float, float], None],
-) -> QMenu:
-    """What can be done on another author's track at a time in seconds."""
-    menu = QMenu(author, parent)
-    segments = document.other_tracks.get(author, ())
-    index = index_at(segments, time)
-    segment = None if index is None else segments[index]
-    if segment is not None:
-        label = "Copy this segment to mine"
-        _entry(
-            menu, label, lambda: verbs.copy_interval(document, author, segment.start, segment.end)
-        )
-    if document.view.range is not None:
-        low, high = document.view.range
-        label = "Copy the range to mine"
-        _entry(menu, label, lambda: verbs.copy_interval(document, author, low, high))
-    label = "Copy the whole track to mine"
-    _entry(menu, label, lambda: verbs.copy_interval(document, author, *document.view.bounds))
-    if segment is not None:
-        _view_entries(menu, document, segment, play)
-    return menu
-
-
-def range_menu(parent: QWidget, document: Document) -> QMenu:
-    """The actions that a marked range can be filled with, or those to begin with; and a new one."""
-    menu = QMenu("Fill the range with", parent)
-    menu.addSection("Fill with")
-    _actions(menu, document, lambda name: verbs.fill_range(document, name))
-    names = document.vocabulary.names
-    lacking = [name for name in action_menu_entries() if name not in names]
-    more = menu.addMenu("More actions") if names and lacking else menu
-    for name in lacking:
-        _entry(more, shown_name(more, name), partial(verbs.fill_range, document, name))
-    _entry(
-        menu,
-        "Another action…",
-        lambda: ask_action(menu.parentWidget(), document),  # as above
-    )
-    if document.view.range is not None and _labelled(document, *document.view.range):
-        menu.addSeparator()
-        _entry(menu, "Erase the range", lambda: verbs.erase_range(document))
-    return menu
-
-
-def ask_action(parent: QWidget | None, document: Document) -> QInputDialog:
-    """Ask for an action that is new, and fill the range with it; nothing waits for the answer."""
-    dialog = QInputDialog(parent)
-    dialog.setWindowTitle("Another action")
-    dialog.setLabelText("Fill the range with an action called:")
-
-    def named(text: str) -> None:
-        name = settle_name(parent, " ".join(text.split()), document.vocabulary.names)
-        if name:
-            verbs.fill_range(document, name)
-
-    dialog.textValueSelected.connect(named)
-    dialog.finished.connect(dialog.deleteLater)
-    dialog.open()
-    return dialog
-
-
-def relabel_menu(menu: QMenu, document: Document, segment: Segment) -> None:
-    """Offer the other actions that one of the coder's segments can be given."""
-
-    def relabel(name: str) -> None:
-        verbs.for_current_segment(document, segment, lambda now: document.editor.relabel(now, name))
-
-    others = menu.addMenu("Relabel with")
-    _actions(others, document, relabel, but=segment.action)
-
-
-def copy_menu(parent: QWidget, document: Document, time: float) -> QMenu:
-    """From whom to copy what lies at a time in seconds: Enter copies from the same as last."""
-    menu = QMenu("Copy from another track", parent)
-    found = _copies(menu, document, time)
-    if found:
-        menu.setDefaultAction(found.get(document.view.copied_from, next(iter(found.values()))))
-    return menu
-
-
-def ask_largest_gap(parent: QWidget | None, document: Document) -> QInputDialog:
-    """Ask how long gaps may be that are filled, and fill them; nothing waits for the answer."""
-    dialog = QInputDialog(parent)
-    dialog.setInputMode(QInputDialog.InputMode.DoubleInput)
-    dialog.setWindowTitle("Fill short gaps")
-    where = "in the marked range" if document.view.range else "in the whole demonstration"
-    label = f"Fill gaps {where} that last at most so many seconds:"
-    dialog.setLabelText(label)
-    dialog.setDoubleDecimals(3)
-    dialog.setDoubleRange(0.001, 3600.0)
-    dialog.setDoubleStep(0.01)
-    dialog.setDoubleValue(GAP)
-    dialog.doubleValueSelected.connect(lambda longest: verbs.fill_gaps(document, longest))
-    dialog.finished.connect(dialog.deleteLater)
-    dialog.open()
-    return dialog
-
-
-def _labelled(document: Document, start: float, end: float) -> bool:
-    """Whether there is anything of the coder's between two times in seconds."""
-    return any(one.start < end and start < one.end for one in document.editor.segments)
-
-
-def _segment_entries(
-    menu: QMenu,
-    document: Document,
-    index: int,
-    time: float,
-    play: Callable[[float, float], None],
-) -> None:
-    """What can be done with one of the coder's segments."""
-    segment = document.editor.segments[index]
-    # Another window may have edited the track by the time that an entry is chosen.
-    on_it = partial(verbs.for_current_segment, document, segment)
-    relabel_menu(menu, document, segment)
-    _entry(menu, "Split here", lambda: document.editor.split(time))
-    _entry(
-        menu,
-        "Merge with the previous",
-        lambda: on_it(lambda now: document.editor.merge(now - 1, now)),
-        index > 0,
-    )
-    _entry(
-        menu,
-        "Merge with the next",
-        lambda: on_it(lambda now: document.editor.merge(now, now + 1)),
-        index + 1 < len(document.editor.segments),
-    )
-    _entry(menu, "Delete", lambda: on_it(document.editor.delete))
-    _view_entries(menu, document, segment, play)
-
-
-def _view_entries(
-    menu: QMenu, document: Document, segment: Segment, play: Callable[[float, float], None]
-) -> None:
-    """How a segment can be looked at, whoever's it is."""
-    start, end = segment.start, segment.end
-    menu.addSeparator()
-    _entry(menu, "Play it", partial(play, start, end))
-    _entry(menu, "Zoom to it", partial(verbs.zoom_to, document, start, end))
-
-
-def _actions(
-    menu: QMenu, document: Document, chosen: Callable[[str], object], but: str = ""
-) -> None:
-    """One entry for each action, with its look and its key, which also picks it in the menu."""
-    for action in document.vocabulary:
-        if action.name == but:
-            continue
-        name = shown_name(menu, action.name)
-        label = f"&{action.key.upper()}  {name}" if action.key else name
-        entry = _entry(menu, label, partial(chosen, action.name))
-        entry.setIcon(swatch_icon(action.colour, action.texture))
-    menu.setEnabled(bool(menu.actions()))
-
-
-def _copies(menu: QMenu, document: Document, time: float) -> dict[str, QAction]:
-    """One entry for each other author to copy from; gives those that would copy something."""
-    found = {}
-    for author in document.other_tracks:
-        stretch = verbs.copy_candidates(document, author, time)
-        copy = _entry(
-            menu,
-            f"Copy from {shown_name(menu, author)}",
-            partial(verbs.copy_interval, document, author, *(stretch or ())),
-            stretch is not None,
-        )
-        if stretch is not None:
-            found[author] = copy
-    return found
-
-
-def shown_name(menu: QMenu, name: str) -> str:
-    """A name as an entry shows it: cut if it is very long, and with its ampersands, if any."""
-    metrics = menu.fontMetrics()
-    return escape_ampersands(metrics.elidedText(name, NAMES, LONGEST * metrics.averageCharWidth()))
-
-
-def _entry(menu: QMenu, label: str, done: Callable[[], object], possible: bool = True) -> QAction:
-    """One entry of a menu."""
-    action = menu.addAction(label)
-    action.setEnabled(possible)
-    action.triggered.connect(lambda _checked=False: done())
-    return action
-
-
+#: Stands before the names of models, that no prediction is taken for a coder's label.
+MODEL = "\N{WHITE DIAMOND}"
 #: A press that moves less than this many pixels is a click.
 CLICK_PX = 5.0
-
-#: A brush that is put down on unlabelled time this near to a segment, in pixels, paints up to it.
-JOIN_PX = 16.0
 
 _ALT = Qt.KeyboardModifier.AltModifier
 _CTRL = Qt.KeyboardModifier.ControlModifier
@@ -279,7 +65,7 @@ _MOVING = Qt.KeyboardModifier.ShiftModifier | _ALT
 _FREE = _CTRL | _ALT
 
 
-class TrackPanel(TrackRows):
+class TrackPanel(TimePanel):
     """One row for each author; the coder's own, at the top, is painted on with the mouse.
 
     =========================  ====================================================================
@@ -294,20 +80,212 @@ class TrackPanel(TrackRows):
     =========================  ====================================================================
     """
 
-    #: Somebody wants a stretch to be played: start and end in seconds.
+    #: Asks for playback from one time to another, in seconds.
     play_requested = Signal(float, float)
 
     def __init__(self, document: Document) -> None:
         super().__init__(document)
+        self.setAccessibleName("Tracks of the coders")
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)  # its menu is for the keyboard, too
+        self._layout = RowLayout(document)
+        # Other authors' rows stay the same while the coder paints: their pictures are reused.
+        self._pictures: dict[str, tuple[tuple[object, ...], QPixmap]] = {}
         self._drag: Drag | None = None
         #: The menu that was opened last.
         self.menu: QMenu | None = None
+        for signal in (document.tracks_changed, document.demonstration_changed):
+            signal.connect(self._tracks_changed)
+        for signal in (document.vocabulary_changed, document.author_changed):
+            signal.connect(self.invalidate)
+        document.selection_changed.connect(self._selection_changed)
 
-    @property
-    def dragging(self) -> bool:
-        """Whether a drag is on."""
-        return self._drag is not None
+    # Rows
+
+    def rows(self) -> tuple[Row, ...]:
+        """The tracks from top to bottom, the coder's own first."""
+        return self._layout.rows(self.plot)
+
+    def row_at(self, position: QPointF) -> Row | None:
+        """The row under a pixel of the plot, if any."""
+        if self.document.demonstration is None or not self.plot.contains(position):
+            return None
+        return next((r for r in self.rows() if r.box.top() <= position.y() <= r.box.bottom()), None)
+
+    def set_compact(self, compact: bool) -> None:
+        """Whether rows become lower where there is no room for all of them."""
+        if compact != self._layout.compact:
+            self._layout.compact = compact
+            self.updateGeometry()
+            self.invalidate()
+
+    def least_height(self, *, compact: bool) -> int:
+        """How high the rows are at least, in pixels."""
+        return self._layout.least_height(compact=compact)
+
+    def sizeHint(self) -> QSize:
+        return QSize(900, self.least_height(compact=False) + 10)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(self.GUTTER + 100, self.least_height(compact=self._layout.compact))
+
+    def event(self, event: QEvent) -> bool:
+        """Show a tooltip: narrow segments have no room for their names."""
+        if event.type() == QEvent.Type.ToolTip and isinstance(event, QHelpEvent):
+            QToolTip.showText(event.globalPos(), self.tooltip_at(QPointF(event.pos())), self)
+            return True
+        return super().event(event)
+
+    def tooltip_at(self, position: QPointF) -> str:
+        """The segment under a pixel, or the author left of the tracks; empty elsewhere."""
+        if position.x() < self.plot.left():
+            row = self.row_at(QPointF(self.plot.left(), position.y()))
+            return "" if row is None else row.author
+        row = self.row_at(position)
+        if row is None:
+            return ""
+        index = self._hit(row, self.time_at(position.x())).index
+        if index is None:
+            return ""
+        segment = row.segments[index]
+        description = f"{row.author}: {_describe(segment)}"
+        origin = origin_text(self.document.origins().get(segment)) if row.own else ""
+        return f"{description}\n{origin}" if origin else description
+
+    # Drawing
+
+    def paint_content(self, painter: QPainter, plot: QRectF) -> None:
+        """Draw every row."""
+        painter.fillRect(plot, QColor(colours().background))
+        for row in self.rows():
+            if row.own:
+                self._paint_row(painter, row, row.segments)
+            else:
+                painter.drawPixmap(0, 0, self._picture_of(row))
+
+    def gutter_shows(self) -> object:
+        """Authors, and where their rows are."""
+        return tuple((row.author, row.box.top(), row.box.height(), row.own) for row in self.rows())
+
+    def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
+        """Draw the authors' names, those of models marked and in italics."""
+        theme = colours()
+        for row in self.rows():
+            if row.box.height() < OTHER_NAME:  # a stripe: its tooltip names it
+                continue
+            face = QFont(text.font(OWN_NAME if row.own else OTHER_NAME + 1, bold=row.own))
+            face.setItalic(is_model(row.author))
+            name = row.author
+            if is_model(name):
+                name = f"{MODEL} {name.removeprefix(MODEL_PREFIX)}"
+            name = text.elided_name(name, face, box.width() - 14)
+            ink = QColor(theme.text if row.own else theme.muted)
+            y = row.box.center().y()
+            text.draw_text(painter, box.right() - 8, y, name, face=face, ink=ink, align=1.0)
+
+    def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
+        """Draw the drag or the selection, the stroke and the snap target over the coder's row."""
+        document = self.document
+        if document.demonstration is None:
+            return
+        painter.setClipRect(plot)
+        own = self.rows()[0]
+        if self._drag is not None and self._drag.live:
+            self._paint_drag(painter, own, self._drag)
+        else:
+            self._paint_selection(painter, own)
+        if document.stroke is not None:
+            self._paint_stroke(painter, own)
+        if document.view.hint is not None:
+            kind = document.view.hint.kind
+            # Beside the line, which is drawn over everything.
+            x = self.x_at(document.view.hint.time) + text.width(kind, text.font(10)) / 2 + 8
+            draw_plate(painter, QPointF(x, own.box.bottom() - 10), kind, colours(), plot)
+
+    def _paint_row(self, painter: QPainter, row: Row, segments: Segments) -> None:
+        document = self.document
+        paint_row(
+            painter,
+            row.box,
+            self.axis,
+            visible(segments, document.view.start, document.view.end),
+            vocabulary=document.vocabulary,
+            theme=colours(),
+            size=OWN_NAME if row.own else OTHER_NAME,
+        )
+
+    def _picture_of(self, row: Row) -> QPixmap:
+        """A picture of a row that changes seldom, made anew only when it looks different."""
+        document, ratio = self.document, self.devicePixelRatioF()
+        span = (document.view.start, document.view.end, self.size(), ratio)
+        shown = (row, span, document.vocabulary, colours())
+        cached = self._pictures.get(row.author)
+        if cached is not None and cached[0] == shown:
+            return cached[1]
+        picture = QPixmap(self.size() * ratio)
+        picture.setDevicePixelRatio(ratio)
+        picture.fill(Qt.GlobalColor.transparent)
+        with QPainter(picture) as painter:
+            self._paint_row(painter, row, row.segments)
+        self._pictures[row.author] = shown, picture
+        return picture
+
+    def _paint_selection(self, painter: QPainter, own: Row) -> None:
+        """Draw a frame around the selected segment, or say how to make the first one."""
+        if not own.segments and self.document.stroke is None:
+            self._paint_invitation(painter, own.box)
+        selected = self.document.selected
+        if selected is not None and selected < len(own.segments):
+            segment = own.segments[selected]
+            outline(painter, self._bar(own.box, segment.start, segment.end), colours())
+
+    def _paint_drag(self, painter: QPainter, own: Row, drag: Drag) -> None:
+        """Draw what a drag would make of the track, and how long that is."""
+        gesture = drag.gesture
+        after = gesture.preview(own.segments)
+        start, end = gesture.span
+        if after is not own.segments:
+            self._paint_row(painter, own, after)
+        if end > start:
+            bar = self._bar(own.box, start, end)
+            outline(painter, bar, colours())
+            label = f"{gesture.action} {start:.3f}–{end:.3f} s   {end - start:.3f} s".lstrip()
+            at = plate_beside(bar, label, drag.pointer, own.box)
+            draw_plate(painter, at, label, colours(), own.box)
+
+    def _paint_stroke(self, painter: QPainter, own: Row) -> None:
+        """Draw what a key has begun, up to the cursor."""
+        stroke = self.document.stroke
+        assert stroke is not None
+        start, end = sorted((stroke.start, self.document.view.cursor))
+        if end <= start:
+            return
+        bar = self._bar(own.box, start, end)
+        painter.save()
+        painter.setClipRect(bar, Qt.ClipOperation.IntersectClip)
+        self._paint_row(painter, own, (Segment(start, end, stroke.action),))
+        painter.restore()
+        outline(painter, bar, colours())
+
+    def _paint_invitation(self, painter: QPainter, box: QRectF) -> None:
+        """Say how to begin, in a row that is empty."""
+        sentence = (
+            "Drag here to paint, or press the key of an action to begin."
+            if self.document.vocabulary
+            else "Drag here and choose an action, or add one under Actions."
+        )
+        face = text.font(OWN_NAME)
+        sentence = text.elided(sentence, face, box.width() - 20)
+        centre, ink = box.center(), translucent(colours().on_unlabelled, 0.72)
+        text.draw_text(painter, centre.x(), centre.y(), sentence, face=face, ink=ink, align=0.5)
+
+    def _bar(self, box: QRectF, start: float, end: float) -> QRectF:
+        """Where a span lies in a row, at least so wide that its outline is seen."""
+        # What is far outside is cut: its frame must be straight at any zoom.
+        left, right = (
+            min(max(self.x_at(time), box.left() - 10), box.right() + 10) for time in (start, end)
+        )
+        return QRectF(left, box.top(), max(right - left, 4.0), box.height())
 
     # Mouse
 
@@ -319,11 +297,11 @@ class TrackPanel(TrackRows):
             return
         document, time = self.document, self.time_at(event.position().x())
         free = bool(event.modifiers() & _FREE)
-        meant = self._meant(time, snapping=not free)
-        if not free and (joined := self._joined(time)) is not None:
-            meant = joined.time
+        start = snapped_time(document, time, self.seconds_per_pixel, free=free)
+        if not free and (edge := adjacent_edge(document, time, self.seconds_per_pixel)) is not None:
+            start = edge.time
         moving = bool(event.modifiers() & _MOVING)
-        gesture = begin_gesture(document, time, self._hit(row, time), meant, moving=moving)
+        gesture = begin_gesture(document, time, self._hit(row, time), start, moving=moving)
         targets = snap_targets(document)
         self._drag = Drag(gesture, event.position(), targets, self._track, document.view.range)
 
@@ -338,7 +316,7 @@ class TrackPanel(TrackRows):
         far = abs(event.position().x() - drag.pressed.x()) >= CLICK_PX
         drag.live = drag.live or far
         if drag.live:
-            self._follow(drag, event)
+            self._continue_drag(drag, event)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """End a drag, or a click."""
@@ -348,22 +326,23 @@ class TrackPanel(TrackRows):
             return
         gesture = drag.gesture
         if drag.live:
-            self._follow(drag, event)
-        self._forget_drag()
+            self._continue_drag(drag, event)
+        self._end_drag()
         if not drag.live:
             self._click(event)
         elif isinstance(gesture, MarkGesture):
             gesture.commit(self.document)
             if self.document.view.range is not None:
                 # It stays where the menu is shut without a choice.
-                said = "Choose an action for the marked range, here or under Actions."
-                self.document.show_message(said)
+                self.document.show_message(
+                    "Choose an action for the marked range, here or under Actions."
+                )
                 self.show_menu(range_menu(self, self.document), event.globalPosition().toPoint())
         else:
             index = self.document.selected
             gesture.commit(self.document)
             if isinstance(gesture, EdgeGesture | MoveGesture) and index is not None:
-                start, end = gesture.stretch
+                start, end = gesture.span
                 self.document.select(index_at(self.document.editor.segments, (start + end) / 2))
         self._hover(event.position(), event.modifiers())
 
@@ -377,10 +356,97 @@ class TrackPanel(TrackRows):
             zoom_to(self.document, row.segments[index].start, row.segments[index].end)
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Nothing is offered any more."""
+        """Offer no snap target any more."""
         if self._drag is None:
             self.document.view.set_hint(None)
         super().leaveEvent(event)
+
+    @property
+    def dragging(self) -> bool:
+        """Whether a drag is on."""
+        return self._drag is not None
+
+    def cancel_drag(self) -> None:
+        """End a drag as if nothing had happened."""
+        drag = self._drag
+        self._end_drag()
+        if drag is None or not drag.live or not isinstance(drag.gesture, MarkGesture):
+            return
+        if drag.range is None:
+            self.document.view.clear_range()
+        else:
+            self.document.view.set_range(*drag.range)
+
+    @property
+    def _track(self) -> tuple[str, str, Segments]:
+        """What is dragged on: demonstration, author and segments."""
+        return self.document.id, self.document.author, self.document.editor.segments
+
+    def _hit(self, row: Row, time: float) -> Hit:
+        return hit(row.segments, time, self.seconds_per_pixel)
+
+    def _continue_drag(self, drag: Drag, event: QMouseEvent) -> None:
+        """Follow the pointer."""
+        gesture = drag.gesture
+        free = _CTRL if isinstance(gesture, MoveGesture) else _FREE
+        snapping = self.document.view.snapping and not event.modifiers() & free
+        drag.pointer = event.position().x()
+        time, scale = self.time_at(drag.pointer), 1 / self.seconds_per_pixel
+        target = gesture.follow(time, scale, drag.targets if snapping else None)
+        self.document.view.set_hint(target)
+        self.document.view.set_peek(gesture.at)
+        if isinstance(gesture, MarkGesture):
+            gesture.commit(self.document)
+        self.update()
+
+    def _end_drag(self) -> None:
+        self._drag = None
+        self.document.view.set_hint(None)
+        self.document.view.set_peek(None)
+        self.update()
+
+    def _click(self, event: QMouseEvent) -> None:
+        """Select the segment under the pointer, and go there."""
+        document, pointed = self.document, self.time_at(event.position().x())
+        target = self._hit(self.rows()[0], pointed)
+        document.view.clear_range()
+        free = bool(event.modifiers() & _FREE)
+        time = snapped_time(document, pointed, self.seconds_per_pixel, free=free)
+        index = target.index if target.inside else None
+        if index is not None:
+            # A key relabels the segment that the cursor is in, however short that is.
+            segment = document.editor.segments[index]
+            time = min(max(time, segment.start), segment.end)
+        document.view.seek(time)
+        document.select(index)
+
+    def _hover(self, position: QPointF, modifiers: Qt.KeyboardModifier) -> None:
+        """Show by pointer and hint what a press would do."""
+        document, row = self.document, self.row_at(position)
+        if row is None or not row.own:
+            self.unsetCursor()
+            document.view.set_hint(None)
+            return
+        time, pixel = self.time_at(position.x()), self.seconds_per_pixel
+        target = self._hit(row, time)
+        if document.action is not None and not target.inside:
+            target = Hit()  # a brush paints beside an edge
+        if target.edge is not None:
+            self.setCursor(Qt.CursorShape.SplitHCursor)
+        elif target.index is not None and modifiers & _MOVING:
+            self.setCursor(Qt.CursorShape.SizeAllCursor)
+        elif document.action is not None:
+            self.setCursor(Qt.CursorShape.CrossCursor)
+        else:
+            self.unsetCursor()
+        hint = None
+        if document.view.snapping and not modifiers & _FREE and target.edge is None:
+            hint = adjacent_edge(document, time, pixel)
+            if hint is None:
+                hint = snap(time, 1 / pixel, snap_targets(document))
+        document.view.set_hint(hint)
+
+    # Keyboard and menus
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         """Open the menu of what is under the pointer; by the keyboard, of what the cursor is on."""
@@ -390,8 +456,7 @@ class TrackPanel(TrackRows):
         where = event.globalPos()
         if event.reason() == QContextMenuEvent.Reason.Keyboard:
             row, time = self.rows()[0], self.document.view.cursor
-            place = QPointF(self.x_at(time), row.box.bottom())
-            where = self.mapToGlobal(place.toPoint())
+            where = self.mapToGlobal(QPointF(self.x_at(time), row.box.bottom()).toPoint())
         if row is not None:
             self.show_menu(self.menu_at(row, time), where)
 
@@ -399,170 +464,70 @@ class TrackPanel(TrackRows):
         """The menu of a row at a time in seconds."""
         # A menu must not keep its panel alive: its own end would then be the panel's, which ends
         # the menu a second time.
-        here = ref(self)
+        panel_ref = ref(self)
 
         def play(start: float, end: float) -> None:
-            if (panel := here()) is not None:
+            if (panel := panel_ref()) is not None:
                 panel.play_requested.emit(start, end)
 
         if not row.own:
             return other_menu(self, self.document, row.author, time, play)
-        found = self._hit(row, time)
-        if found.index is not None:
-            self.document.select(found.index)
+        index = self._hit(row, time).index
+        if index is not None:
+            self.document.select(index)
         return own_menu(self, self.document, time, play)
+
+    def show_menu(self, menu: QMenu, where: QPoint) -> None:
+        """Show a menu without waiting for it; its default entry is ready for Enter."""
+        if self.menu is not None:
+            self.menu.close()
+        self.menu = menu
+        menu.aboutToHide.connect(self._menu_hides)
+        menu.popup(where)
+        if (default := menu.defaultAction()) is not None:
+            menu.setActiveAction(default)
+
+    def _menu_hides(self) -> None:
+        """Delete the menu, once what was chosen in it is done."""
+        if self.menu is not None:
+            self.menu.deleteLater()
+            self.menu = None
 
     def keeps(self, event: QKeyEvent) -> bool:
         """Esc is for the drag that is on, whatever else it is bound to."""
         return event.key() == Qt.Key.Key_Escape and self._drag is not None
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc ends a drag as if nothing had happened."""
+        """Esc cancels a drag."""
         if self.keeps(event):
             self.cancel_drag()
         else:
             super().keyPressEvent(event)
 
-    def show_menu(self, menu: QMenu, where: QPoint) -> None:
-        """Show a menu, ready for Enter where one entry is the likeliest; nothing waits for it."""
-        if self.menu is not None:
-            self.menu.close()
-        self.menu = menu
-        menu.aboutToHide.connect(self._menu_hides)
-        menu.popup(where)
-        if (likeliest := menu.defaultAction()) is not None:
-            menu.setActiveAction(likeliest)
+    # The document
 
-    def _menu_hides(self) -> None:
-        """Let go of the menu, once what was chosen in it is done."""
-        if self.menu is not None:
-            self.menu.deleteLater()
-            self.menu = None
-
-    def cancel_drag(self) -> None:
-        """End a drag as if nothing had happened."""
-        drag = self._drag
-        self._forget_drag()
-        if drag is None or not drag.live or not isinstance(drag.gesture, MarkGesture):
-            return
-        if drag.range is None:
-            self.document.view.clear_range()
-        else:
-            self.document.view.set_range(*drag.range)
-
-    # Inside
-
-    @property
-    def _track(self) -> tuple[str, str, Segments]:
-        """What is dragged on: demonstration, author and segments."""
-        return self.document.id, self.document.author, self.document.editor.segments
-
-    def _hit(self, row: Row, time: float) -> Hit:
-        """What is under the pointer in a row."""
-        return hit(row.segments, time, self.seconds_per_pixel)
-
-    def _follow(self, drag: Drag, event: QMouseEvent) -> None:
-        """Follow the pointer."""
-        gesture = drag.gesture
-        free = _CTRL if isinstance(gesture, MoveGesture) else _FREE
-        snapping = self.document.view.snapping and not event.modifiers() & free
-        drag.pointer = event.position().x()
-        time, scale = self.time_at(drag.pointer), 1 / self.seconds_per_pixel
-        found = gesture.follow(time, scale, drag.targets if snapping else None)
-        self.document.view.set_hint(found)
-        self.document.view.set_peek(gesture.at)
-        if isinstance(gesture, MarkGesture):
-            gesture.commit(self.document)
-        self.update()
-
-    def _click(self, event: QMouseEvent) -> None:
-        """Select the segment under the pointer, and go there."""
-        time = self.time_at(event.position().x())
-        there = self._hit(self.rows()[0], time)
-        self.document.view.clear_range()
-        meant = self._meant(time, snapping=not event.modifiers() & _FREE)
-        index = there.index if there.inside else None
-        if index is not None:
-            # A key relabels the segment that the cursor is in, however short that is.
-            segment = self.document.editor.segments[index]
-            meant = min(max(meant, segment.start), segment.end)
-        self.document.view.seek(meant)
-        self.document.select(index)
-
-    def _meant(self, time: float, *, snapping: bool) -> float:
-        """The time that is taken for a pointed one."""
-        low, high = self.document.view.bounds
-        time = min(max(time, low), high)
-        if not (snapping and self.document.view.snapping):
-            return time
-        return snapped(time, 1 / self.seconds_per_pixel, snap_targets(self.document))
-
-    def _joined(self, time: float) -> Snap | None:
-        """The edge up to which a brush paints from where it is put down beside a segment."""
-        document, pixel = self.document, self.seconds_per_pixel
-        if document.action is None or not document.view.snapping:
-            return None
-        edge = edge_beside(document.editor.segments, time, JOIN_PX * pixel)
-        if edge is None:
-            return None
-        other = snap(time, 1 / pixel, snap_targets(document))
-        # Farther away than anything jumps, what is pointed at counts for more.
-        pointed = other is not None and other.kind in ("contact", "edge")
-        return None if pointed and abs(edge - time) > REACH * pixel else Snap(edge, "edge")
-
-    def _hover(self, position: QPointF, modifiers: Qt.KeyboardModifier) -> None:
-        """Show by pointer and hint what a press would do."""
-        row = self.row_at(position)
-        if row is None or not row.own:
-            self.unsetCursor()
-            self.document.view.set_hint(None)
-            return
-        time = self.time_at(position.x())
-        there = self._hit(row, time)
-        if self.document.action is not None and not there.inside:
-            there = Hit()  # a brush paints beside an edge
-        if there.edge is not None:
-            self.setCursor(Qt.CursorShape.SplitHCursor)
-        elif there.index is not None and modifiers & _MOVING:
-            self.setCursor(Qt.CursorShape.SizeAllCursor)
-        elif self.document.action is not None:
-            self.setCursor(Qt.CursorShape.CrossCursor)
-        else:
-            self.unsetCursor()
-        offered = None
-        if self.document.view.snapping and not modifiers & _FREE and there.edge is None:
-            offered = self._joined(time)
-            if offered is None:
-                offered = snap(time, 1 / self.seconds_per_pixel, snap_targets(self.document))
-        self.document.view.set_hint(offered)
-
-    def _forget_drag(self) -> None:
-        """No drag is on any more."""
-        self._drag = None
-        self.document.view.set_hint(None)
-        self.document.view.set_peek(None)
+    def _marks_moved(self, *_: object) -> None:
+        """Draw all rows anew: a plate beside a mark is as wide as its text."""
         self.update()
 
     def _tracks_changed(self) -> None:
-        """Draw anew; a drag ends when what was being dragged may not be there any more."""
+        """Draw anew, with room for every row; a drag ends if its track is another one now."""
         if self._drag is not None and self._track != self._drag.track:
-            self._forget_drag()
-        super()._tracks_changed()
+            self._end_drag()
+        others = self.document.other_tracks
+        self._pictures = {
+            author: picture for author, picture in self._pictures.items() if author in others
+        }
+        self.updateGeometry()
+        self.invalidate()
 
-    def _paint_marked(self, painter: QPainter, own: Row) -> None:
-        """Draw what a drag would make of the track and how long that is, or else the selection."""
-        drag = self._drag
-        if drag is None or not drag.live:
-            super()._paint_marked(painter, own)
-            return
-        gesture = drag.gesture
-        after = gesture.preview(own.segments)
-        start, end = gesture.stretch
-        if after is not own.segments:
-            self._paint_row(painter, own, after)
-        if end > start:
-            bar = self._bar(own.box, start, end)
-            outline(painter, bar, colours())
-            words = f"{gesture.action} {start:.3f}–{end:.3f} s   {end - start:.3f} s".lstrip()
-            at = plate_beside(bar, words, drag.pointer, own.box)
-            draw_plate(painter, at, words, colours(), own.box)
+    def _selection_changed(self) -> None:
+        """Frame another segment, and tell screen readers which."""
+        selected, segments = self.document.selected, self.document.editor.segments
+        exists = selected is not None and selected < len(segments)
+        self.setAccessibleDescription(_describe(segments[selected or 0]) if exists else "")
+        self.update()
+
+
+def _describe(segment: Segment) -> str:
+    return f"{segment.action} {segment.start:.3f}–{segment.end:.3f} s ({segment.duration:.3f} s)"

@@ -29,16 +29,10 @@ PADDING = 4
 
 
 class CameraSelection(QObject):
-    """The cameras of the open demonstration, and the one that is looked through.
+    """The cameras of the open demonstration, and the shown one.
 
-    Attributes
-    ----------
-    all : tuple of Camera
-        Nothing unless there are several; the first one's video is the demonstration's.
-    shown : int
-        The place of the one that is looked through.
-    changed : Signal()
-        There are others, or another one is looked through.
+    `all` is empty unless there are several; the first one's video is the demonstration's. `shown`
+    is an index into it.
     """
 
     changed = Signal()
@@ -46,46 +40,45 @@ class CameraSelection(QObject):
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._document = document
-        self._of = ""
+        self._demonstration_id = ""
         self.all: tuple[Camera, ...] = ()
         self.shown = 0
-        document.demonstration_changed.connect(self._look)
-        self._look()
+        document.demonstration_changed.connect(self._refresh)
+        self._refresh()
 
     @property
     def video(self) -> VideoReference | None:
-        """The video that is to be shown: of the demonstration, or of the chosen camera."""
+        """The video of the shown camera."""
         demonstration = self._document.demonstration
         if demonstration is None:
             return None
         return self.all[self.shown].video if self.shown else demonstration.video
 
     def show(self, place: int) -> None:
-        """Look through another camera."""
         if place != self.shown and 0 <= place < len(self.all):
             self.shown = place
             self.changed.emit()
 
     def show_next(self) -> None:
-        """Look through the next camera, after the last one through the first."""
+        """Show the next camera, after the last one the first."""
         if self.all:
             self.show((self.shown + 1) % len(self.all))
             self._document.show_message(f"Camera: {self.all[self.shown].name}")
         else:
             self._document.show_message("No other camera filmed this demonstration.")
 
-    def _look(self) -> None:
-        """Ask which cameras there are; the same one stays while the demonstration does."""
+    def _refresh(self) -> None:
+        """Read the cameras; the shown one stays while the demonstration does."""
         document = self._document
-        found: tuple[Camera, ...] = ()
+        cameras: tuple[Camera, ...] = ()
         if document.project is not None and document.demonstration is not None:
             try:
-                found = document.project.media.cameras(document.demonstration)
+                cameras = document.project.media.cameras(document.demonstration)
             except ForcelabError as error:  # its own video can still be shown
                 document.show_message(str(error), True)
-        stays = document.id == self._of and len(found) == len(self.all)
-        self._of, before = document.id, (self.all, self.shown)
-        self.all, self.shown = found, self.shown if stays else 0
+        stays = document.id == self._demonstration_id and len(cameras) == len(self.all)
+        self._demonstration_id, before = document.id, (self.all, self.shown)
+        self.all, self.shown = cameras, self.shown if stays else 0
         if (self.all, self.shown) != before:
             self.changed.emit()
 
@@ -104,13 +97,13 @@ class CameraChoice(QComboBox):
         self._fill()
 
     def fit(self, room: int) -> None:
-        """Be as wide as the names need, if so many pixels are enough."""
+        """Be as wide as the names need, at most `room` pixels."""
         # Not its size alone: a while after a change it takes the one that its names need.
         self.setMaximumWidth(max(room, 1))
         self.resize(self.sizeHint())
 
     def showPopup(self) -> None:
-        """Offer the names no wider than the field, elided; their tooltips have all of them."""
+        """Elide the names in the list to the field's width; their tooltips have all of them."""
         super().showPopup()
         popup = self.view().window()
         popup.setFixedWidth(self.width())
@@ -128,7 +121,6 @@ class CameraChoice(QComboBox):
         painter.drawControl(QStyle.ControlElement.CE_ComboBoxLabel, option)
 
     def _fill(self) -> None:
-        """Offer the cameras that there are."""
         self.clear()
         for place, camera in enumerate(self._cameras.all):
             self.addItem(camera.name)
@@ -138,14 +130,14 @@ class CameraChoice(QComboBox):
         self.setVisible(bool(self._cameras.all))
 
 
-#: Steps of at most so many frames tell where the next one goes.
-STEP = 8
+#: Steps of at most so many frames predict the direction of the next one.
+LONGEST_STEP = 8
 #: Periods after the last frame's time at which the video counts as over.
-BUSY_TEXT = 1.5
+ENDED_PERIODS = 1.5
 #: How late a video may begin, in seconds, for the cursor to be sent to its first frame at once.
-LATE_FRAMES = 0.5
+LATEST_START = 0.5
 #: Space around the choice of a camera, in pixels.
-CHOICE = 3
+CHOICE_MARGIN = 3
 
 Array = NDArray[np.float64]
 
@@ -153,18 +145,8 @@ Array = NDArray[np.float64]
 class VideoPanel(PictureView):
     """The frame of the demonstration's video at the cursor, and its number and time below.
 
-    Parameters
-    ----------
-    document : Document
-        What is open; its cursor is followed.
-    cameras : Cameras
-        Says which camera's video is shown.
-
-    Attributes
-    ----------
-    frame_shown : Signal(int)
-        The number (from 0) of a frame that is on the screen now; -1 for none. After a jump it may
-        be told twice: for a coarse picture of the frame, and for the frame itself.
+    `frame_shown` is the number (from 0) of a frame that is on the screen now; -1 for none. After a
+    jump it may come twice: for a coarse picture of the frame, and for the frame itself.
     """
 
     frame_shown = Signal(int)
@@ -173,20 +155,20 @@ class VideoPanel(PictureView):
         super().__init__()
         self.document = document
         self._cameras = cameras
-        self._choice = CameraChoice(cameras, self)
-        self._choice.move(CHOICE, CHOICE)
+        self._camera_choice = CameraChoice(cameras, self)
+        self._camera_choice.move(CHOICE_MARGIN, CHOICE_MARGIN)
         self.setAccessibleName("Video")
         self._frames: VideoFrames | None = None
         self._open: tuple[str, str] | None = None
-        self._forget()
+        self._reset()
         cameras.changed.connect(self._demonstration_changed)
         document.demonstration_changed.connect(self._demonstration_changed)
-        document.view.cursor_moved.connect(self._follow)
-        document.view.peek_changed.connect(self._follow)
+        document.view.cursor_moved.connect(self._request_frame)
+        document.view.peek_changed.connect(self._request_frame)
         self._demonstration_changed()
 
-    def _forget(self) -> None:
-        """Nothing is known of a video."""
+    def _reset(self) -> None:
+        """Reset all that is known of a video."""
         self._times: Array | None = None
         self._period = 0.0
         self._shown = self._requested = -1
@@ -196,21 +178,21 @@ class VideoPanel(PictureView):
         self.setToolTip("")
         self.set_image(None)
 
-    # What others ask
+    # State
 
     @property
-    def wanted(self) -> bool:
+    def has_video(self) -> bool:
         """Whether the open demonstration has a video."""
         return self._reference is not None
 
     @property
     def shown_index(self) -> int:
-        """The number of the frame that is shown, from 0; -1 if none is."""
+        """The number of the shown frame, from 0; -1 for none."""
         return self._shown
 
     @property
     def settled(self) -> bool:
-        """Whether the panel shows all that there is to show at the cursor."""
+        """Whether the panel shows the frame at the cursor, or that there is none."""
         if self._open is None or self._trouble or not self.isVisible():
             return True
         known = self._times is not None
@@ -224,7 +206,6 @@ class VideoPanel(PictureView):
 
     @property
     def caption(self) -> str:
-        """What is said below the picture."""
         times, reference = self._times, self._reference
         if times is None or reference is None or self._shown < 0:
             return self._progress
@@ -232,56 +213,56 @@ class VideoPanel(PictureView):
         time = signed(f"{float(reference.clock.to_force(times[self._shown])):.3f}")
         parts.append(f"{time} s")
         if self._period:
-            over = self._here > times[-1] + BUSY_TEXT * self._period
+            over = self._video_time > times[-1] + ENDED_PERIODS * self._period
             rate = f"{1 / self._period:.4g}/s"
             parts.append("ended" if over else rate)  # short: the panel is narrow
         return " · ".join(parts)
 
     @property
     def message(self) -> str:
-        """What is said in place of the picture; empty while there is one."""
         reference = self._reference
         if self._trouble:
             return self._trouble
-        if self.troubled:
+        if self.failed:
             return self._missing[1]
         if self._times is not None and reference is not None and self._requested < 0:
             start = float(reference.clock.to_force(self._times[0]))
-            return "The video begins at {} s".format(f"{start:.3f}")
+            return f"The video begins at {start:.3f} s"
         return ""
 
     @property
-    def above(self) -> float:
+    def top_margin(self) -> float:
         """Room for the choice of a camera, where there are several."""
-        return 0.0 if self._choice.isHidden() else self._choice.height() + 2.0 * CHOICE
+        choice = self._camera_choice
+        return 0.0 if choice.isHidden() else choice.height() + 2.0 * CHOICE_MARGIN
 
     @property
-    def troubled(self) -> bool:
+    def failed(self) -> bool:
         """Whether the video, or the frame at the cursor, cannot be shown."""
         return bool(self._trouble) or 0 <= self._requested == self._missing[0]
 
     def close_video(self, patience: float = STOP_TIMEOUT) -> bool:
-        """Let go of the video; gives whether no thread is left after so many seconds."""
-        self._let_go()
+        """Close the video; gives whether no thread is left after at most `patience` seconds."""
+        self._close()
         return self._frames is None or self._frames.close(patience)
 
     # The document
 
-    def _let_go(self) -> None:
+    def _close(self) -> None:
         """Show no video any more, without waiting for the decoder."""
         if self._open is not None and self._frames is not None:
-            self._frames.leave()
+            self._frames.abandon()
         self._open = None
-        self._forget()
+        self._reset()
 
     @property
     def _reference(self) -> VideoReference | None:
-        """The video of the open demonstration, by the camera that is looked through."""
+        """The video of the shown camera."""
         return self._cameras.video
 
     @property
-    def _here(self) -> float:
-        """The cursor, or what is dragged, on the video's own clock, s."""
+    def _video_time(self) -> float:
+        """The cursor, or the dragged time, on the video's own clock (s)."""
         reference = self._reference
         return (
             0.0
@@ -294,29 +275,29 @@ class VideoPanel(PictureView):
         self._fit_choice()
         reference = self._reference
         if reference is None:
-            self._let_go()
+            self._close()
             if not isinstance(self.parentWidget(), QDockWidget):  # that hides, and keeps its width
                 self.hide()
             return
         video = (self.document.id, str(reference.path))
         if video != self._open:
-            self._forget()
+            self._reset()
             if (
                 self.document.view.frame_times is not None
             ):  # of another camera: nothing steps by them
                 self.document.view.set_frame_times(None)
             self._open = video
             self.fit()
-            self._source().open(reference.path)
+            self._ensure_frames().open(reference.path)
         elif self._times is not None:
-            self._tell_times()
-            self._follow()
+            self._publish_times()
+            self._request_frame()
         if self.parentWidget() is not None:
             self.show()
         self.update()
 
-    def _source(self) -> VideoFrames:
-        """Where frames come from; made when the first video is met."""
+    def _ensure_frames(self) -> VideoFrames:
+        """The decoder, created when the first video is shown."""
         if self._frames is None:
             self._frames = VideoFrames(self)
             self.fits.connect(self._frames.fit)
@@ -329,13 +310,13 @@ class VideoPanel(PictureView):
             self._frames.missed.connect(self._missed)
         return self._frames
 
-    def _tell_times(self) -> None:
-        """Say when the frames are shown, on the force clock."""
+    def _publish_times(self) -> None:
+        """Give the document the times of the frames on the force clock."""
         if self._times is not None and self._reference is not None:
             self.document.view.set_frame_times(self._reference.clock.to_force(self._times))
 
     def _to_first_frame(self) -> None:
-        """Look at the first frame where a video begins a little late, and nobody has gone on."""
+        """Go to the first frame of a video that begins a little late, unless the cursor moved."""
         document, frames = self.document, self.document.view.frame_times
         demonstration = document.demonstration
         if demonstration is None or frames is None or not len(frames):
@@ -344,25 +325,25 @@ class VideoPanel(PictureView):
         if (
             document.view.cursor == start
             and not document.view.playing
-            and 0 < first - start <= LATE_FRAMES
+            and 0 < first - start <= LATEST_START
         ):
             document.view.seek(first)
 
-    def _follow(self, _: float = 0.0, *, again: bool = False) -> None:
-        """Ask for the frame at the cursor."""
+    def _request_frame(self, _: float = 0.0, *, again: bool = False) -> None:
+        """Request the frame at the cursor."""
         if self._times is None:
             return
-        number = last_at(self._times, self._here)
+        number = last_at(self._times, self._video_time)
         step, self._requested = number - self._requested, number
         if number < 0:
             self._show(None, -1)
         elif self.isVisible() and (step or again) and not (number == self._shown and self._sharp):
-            travelling = self.document.view.playing or 0 < step <= STEP
-            direction = 1 if travelling else -1 if -STEP <= step < 0 else 0
-            image = self._source().want(number, direction)
+            travelling = self.document.view.playing or 0 < step <= LONGEST_STEP
+            direction = 1 if travelling else -1 if -LONGEST_STEP <= step < 0 else 0
+            image = self._ensure_frames().request_frame(number, direction)
             if image is not None:
                 self._show(image, number)
-        if step or self._here > self._times[-1]:
+        if step or self._video_time > self._times[-1]:
             self.update()
 
     # The decoder
@@ -371,24 +352,24 @@ class VideoPanel(PictureView):
         self._times = times
         self._period = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
         self._shown = self._requested = -1
-        self._tell_times()
+        self._publish_times()
         self._to_first_frame()
-        self._follow(again=True)
+        self._request_frame(again=True)
         self.update()
 
-    def _named(self, sentence: str) -> str:
-        """What is said of the video, in the name that people know."""
+    def _with_video_name(self, sentence: str) -> str:
+        """A sentence with the video called as coders know it."""
         reference, demonstration = self._reference, self.document.demonstration
         if reference is None or demonstration is None:
             return sentence
         return name_video(sentence, reference.path, demonstration.name)
 
     def _failed(self, sentence: str) -> None:
-        self._trouble = self._named(sentence)
+        self._trouble = self._with_video_name(sentence)
         self._show(None, -1)
 
     def _remarked(self, sentence: str) -> None:
-        sentence = self._named(sentence)
+        sentence = self._with_video_name(sentence)
         self.setToolTip(sentence)
         self.document.show_message(sentence, True)
         self.update()
@@ -398,7 +379,7 @@ class VideoPanel(PictureView):
         self.update()
 
     def _missed(self, number: int, sentence: str) -> None:
-        self._missing = (number, self._named(sentence))
+        self._missing = (number, self._with_video_name(sentence))
         if number == self._requested:
             self._show(None, -1)
 
@@ -417,7 +398,6 @@ class VideoPanel(PictureView):
             self._show(image, number, sharp=False)
 
     def _show(self, image: QImage | None, number: int, *, sharp: bool = True) -> None:
-        """Put a picture on the screen."""
         self._sharp = sharp
         if image is None and self._image is None and self._shown == number:
             self.update()
@@ -430,15 +410,13 @@ class VideoPanel(PictureView):
         self.frame_shown.emit(number)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """The choice of a camera is as wide as the picture, if it must."""
         super().resizeEvent(event)
         self._fit_choice()
 
     def _fit_choice(self) -> None:
-        """Give the choice of a camera its room."""
-        self._choice.fit(self.width() - 2 * CHOICE)
+        self._camera_choice.fit(self.width() - 2 * CHOICE_MARGIN)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Ask for the frame at the cursor, which was not followed while hidden."""
+        """Request the frame at the cursor, which was not followed while hidden."""
         super().showEvent(event)
-        self._follow(again=True)
+        self._request_frame(again=True)

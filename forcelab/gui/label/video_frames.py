@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 AHEAD, AROUND = 12, 3
 #: Bytes that pictures of the neighbours may take.
 CACHE_BYTES = 96 * 2**20
-#: A frame that is asked for is still decoded when a later one is asked for while the decoder is
-#: this near, so that playback faster than the decoder shows some frames rather than none.
+#: A requested frame is still decoded when a later one is requested while the decoder is this many
+#: frames before it, so that playback faster than the decoder shows some frames rather than none.
 NEAR_FRAMES = 12
 #: Seconds without a request after which sketches are made.
 IDLE_SECONDS = 0.3
@@ -34,22 +34,19 @@ IDLE_SECONDS = 0.3
 class FrameThread:
     """A thread that reads one video.
 
-    Attributes
-    ----------
-    size : QSize
-        In which pictures are to be ready, too; empty for none. Set by the GUI's thread.
+    `size` is that in which pictures are to be ready, too; empty for none. Set by the GUI's thread.
     """
 
-    def __init__(self, path: Path, told: SignalInstance) -> None:
+    def __init__(self, path: Path, signal: SignalInstance) -> None:
         self.path = path
         self.thread = threading.Thread(target=self._run, name=f"video {path.name}", daemon=True)
-        self._told = told
+        self._sent = signal
         self._changed = threading.Condition()
         self._ended = False
         self._request: tuple[int, int] | None = None
         self.size = QSize()
         self._pixels = 1  # of a frame
-        self._given = -1  # the frame that was given at once
+        self._immediate = -1  # the frame that was given at once
         # Of the frame that was asked for last and of its neighbours, by their number.
         self._images: dict[int, QImage] = {}
         self._fitted: dict[int, QImage] = {}
@@ -58,17 +55,17 @@ class FrameThread:
         self._sketches: Sketches | None = None
         self._sketching: Generator[None, None, None] | None = None
 
-    def want(self, number: int, direction: int) -> QImage | None:
-        """Take a request in place of the one before; gives the picture if it is there."""
+    def request_frame(self, number: int, direction: int) -> QImage | None:
+        """Replace the pending request; gives the picture if it is ready."""
         with self._changed:
             image = self._images.get(number)
-            self._given = -1 if image is None else number
+            self._immediate = -1 if image is None else number
             self._request = (number, direction)
             self._changed.notify()
         return image
 
     def fitted(self, number: int) -> QImage | None:
-        """The picture of a frame in the size that is wanted; None where it is not there."""
+        """The picture of a frame in the requested size, if it is ready."""
         with self._changed:
             image = self._fitted.get(number)
         return image if image is not None and image.size() == self.size else None
@@ -79,15 +76,15 @@ class FrameThread:
             self._ended = True
             self._changed.notify()
 
-    def _send(self, what: str, *values: object) -> None:
-        """Send to the GUI's thread."""
+    def _send(self, signal: str, *values: object) -> None:
+        """Emit a signal of :class:`VideoFrames` in the GUI's thread."""
         try:
-            self._told.emit(self, what, values)
+            self._sent.emit(self, signal, values)
         except RuntimeError:  # what PySide raises when the C++ object was deleted
             self._ended = True
 
     def _run(self) -> None:
-        """Read the video until the end is asked for; whoever holds this later holds no pictures."""
+        """Read the video until :meth:`end`; afterwards this holds no pictures."""
         try:
             reader = self._open()
             if reader is not None:
@@ -102,7 +99,7 @@ class FrameThread:
             self._images, self._fitted = {}, {}
 
     def _read(self, reader: VideoReader) -> None:
-        """Serve requests, in between look at the neighbours of the last one and make sketches."""
+        """Serve requests; in between decode neighbours of the last frame and make sketches."""
         from forcelab.video.reader import Sketches
 
         self._sketches = Sketches(self.path, reader.index)
@@ -116,7 +113,7 @@ class FrameThread:
         while not self._ended:
             if self._request is not None:
                 self._serve(reader)
-            elif not self._look_around(reader) and not self._sketch():
+            elif not self._decode_neighbour(reader) and not self._sketch():
                 with self._changed:
                     if self._request is None and not self._ended:
                         self._changed.wait(IDLE_SECONDS if self._sketching else None)
@@ -143,32 +140,32 @@ class FrameThread:
         return None
 
     def _serve(self, reader: VideoReader) -> None:
-        """Decode the frame that is asked for, unless another one is asked for meanwhile."""
+        """Decode the requested frame, unless another one is requested meanwhile."""
         with self._changed:
             assert self._request is not None
             (number, direction), self._request = self._request, None
-            given = number == self._given
+            immediate = number == self._immediate
         number = min(max(number, 0), len(reader) - 1)
         self._served, self._served_at = (number, direction), time.monotonic()
-        if given:
+        if immediate:
             return
         if reader.kept(number) is None and not number - NEAR_FRAMES <= reader.position < number:
             sketch = self._sketches.get(number) if self._sketches is not None else None
             if sketch is not None:
                 self._send("sketch_ready", number, _image(sketch))
         try:
-            frame = self._reach(reader, number, None, patient=True)
+            frame = self._decode_to(reader, number, None, patient=True)
         except InputError as error:
             self._send("missed", number, str(error))
             return
         if frame is not None:
             image = _image(frame)
-            self._keep(number, image, self._around(reader)[0])
+            self._store(number, image, self._neighbours(reader)[0])
             self._send("frame_ready", number, image)
 
     @property
     def prepared(self) -> bool:
-        """Whether all sketches are made that will be."""
+        """Whether all sketches are made."""
         return self._sketches is not None and self._sketching is None
 
     def _sketch(self) -> bool:
@@ -181,56 +178,58 @@ class FrameThread:
             self._sketching = None
         return True
 
-    def _around(self, reader: VideoReader) -> tuple[list[int], int]:
-        """The neighbours of the last frame, the nearest first, and how many on a side there are."""
+    def _neighbours(self, reader: VideoReader) -> tuple[list[int], int]:
+        """The neighbours of the last frame, the nearest first, and the most on a side."""
         number, direction = self._served
         last = len(reader) - 1
         # The frame, both sides and what is passed fit together; a picture is a third larger.
         pixels = self._pixels + max(self.size.width() * self.size.height(), 0)
         room = min(reader.capacity // 4, max(1, CACHE_BYTES // (2 * 4 * pixels)))
-        ahead = min(AHEAD if direction > 0 else AROUND, room)
-        behind = min(AHEAD if direction < 0 else AROUND, room)
-        around = [*range(number + 1, min(number + ahead, last) + 1)]
-        around += range(number - 1, max(number - behind, 0) - 1, -1)
-        return around, room
+        forward = min(AHEAD if direction > 0 else AROUND, room)
+        backward = min(AHEAD if direction < 0 else AROUND, room)
+        neighbours = [*range(number + 1, min(number + forward, last) + 1)]
+        neighbours += range(number - 1, max(number - backward, 0) - 1, -1)
+        return neighbours, room
 
-    def _look_around(self, reader: VideoReader) -> bool:
+    def _decode_neighbour(self, reader: VideoReader) -> bool:
         """Decode one neighbour of the last frame; False if all of them are there."""
         number, direction = self._served
-        around, room = self._around(reader)
-        for other in around:
-            if other not in self._images:
+        neighbours, room = self._neighbours(reader)
+        for neighbour in neighbours:
+            if neighbour not in self._images:
                 try:
-                    frame = self._reach(reader, other, room if other < number else 0, patient=False)
+                    frame = self._decode_to(
+                        reader, neighbour, room if neighbour < number else 0, patient=False
+                    )
                     if frame is not None:
-                        self._keep(other, _image(frame), around)
+                        self._store(neighbour, _image(frame), neighbours)
                 except InputError:
                     self._served = (number, 0) if direction else (number, direction)
-                    return False  # it is told when it is asked for
+                    return False  # reported once it is requested
                 return True
         return False
 
-    def _keep(self, number: int, image: QImage, around: list[int]) -> None:
-        """Keep a picture, and let go of those that are no neighbours of the last frame any more."""
+    def _store(self, number: int, image: QImage, neighbours: list[int]) -> None:
+        """Keep a picture, and drop those that are no neighbours of the last frame any more."""
         size = self.size
         fitted = None if size.isEmpty() else scaled(image, size)
-        near = {self._served[0], *around}
+        near = {self._served[0], *neighbours}
         with self._changed:
-            self._images = {at: kept for at, kept in self._images.items() if at in near}
-            self._fitted = {at: kept for at, kept in self._fitted.items() if at in near}
+            self._images = {at: old for at, old in self._images.items() if at in near}
+            self._fitted = {at: old for at, old in self._fitted.items() if at in near}
             self._images[number] = image
             if fitted is not None:
                 self._fitted[number] = fitted
 
-    def _reach(
+    def _decode_to(
         self, reader: VideoReader, number: int, passed: int | None, *, patient: bool
     ) -> Frame | None:
-        """Decode up to a frame; None if it is not wanted any more."""
+        """Decode up to a frame; None if another request makes it useless."""
         reaching = reader.reaching(number, passed)
         while not self._ended:
-            wanted = self._request
+            request = self._request
             near = number - NEAR_FRAMES <= reader.position < number
-            if wanted is not None and not (patient and near and wanted[0] >= number):
+            if request is not None and not (patient and near and request[0] >= number):
                 return None
             try:
                 next(reaching)
@@ -241,7 +240,7 @@ class FrameThread:
 
 
 def _image(frame: Frame) -> QImage:
-    """A picture of its own in the form that Qt paints fastest."""
+    """A picture with memory of its own, in the form that Qt paints fastest."""
     height, width = frame.shape[:2]
     frame = np.ascontiguousarray(frame)
     image = QImage(frame.data, width, height, 3 * width, QImage.Format.Format_RGB888)
@@ -249,7 +248,7 @@ def _image(frame: Frame) -> QImage:
 
 
 def _sentence(error: Exception, path: Path) -> str:
-    """What is said of a video that cannot be opened."""
+    """Why a video cannot be opened."""
     if isinstance(error, ImportError):
         return f"'{path.name}' cannot be shown: OpenCV is not there ({error}); run forcelab doctor."
     if isinstance(error, OSError):
@@ -262,26 +261,7 @@ STOP_TIMEOUT = 5.0
 
 
 class VideoFrames(QObject):
-    """The frames of one video at a time.
-
-    Attributes
-    ----------
-    opened : Signal(ndarray)
-        The video can be shown: timestamps of its frames in seconds, shape (n,), on its own clock.
-    failed : Signal(str)
-        It cannot be shown at all, and why.
-    remarked : Signal(str)
-        What is to be said about it though it can be shown.
-    indexed : Signal(int, int)
-        How many frames' times are read, of how many.
-    frame_ready : Signal(int, QImage)
-        A frame's number from 0, and its picture. Before :attr:`opened` it is the first frame of a
-        video whose index takes long.
-    sketch_ready : Signal(int, QImage)
-        The same, smaller and coarser, while the frame itself takes long.
-    missed : Signal(int, str)
-        A frame that cannot be decoded, and why.
-    """
+    """The frames of one video at a time, numbered from 0, decoded in a thread."""
 
     opened = Signal(object)
     failed = Signal(str)
@@ -290,56 +270,40 @@ class VideoFrames(QObject):
     frame_ready = Signal(int, QImage)
     sketch_ready = Signal(int, QImage)
     missed = Signal(int, str)
-    _told = Signal(object, object, object)
+    _sent = Signal(object, object, object)
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._decoder: FrameThread | None = None
         self._ending: list[FrameThread] = []
         self._size = QSize()
-        self._told.connect(self._relay, Qt.ConnectionType.QueuedConnection)
+        self._sent.connect(self._relay, Qt.ConnectionType.QueuedConnection)
 
     def open(self, path: Path) -> None:
-        """Show another video from now on; what is under way for the one before is dropped."""
-        self.leave()
-        self._decoder = FrameThread(path, self._told)
+        """Show another video from now on; pending work for the one before is dropped."""
+        self.abandon()
+        self._decoder = FrameThread(path, self._sent)
         self._decoder.size = self._size
         self._decoder.thread.start()
 
-    def want(self, number: int, direction: int = 0) -> QImage | None:
-        """Ask for a frame; earlier requests that are not served yet are dropped.
+    def request_frame(self, number: int, direction: int = 0) -> QImage | None:
+        """Request a frame in place of earlier requests; gives it if it is ready, without a signal.
 
-        A neighbour of the frame before is there already: it is given at once, and not told again.
-
-        Parameters
-        ----------
-        number : int
-            From 0.
-        direction : int
-            1 or -1 for where the next request is likely to go; 0 if that is not known.
-
-        Returns
-        -------
-        QImage or None
+        `direction` is 1 or -1 for where the next request is likely to go; 0 if that is not known.
         """
-        return None if self._decoder is None else self._decoder.want(number, direction)
+        return None if self._decoder is None else self._decoder.request_frame(number, direction)
 
     def fit(self, size: QSize) -> None:
-        """Have pictures ready in another size, too, from now on; an empty one for none.
+        """Have pictures ready in another size (pixels of the screen), too; an empty one for none.
 
         To scale them costs the GUI's thread more than all else that a step makes it paint.
-
-        Parameters
-        ----------
-        size : QSize
-            In pixels of the screen.
         """
         self._size = size
         if self._decoder is not None:
             self._decoder.size = size
 
     def fitted(self, number: int) -> QImage | None:
-        """The picture of a frame in the size that was asked for last, if it is ready."""
+        """The picture of a frame in the requested size, if it is ready."""
         return None if self._decoder is None else self._decoder.fitted(number)
 
     @property
@@ -348,16 +312,16 @@ class VideoFrames(QObject):
         return self._decoder is not None and self._decoder.prepared
 
     def close(self, patience: float = STOP_TIMEOUT) -> bool:
-        """Let go of the video; gives whether no thread is left after so many seconds."""
-        self.leave()
+        """Close the video; gives whether no thread is left after at most `patience` seconds."""
+        self.abandon()
         deadline = time.monotonic() + patience
         for decoder in self._ending:
             decoder.thread.join(max(0.0, deadline - time.monotonic()))
         self._ending = [decoder for decoder in self._ending if decoder.thread.is_alive()]
         return not self._ending
 
-    def leave(self) -> None:
-        """Let go of the video without waiting for the decoder to end."""
+    def abandon(self) -> None:
+        """Close the video without waiting for the decoder to end."""
         if self._decoder is not None:
             self._decoder.end()
             self._ending.append(self._decoder)
@@ -365,7 +329,7 @@ class VideoFrames(QObject):
         self._ending = [decoder for decoder in self._ending if decoder.thread.is_alive()]
 
     @Slot(object, object, object)
-    def _relay(self, decoder: FrameThread, what: str, values: tuple[Any, ...]) -> None:
-        """Pass on what the present decoder tells; a former one is not heard any more."""
+    def _relay(self, decoder: FrameThread, signal: str, values: tuple[Any, ...]) -> None:
+        """Emit what the present decoder sends; a former one's signals are dropped."""
         if decoder is self._decoder:
-            getattr(self, what).emit(*values)
+            getattr(self, signal).emit(*values)

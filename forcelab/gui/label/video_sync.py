@@ -49,7 +49,7 @@ from forcelab.gui.figures.text import signed
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.picture_view import PictureView
 from forcelab.gui.label.video_frames import VideoFrames
-from forcelab.gui.layout import whole_rows
+from forcelab.gui.layout import set_enabled_with_reason, whole_rows
 from forcelab.gui.theme import colours, themes
 from forcelab.jobs import Progress
 from forcelab.project.media import name_video
@@ -79,30 +79,26 @@ class AlignmentPlot(QWidget):
         themes().changed.connect(self._repaint)
 
     def sizeHint(self) -> QSize:
-        """Room for two curves and an axis."""
         return QSize(480, 9 * self.fontMetrics().height())
 
     def minimumSizeHint(self) -> QSize:
-        """As :meth:`sizeHint`: less cannot be read."""
         return self.sizeHint()
 
     def show_signals(self, proposal: Proposal | None, note: str = "") -> None:
-        """Show what was compared, or a sentence in its place."""
+        """Show the compared signals, or a note in their place."""
         self._proposal, self._note = proposal, note
         self.update()
 
     def show_clock(self, clock: ClockMap, taps: tuple[float, ...]) -> None:
-        """Put the two together by this clock; `taps` are marked at their force times (s)."""
+        """Map the motion by this clock; `taps` are marked at their force times (s)."""
         self._clock, self._taps = clock, taps
         self.update()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Move the cursor to where the click was."""
         if event.button() == Qt.MouseButton.LeftButton and self._proposal is not None:
             self.document.view.seek(self._axis(self._box()).value(event.position().x()))
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw everything."""
         c = colours()
         with QPainter(self) as painter:
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -120,13 +116,11 @@ class AlignmentPlot(QWidget):
             painter.drawRect(box)
 
     def changeEvent(self, event: QEvent) -> None:
-        """Another font makes another size."""
         if event.type() == QEvent.Type.FontChange:
             self.updateGeometry()
         super().changeEvent(event)
 
     def _repaint(self) -> None:
-        """Draw again, with what has moved."""
         self.update()
 
     def _box(self) -> QRectF:
@@ -135,7 +129,6 @@ class AlignmentPlot(QWidget):
         return QRectF(0.5, line + 6.5, self.width() - 1.0, self.height() - 2.0 * line - 11.0)
 
     def _paint_signals(self, painter: QPainter, box: QRectF, proposal: Proposal) -> None:
-        """The curves, the taps, the cursor, the axis and the names."""
         c, axis = colours(), self._axis(box)
         middle, high = box.center().y(), box.height() / 2.0 - 4.0
         self._paint_times(painter, box, axis)
@@ -144,14 +137,14 @@ class AlignmentPlot(QWidget):
         painter.setPen(QPen(QColor(c.frame), 1))
         painter.drawLine(QLineF(box.left(), middle, box.right(), middle))
         motion, force = proposal.motion, proposal.force
-        seen = self._clock.to_force(motion[0])
-        for times, values, colour, way in (
-            (seen, motion[1], c.curves[0], -1.0),
+        motion_times = self._clock.to_force(motion[0])
+        for times, values, colour, sign in (
+            (motion_times, motion[1], c.curves[0], -1.0),
             (force[0], force[1], c.curves[1], 1.0),
         ):
             painter.setPen(QPen(QColor(colour), 1))
             painter.setBrush(translucent(colour, 0.43))
-            painter.drawPolygon(_outline(times, values, axis, middle, way * high))
+            painter.drawPolygon(_outline(times, values, axis, middle, sign * high))
         painter.setPen(QPen(QColor(c.hint), 1.5, Qt.PenStyle.DashLine))
         for tap in self._taps:
             x = axis.at(tap)
@@ -191,7 +184,6 @@ class AlignmentPlot(QWidget):
             text.draw_text(painter, x, y, label, face=face, ink=QColor(c.muted), align=0.5)
 
     def _axis(self, box: QRectF) -> Axis:
-        """From seconds on the force clock to pixels."""
         return Axis(*self.document.view.bounds, box.left(), max(box.right(), box.left() + 1.0))
 
 
@@ -219,12 +211,8 @@ def _outline(
 class VideoPreview(QWidget):
     """A frame, and a slider, a number and buttons that choose it.
 
-    Attributes
-    ----------
-    times : ndarray, shape (n,)
-        The frames' own timestamps in s; empty until the video is open.
-    number : int
-        Of the frame that is chosen, from 0.
+    `times` are the frames' own timestamps (s), shape (n,), empty until the video is open; `number`
+    is the chosen frame, from 0.
     """
 
     def __init__(self) -> None:
@@ -278,11 +266,11 @@ class VideoPreview(QWidget):
 
     @property
     def time(self) -> float:
-        """The chosen frame's own time, s."""
+        """The chosen frame's own time (s)."""
         return float(self.times[self.number]) if self.times.size else 0.0
 
     def open(self, path: Path, demonstration: str) -> None:
-        """Show a video, that of the demonstration of a name."""
+        """Show the video of a demonstration."""
         self._film, self._name = path, demonstration
         self.frames.open(path)
 
@@ -293,19 +281,19 @@ class VideoPreview(QWidget):
         self.show_frame(int(np.searchsorted(self.times, time + 5e-4 + SAME, side="right")) - 1)
 
     def show_frame(self, number: int) -> None:
-        """Choose a frame by its number; the nearest one that there is."""
+        """Choose the frame whose number is nearest."""
         if self.times.size == 0:
             return
         number = min(max(number, 0), self.times.size - 1)
         direction = int(np.sign(number - self.number))
         self.number = number
-        image = self.frames.want(number, direction)
+        image = self.frames.request_frame(number, direction)
         if image is not None:
             self._shown(number, image)
         self._show_position()
 
     def close_video(self) -> None:
-        """Let go of the file; no thread is left."""
+        """Close the file; no thread is left."""
         self.frames.close()
 
     @property
@@ -313,7 +301,7 @@ class VideoPreview(QWidget):
         return (self.slider, self.spin, self.back, self.on)
 
     def _opened(self, times: NDArray[np.float64]) -> None:
-        """The video can be shown: begin at the frame that was asked for."""
+        """Begin at the frame that was asked for."""
         self.times = times
         for widget in self._controls:
             widget.setEnabled(True)
@@ -325,13 +313,13 @@ class VideoPreview(QWidget):
         self.show_time(self._requested_time)
 
     def _shown(self, number: int, image: QImage) -> None:
-        """A frame is there."""
+        """Show a decoded frame."""
         if number == self.number:
-            told = f"frame {number + 1} of {max(self.times.size, 1)}"
-            self.picture.show_image(image, told)
+            caption = f"frame {number + 1} of {max(self.times.size, 1)}"
+            self.picture.show_image(image, caption)
 
     def _show_problem(self, sentence: str) -> None:
-        """Tell what stands in the way of a frame."""
+        """Show why a frame cannot be shown."""
         self.picture.say(name_video(sentence, self._film, self._name))
 
     def _show_position(self) -> None:
@@ -342,35 +330,30 @@ class VideoPreview(QWidget):
 
 
 class _FrameView(PictureView):
-    """The frame with its number, or a sentence in its place."""
+    """The frame with its number, or a message in its place."""
 
-    def __init__(self, sentence: str) -> None:
+    def __init__(self, message: str) -> None:
         super().__init__()
-        self._sentence, self._words = sentence, ""
+        self._message, self._caption = message, ""
         self.setMinimumSize(320, 200)
 
     @property
     def caption(self) -> str:
-        """Which frame it is."""
-        return self._words
+        return self._caption
 
     @property
     def message(self) -> str:
-        """What stands in the way of a frame."""
-        return self._sentence
+        return self._message
 
     def sizeHint(self) -> QSize:
-        """A small frame."""
         return QSize(480, 300)
 
-    def show_image(self, image: QImage, words: str) -> None:
-        """Show a frame."""
-        self._sentence, self._words = "", words
+    def show_image(self, image: QImage, caption: str) -> None:
+        self._message, self._caption = "", caption
         self.set_image(image)
 
-    def say(self, sentence: str) -> None:
-        """Show a sentence in its place."""
-        self._sentence, self._words = sentence, ""
+    def say(self, message: str) -> None:
+        self._message, self._caption = message, ""
         self.set_image(None)
 
 
@@ -385,41 +368,25 @@ def _labelled_row(button: ButtonT) -> ButtonT:
     return button
 
 
-#: A contact event at most so far from the cursor is what was meant, s.
+#: The force tap is set to a contact event at most so far from the cursor (s).
 SNAP = 0.08
-#: Rates further from 1 are mistakes.
-RARE_UPDATE_MS = 2e-3
+#: Rates farther from 1 are mistakes.
+LARGEST_RATE_ERROR = 2e-3
 KEY = "synchronise"
 
 
 @dataclass(frozen=True, slots=True)
 class TapRow:
-    """An event as it is marked so far: its times (s) on the video's clock and on the force's."""
+    """A tap: its times (s) on the video's clock and on the force's, as far as they are marked."""
 
     video: float | None = None
     force: float | None = None
 
 
 class SynchroniseDialog(QDialog):
-    """Offset and rate of the video's clock, from taps marked by hand or from a proposal.
+    """Offset and rate of the video's clock, from taps marked by hand or found automatically.
 
-    Nothing is stored before Accept is pressed.
-
-    Parameters
-    ----------
-    document : Document
-        With a demonstration that has a video.
-    jobs : Jobs
-        Runs the search for a proposal.
-
-    Attributes
-    ----------
-    rows : tuple of TapRow
-        What was marked.
-    candidate : ClockMap or None
-        What Accept would store.
-    proposal : Proposal or None
-        What was found by itself.
+    `rows` are the taps, `candidate` the clock that Accept would store, `proposal` what was found.
     """
 
     def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
@@ -460,12 +427,12 @@ class SynchroniseDialog(QDialog):
         ):
             button.clicked.connect(verb)
         self.fit_rate.toggled.connect(lambda: self.set_rows(self.rows))
-        self.table.currentCellChanged.connect(self._look_at)
+        self.table.currentCellChanged.connect(self._show_tap)
         self.preview.show_time(float(self.stored.to_device(document.view.cursor)))
         self.preview.open(demonstration.video.path, demonstration.name)
-        document.view.cursor_moved.connect(self._follow)
-        document.demonstration_changed.connect(self._leave_if_other)
-        self._follow()
+        document.view.cursor_moved.connect(self._show_cursor)
+        document.demonstration_changed.connect(self._close_if_other)
+        self._show_cursor()
         self._show_hint()
         self._refresh()
 
@@ -475,7 +442,6 @@ class SynchroniseDialog(QDialog):
         return QSize(60 * line, 42 * line).expandedTo(super().sizeHint())
 
     def _force_row(self) -> QHBoxLayout:
-        """The cursor as a number."""
         self.force_time = QDoubleSpinBox()
         self.force_time.setDecimals(3)
         self.force_time.setSuffix(" s")
@@ -495,7 +461,6 @@ class SynchroniseDialog(QDialog):
         return row
 
     def _taps_box(self) -> QGroupBox:
-        """What was marked, with its buttons."""
         self.frame_button = _labelled_row(QPushButton("Set &video tap"))
         self.force_button = _labelled_row(QPushButton("Set &force tap"))
         self.remove_button = _labelled_row(QPushButton("&Remove"))
@@ -519,7 +484,7 @@ class SynchroniseDialog(QDialog):
         return box
 
     def _clock_box(self) -> QGroupBox:
-        """The clock that is stored, the new one, and how good that is."""
+        """The stored clock, the new one, and how good that is."""
         box = QGroupBox("Clock of the video")
         grid = QGridLayout(box)
         grid.setColumnStretch(1, 1)
@@ -542,7 +507,6 @@ class SynchroniseDialog(QDialog):
         return box
 
     def _button_row(self) -> QHBoxLayout:
-        """What is done with all of it."""
         self.propose_button = _labelled_row(QPushButton("Find &taps"))
         self.reset_button = _labelled_row(QPushButton("R&eset"))
         self.trouble = QLabel()
@@ -565,110 +529,106 @@ class SynchroniseDialog(QDialog):
     # Verbs
 
     def mark_frame(self) -> None:
-        """Take the time of the chosen frame for the event that lacks one, or for a new one."""
+        """Set the video time of the tap that lacks one, or of a new tap, to the chosen frame's."""
         if self.preview.times.size:
-            self._mark(video=self.preview.time)
+            self._set_tap_time(video=self.preview.time)
 
     def mark_force(self) -> None:
-        """Take the time of the cursor, or of the contact event beside it."""
+        """Set the force time of a tap to the cursor, or to the contact event beside it."""
         time, contacts = self.document.view.cursor, self.document.view.contacts
         if self.snap.isChecked() and contacts.size:
             nearest = float(contacts[np.argmin(np.abs(contacts - time))])
             time = nearest if abs(nearest - time) <= SNAP else time
-        self._mark(force=time)
+        self._set_tap_time(force=time)
 
     def remove(self) -> None:
-        """Forget the selected event."""
+        """Remove the selected tap."""
         row = self.table.currentRow()
         if 0 <= row < len(self.rows):
             self.set_rows(self.rows[:row] + self.rows[row + 1 :])
 
     def set_rows(self, rows: tuple[TapRow, ...]) -> None:
-        """Put these events in place of those that are there, and fit the clock to them."""
+        """Replace the taps, and fit the clock to them."""
         self.rows = rows
-        whole = [(r.video, r.force) for r in rows if r.video is not None and r.force is not None]
+        complete = [(r.video, r.force) for r in rows if r.video is not None and r.force is not None]
         self.candidate = self.residual = None
         self.trouble.clear()
         try:
-            if whole:
-                self.candidate, self.residual = self._fitted(whole)
+            if complete:
+                self.candidate, self.residual = self._fitted(complete)
         except InputError as error:
             self.trouble.setText(str(error))
         self._refresh()
 
     def propose(self) -> None:
-        """Look for the clock in the background."""
+        """Search for the clock in the background."""
         demonstration = self.document.demonstration
         if demonstration is None:
             return
-        self.propose_button.setEnabled(False)
+        set_enabled_with_reason(self.propose_button, "Wait until the search is over.")
         self.trouble.clear()
         search = proposing_for(demonstration)
         self.jobs.run(search, self._proposed, self._failed, self._progress, KEY)
 
     def reset(self) -> None:
-        """Forget everything marked and proposed; the stored clock stays."""
+        """Remove all taps and what was found; the stored clock stays."""
         self.proposal = None
         self._show_hint()
         self.set_rows(())
 
     def accept(self) -> None:
-        """Store the clock and close."""
         if self.candidate is None or self.document.set_video_clock(self.candidate):
             super().accept()
 
     def done(self, result: int) -> None:
-        """Close, whichever way: the search ends and the file is let go."""
+        """Close in any way: the search ends and the file is closed."""
         self.jobs.cancel(KEY)
         self.preview.close_video()
         super().done(result)
         self.deleteLater()  # with it go its connections to the document
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """As Close."""
         self.reject()
         super().closeEvent(event)
 
     # The proposal
 
     def _proposed(self, proposal: Proposal) -> None:
-        """Show what was found; it is the candidate until something is marked."""
-        self.propose_button.setEnabled(True)
+        """Show what was found; it is the candidate until a tap is marked."""
+        set_enabled_with_reason(self.propose_button, "")
         self.proposal = proposal
         self.plot.show_signals(proposal)
-        self.rows = tuple(TapRow(seen, felt) for seen, felt in proposal.taps)
+        self.rows = tuple(TapRow(video, force) for video, force in proposal.taps)
         self.candidate, self.residual = proposal.clock, proposal.residual
         self._refresh(proposed=True)
 
     def _failed(self, error: Exception) -> None:
-        """Say why nothing was found."""
-        self.propose_button.setEnabled(True)
+        set_enabled_with_reason(self.propose_button, "")
         self.trouble.setText(str(error))
         self._show_hint()
 
     def _progress(self, progress: Progress) -> None:
-        """Say how far the search is."""
         share = 100.0 * progress.done / max(progress.total, 1)
         if self.proposal is None:
             self.plot.show_signals(None, f"{progress.text}  {share:.0f} %")
 
     # Inside
 
-    def _fitted(self, whole: list[tuple[float, float]]) -> tuple[ClockMap, float]:
-        """The clock through events (video s, force s), and its residual (s).
+    def _fitted(self, taps: list[tuple[float, float]]) -> tuple[ClockMap, float]:
+        """The clock through taps (video s, force s), and its residual (s).
 
-        Times that are one, or a clock that would run backwards, are an InputError.
+        Equal times, or a clock that would run backwards, raise an InputError.
         """
-        seen, felt = (np.array(times) for times in zip(*whole, strict=True))
-        if len(whole) > 1 and self.fit_rate.isChecked():
-            fit = fit_clock(seen.tolist(), felt.tolist())
+        video, force = (np.array(times) for times in zip(*taps, strict=True))
+        if len(taps) > 1 and self.fit_rate.isChecked():
+            fit = fit_clock(video.tolist(), force.tolist())
             return fit.clock, fit.residual
-        rate = self.stored.rate  # one event tells nothing about it
-        clock = ClockMap(float(np.mean(felt - rate * seen)), rate)
-        return clock, float(np.sqrt(np.mean((clock.to_force(seen) - felt) ** 2)))
+        rate = self.stored.rate  # one tap says nothing about it
+        clock = ClockMap(float(np.mean(force - rate * video)), rate)
+        return clock, float(np.sqrt(np.mean((clock.to_force(video) - force) ** 2)))
 
-    def _look_at(self, number: int) -> None:
-        """Show the frame and the force of an event that was chosen."""
+    def _show_tap(self, number: int) -> None:
+        """Show the frame and the force of a chosen tap."""
         if not 0 <= number < len(self.rows):
             return
         row = self.rows[number]
@@ -677,8 +637,8 @@ class SynchroniseDialog(QDialog):
         if row.force is not None:
             self.document.view.seek(row.force)
 
-    def _mark(self, video: float | None = None, force: float | None = None) -> None:
-        """Fill the first event that lacks this time, or begin another."""
+    def _set_tap_time(self, video: float | None = None, force: float | None = None) -> None:
+        """Set the time of the first tap that lacks it, or add a tap."""
         rows = list(self.rows)
         for place, row in enumerate(rows):
             if video is not None and row.video is None:
@@ -691,44 +651,43 @@ class SynchroniseDialog(QDialog):
             rows.append(TapRow(video, force))
         self.set_rows(tuple(rows))
 
-    def _follow(self) -> None:
-        """The cursor has moved."""
+    def _show_cursor(self) -> None:
         with QSignalBlocker(self.force_time):
             self.force_time.setValue(self.document.view.cursor)
 
-    def _leave_if_other(self) -> None:
-        """Close when another demonstration is open."""
+    def _close_if_other(self) -> None:
         if self.document.id != self._id:
             self.reject()
 
     def _show_hint(self) -> None:
-        """Tell both ways to a clock in place of the curves, while nothing is proposed."""
+        """Explain both ways to a clock in place of the curves, until something is found."""
         hint = (
-            "Find taps compares the motion in the video with the force. Or by hand: find a moment "
-            "that is seen and felt, such as a tap; mark its frame, move the force time to it, and "
-            "mark that."
+            "Find taps compares the motion in the video with the force. Or by hand: choose a "
+            "moment that shows in both, such as a tap; set the video tap at its frame and the "
+            "force tap at its force time."
         )
         self.plot.show_signals(None, hint)
 
     def _refresh(self, proposed: bool = False) -> None:
-        """Show what is marked, what follows from it and what would be stored."""
+        """Show taps and clocks as they are now."""
         clock = self.candidate or self.stored
-        with QSignalBlocker(self.table):  # nobody has chosen an event
+        with QSignalBlocker(self.table):  # the coder has chosen no tap
             self._fill_table(clock)
-        self.remove_button.setEnabled(bool(self.rows))
+        set_enabled_with_reason(self.remove_button, "" if self.rows else "No event is marked.")
         taps = tuple(row.force for row in self.rows if row.force is not None)
         self.plot.show_clock(clock, taps)
         self.stored_label.setText(_offset_sentence(self.stored))
         self.new_label.setText("–" if self.candidate is None else _offset_sentence(self.candidate))
-        self.residual_label.setText(self._residual(proposed))
-        self.confidence_label.setText(self._confidence() if proposed else "–")
+        self.residual_label.setText(self._residual_text(proposed))
+        self.confidence_label.setText(self._confidence_text() if proposed else "–")
         doubtful = proposed and self.proposal is not None and self.proposal.doubtful
         colour = colours().warning if doubtful else colours().text
         self.confidence_label.setStyleSheet(f"color: {colour}")
-        self.accept_button.setEnabled(self.candidate is not None)
+        none = "Mark an event in force and video, or let one be proposed."
+        set_enabled_with_reason(self.accept_button, none if self.candidate is None else "")
 
     def _fill_table(self, clock: ClockMap) -> None:
-        """List what is marked, the last event chosen, and how far each is from a new clock."""
+        """List the taps, choose the last one, and show how far each is from the new clock."""
         self.table.setRowCount(len(self.rows))
         for number, row in enumerate(self.rows):
             away = ""
@@ -741,21 +700,21 @@ class SynchroniseDialog(QDialog):
         if self.rows:
             self.table.setCurrentCell(len(self.rows) - 1, 0)
 
-    def _residual(self, proposed: bool) -> str:
-        """How far the events lie from the new clock, and what that tells."""
+    def _residual_text(self, proposed: bool) -> str:
+        """How far the taps lie from the new clock, and what that tells."""
         count = sum(row.video is not None and row.force is not None for row in self.rows)
         if self.candidate is None or count == 0:
             return "–"
         if count == 1 and not proposed:
             return "one tap: the rate stays"
-        if abs(self.candidate.rate - 1.0) > RARE_UPDATE_MS:
-            return "no two clocks differ so much: check the taps, or leave the rate"
+        if abs(self.candidate.rate - 1.0) > LARGEST_RATE_ERROR:
+            return "clocks never differ this much: check the taps, or do not fit the rate"
         if self.residual is None or (count == 2 and self.residual < 1e-6):
-            return "two taps are met exactly; a third tells the error"
-        return "{} ms, root mean square".format(f"{1000 * self.residual:.1f}")
+            return "two taps always fit exactly; a third shows the error"
+        return f"{1000 * self.residual:.1f} ms, root mean square"
 
-    def _confidence(self) -> str:
-        """How far the proposal may be believed."""
+    def _confidence_text(self) -> str:
+        """How far what was found can be trusted."""
         assert self.proposal is not None
         value = f"{self.proposal.confidence:.2f}"
         if self.proposal.doubtful:
@@ -764,12 +723,10 @@ class SynchroniseDialog(QDialog):
 
 
 def _seconds(time: float | None) -> str:
-    """A time of the table; a dash where it is still to be marked."""
+    """A time in the table; a dash where it is not marked."""
     return "–" if time is None else signed(f"{time:.3f}")
 
 
 def _offset_sentence(clock: ClockMap) -> str:
-    """A clock for people."""
-    return "offset {} s, rate {} ppm".format(
-        signed(f"{clock.offset:+.4f}"), signed(f"{1e6 * (clock.rate - 1):+.1f}")
-    )
+    offset, rate = signed(f"{clock.offset:+.4f}"), signed(f"{1e6 * (clock.rate - 1):+.1f}")
+    return f"offset {offset} s, rate {rate} ppm"

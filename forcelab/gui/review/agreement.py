@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
@@ -17,7 +16,6 @@ from forcelab.gui.review.agreement_details import (
     CoderMatrix,
     ConsistencyView,
     PairDetails,
-    kappa_word,
     sentence_label,
 )
 from forcelab.gui.review.consensus import ConsensusBar
@@ -26,10 +24,14 @@ from forcelab.gui.review.trainer import task_text
 from forcelab.gui.widgets import OverflowTabs
 from forcelab.jobs import Progress
 from forcelab.labels import is_model
-
-if TYPE_CHECKING:
-    from forcelab.review.agreement import Agreement, PairAgreement
-
+from forcelab.project import Project
+from forcelab.review.agreement import (
+    Agreement,
+    PairAgreement,
+    agreement,
+    coded_demonstrations,
+    landis_koch,
+)
 
 #: Coders are compared again when nothing was painted for so many ms.
 COMPARE_DELAY = 400
@@ -38,8 +40,8 @@ COMPARE_DELAY = 400
 class AgreementView(QWidget):
     """Who coded what, how far they agree and where not, and the consensus of two.
 
-    Compared in a job, and only while this can be seen. Demonstrations that whoever looks is to
-    label blind are left out, and it is said how many.
+    Compared in a job while the view is visible. Demonstrations that the coder is to label blind are
+    left out, and counted.
     """
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
@@ -77,20 +79,19 @@ class AgreementView(QWidget):
         self._show()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Compare them: any demonstration may have been edited meanwhile."""
+        """Compare again: any demonstration may have been edited meanwhile."""
         super().showEvent(event)
         self._stale = True
         self._forget_blind()
         self.refresh()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Stop comparing."""
         super().hideEvent(event)
         self._soon.stop()
         self._jobs.cancel("coders")
 
     def refresh(self) -> None:
-        """Compare the coders again, if anything has changed and this can be seen."""
+        """Compare the coders again, if anything has changed and the view is visible."""
         self._soon.stop()
         project = self.document.project
         if not self.isVisible() or not self._stale:
@@ -110,7 +111,7 @@ class AgreementView(QWidget):
         )
 
     def focus_consensus(self) -> None:
-        """Let the keys of the consensus hold, where somebody has come to it by a tab."""
+        """Give the keyboard to the consensus, unless its tab was reached by arrow keys."""
         by_arrows = isinstance(QApplication.focusWidget(), QTabBar)  # which go on to other tabs
         if self.consensus.isVisible() and not by_arrows:
             self.consensus.setFocus()
@@ -118,14 +119,12 @@ class AgreementView(QWidget):
     # Inside
 
     def _agreement_page(self) -> QWidget:
-        """Summary, matrix and the chosen pair, as high as they need."""
         page = QWidget()
         parts = self.summary, self.matrix, self.counts, self.pair
         page_layout(page, *parts, growing=self.pair, margin=6, spacing=6)
         return scroll_area(page)
 
     def _project_changed(self) -> None:
-        """Forget the other project."""
         self.found = None
         self._jobs.cancel("coders")
         self.task.clear()
@@ -133,12 +132,12 @@ class AgreementView(QWidget):
         self._again()
 
     def _author_changed(self) -> None:
-        """Compare for somebody else, who may not be to see what is shown."""
+        """Compare for another coder, who may be blind to what is shown."""
         self._forget_blind()
         self._again()
 
     def _forget_blind(self) -> None:
-        """Show at once nothing of what whoever looks codes blind from now on."""
+        """Show at once nothing of what the coder codes blind from now on."""
         if self.found is not None and blind_demonstrations(self.document) & {
             d.id for d in self.found.coded
         }:
@@ -154,12 +153,12 @@ class AgreementView(QWidget):
     def _tracks_changed(self) -> None:
         """Compare again if the open demonstration's labels are not those that were compared."""
         document = self.document
-        shown = {document.author: document.editor.segments, **document.other_tracks}
+        current = {document.author: document.editor.segments, **document.other_tracks}
         coded = () if self.found is None else self.found.coded
-        known = next((one.tracks for one in coded if one.id == document.id), {})
+        known = next((d.tracks for d in coded if d.id == document.id), {})
         if any(
             segments != known.get(author, ())
-            for author, segments in shown.items()
+            for author, segments in current.items()
             if not is_model(author) and author != self.consensus.name
         ):
             self._again()
@@ -171,35 +170,33 @@ class AgreementView(QWidget):
             self._again()
 
     def _listing(self) -> object:
-        """What is known of the demonstrations, but for how far the consensus is."""
-        project, made = self.document.project, self.consensus.name
+        """What is known of the demonstrations, without the progress of the consensus."""
+        project, name = self.document.project, self.consensus.name
         assigned = () if project is None else project.coding.assignments(self.document.author)
         return assigned, [
-            (info.id, info.name, info.task, {a: s for a, s in info.labelled.items() if a != made})
+            (info.id, info.name, info.task, {a: s for a, s in info.labelled.items() if a != name})
             for info in self.document.infos
         ]
 
     def _list_tasks(self) -> None:
-        """Offer the tasks of the project, and all of them."""
         tasks = tuple(dict.fromkeys(info.task for info in self.document.infos))
         listed = tuple(self.task.itemData(i) for i in range(1, self.task.count()))
         if self.task.count() and listed == tasks:
             return
-        kept = self.task.currentData() if self.task.currentIndex() > 0 else None
+        chosen = self.task.currentData() if self.task.currentIndex() > 0 else None
         self.task.clear()
         self.task.addItem("All tasks")
         for task in tasks:
             self.task.addItem(task_text(task), task)
-        self.task.setCurrentIndex(0 if kept is None else max(self.task.findData(kept), 0))
+        self.task.setCurrentIndex(0 if chosen is None else max(self.task.findData(chosen), 0))
         self.task.setVisible(len(tasks) > 1)
 
     def _done(self, found: Agreement | None) -> None:
-        """Show what was found."""
         self.found = found
         self._show()
 
     def _failed(self, error: Exception) -> None:
-        """Say what stands in the way; what was found before stays."""
+        """Report the error; what was found before stays."""
         self._stale = True
         self.document.show_message(str(error), True)
 
@@ -207,15 +204,16 @@ class AgreementView(QWidget):
         """Fill the pages, or say what is missing."""
         found = self.found
         hidden = 0 if found is None else found.hidden
-        text = "{0} demonstrations are left out until you have labelled them blind."
-        one = "1 demonstration is left out until you have labelled it blind."
-        self.note.setText(one if hidden == 1 else text.format(hidden))
+        note = f"{hidden} demonstrations are left out until you have labelled them blind."
+        if hidden == 1:
+            note = "1 demonstration is left out until you have labelled it blind."
+        self.note.setText(note)
         self.note.setVisible(hidden > 0)
         if found is None or not found.pairs:
             self.room.say(self._missing())
             return
         self.room.say("")
-        names = {one.id: one.name for one in found.coded}
+        names = {d.id: d.name for d in found.coded}
         self.summary.setText(self._summary_text(found))
         self.counts.setText(_coder_counts(found))
         self.consensus.show_coded(found.coded, names)  # before a pair of them is chosen
@@ -236,40 +234,34 @@ class AgreementView(QWidget):
         )
 
     def _summary_text(self, found: Agreement) -> str:
-        """How far all coders agree, in a sentence."""
         if found.fleiss is None or found.fleiss_coders < 3:
             return "The darker a cell, the better the two agree; a click tells more."
         return (
             f"Fleiss' kappa of all {len(found.authors)} coders: {found.fleiss:.2f}, "
-            f"“{kappa_word(found.fleiss)}” by Landis and Koch. It extends kappa to "
+            f"“{landis_koch(found.fleiss)}” by Landis and Koch. It extends kappa to "
             "more than two coders. The darker a cell, the better the two agree."
         )
 
     def _show_pair(self, pair: PairAgreement | None) -> None:
-        """Show the pair that was chosen in the matrix."""
         self.pair.setVisible(pair is not None)
         if pair is not None and self.found is not None:
             if not self.consensus.isVisible():  # not while somebody decides
                 self.consensus.choice.choose(pair.a, pair.b)
-            self.pair.show_pair(pair, {one.id: one.name for one in self.found.coded})
+            self.pair.show_pair(pair, {d.id: d.name for d in self.found.coded})
 
 
 def _compare_coders(
-    path: Path, task: str | None, viewer: str, made: str
+    path: Path, task: str | None, viewer: str, consensus: str
 ) -> Generator[Progress, None, Agreement]:
-    """Compare the coders of a project, read by a connection of the job's own."""
-    from forcelab.project import Project
-    from forcelab.review.agreement import agreement, coded_demonstrations
-
+    """Compare the coders of a project, as a job."""
     yield Progress(0, 1, "")
     with Project.open(path) as project:
-        there = task if task in project.demonstrations.tasks() else None
-        coded, hidden = coded_demonstrations(project, there, viewer=viewer, without=(made,))
+        existing = task if task in project.demonstrations.tasks() else None
+        coded, hidden = coded_demonstrations(project, existing, viewer=viewer, without=(consensus,))
     return (yield from agreement(coded, hidden=hidden))
 
 
 def _coder_counts(found: Agreement) -> str:
-    """Who coded what, a line for each coder."""
     return "\n".join(
         f"{author}: " + ", ".join(f"{task} {count}" for task, count in tasks.items())
         for author, tasks in sorted(found.counts.items())

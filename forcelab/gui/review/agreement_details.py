@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,16 +38,12 @@ from forcelab.gui.figures.tracks import LabelStyle
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.layout import copyable, emphasise
-from forcelab.gui.review.display_options import combo_box
 from forcelab.gui.review.trainer import task_text
 from forcelab.gui.theme import colours, themes
-from forcelab.gui.widgets import ARROW_STEPS, is_plain
+from forcelab.gui.widgets import ARROW_STEPS, combo_box, is_plain
+from forcelab.review.agreement import WINDOW, Agreement, Consistency, PairAgreement, landis_koch
 from forcelab.review.differences import Interval
 from forcelab.vocabulary import Vocabulary
-
-if TYPE_CHECKING:
-    from forcelab.review.agreement import Agreement, Consistency, PairAgreement
-
 
 #: Widths of all columns but the last, in digits.
 COLUMN_WIDTHS = (15, 8, 10, 10, 10)
@@ -56,7 +51,7 @@ COLUMN_WIDTHS = (15, 8, 10, 10, 10)
 
 @dataclass(frozen=True, slots=True)
 class IntervalRow:
-    """A place, what kind of thing is there, and whether it is done with."""
+    """An interval, what kind of difference is there, and whether it is decided."""
 
     place: Interval
     kind: str = ""
@@ -64,24 +59,9 @@ class IntervalRow:
 
 
 class IntervalTable(TextTable):
-    """Places in rows: where, how long, what each of two says, and what kind of place it is.
+    """Intervals in rows: where, how long, what each of two coders says, and the kind."""
 
-    Parameters
-    ----------
-    title : str
-        What is listed, for screen readers.
-
-    Attributes
-    ----------
-    rows : tuple of IntervalRow
-
-    Signals
-    -------
-    wanted(Place)
-        A click, or Enter: it is to be shown.
-    """
-
-    wanted = Signal(object)
+    interval_chosen = Signal(object)
 
     def __init__(self, title: str) -> None:
         super().__init__(TextModel())
@@ -96,21 +76,12 @@ class IntervalTable(TextTable):
         digit = self.fontMetrics().horizontalAdvance("0")
         for column, digits in enumerate(COLUMN_WIDTHS):
             header.resizeSection(column, digits * digit)
-        self.clicked.connect(lambda index: self.wanted.emit(self.rows[index.row()].place))
+        self.clicked.connect(lambda index: self.interval_chosen.emit(self.rows[index.row()].place))
 
     def put(
         self, rows: Sequence[IntervalRow], names: Mapping[str, str], heads: tuple[str, str, str]
     ) -> None:
-        """Show other places.
-
-        Parameters
-        ----------
-        rows : sequence of IntervalRow
-        names : mapping of str to str
-            Of the demonstrations, by id.
-        heads : tuple of str
-            Over the two sayings and the kind.
-        """
+        """Show other intervals; `names` are the demonstrations', `heads` the last columns'."""
         self.rows = tuple(rows)
         numbers = TableColumn("At, s"), TableColumn("Length, s")
         texts = [TableColumn(head, number=False) for head in ("Demonstration", *heads)]
@@ -119,16 +90,13 @@ class IntervalTable(TextTable):
         )
 
     def sizeHint(self) -> QSize:
-        """Room for some rows."""
         return QSize(320, 9 * self.verticalHeader().defaultSectionSize())
 
     def minimumSizeHint(self) -> QSize:
-        """Room for the header and three rows."""
         return QSize(160, round(4.5 * self.verticalHeader().defaultSectionSize()))
 
 
 def _interval_cells(row: IntervalRow, names: Mapping[str, str]) -> TableRow:
-    """What stands in a row."""
     place = row.place
     return TableRow(
         (
@@ -150,19 +118,9 @@ CHART_MARGIN = 6
 
 
 def histogram_bins(offsets: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """A histogram about zero.
+    """A histogram of offsets in ms: counts (2 n,) and edges (2 n + 1,), as far below zero as above.
 
-    Parameters
-    ----------
-    offsets : ndarray, shape (m,)
-        Milliseconds.
-
-    Returns
-    -------
-    counts : ndarray of int64, shape (2 n,)
-    edges : ndarray of float64, shape (2 n + 1,)
-        Multiples of the bins' width, as far below zero as above; an offset on an edge counts in
-        the bin above it.
+    An offset on an edge counts in the bin above it.
     """
     reach = max(float(np.abs(offsets).max(initial=0.0)), LEAST_RANGE)
     width = next((w for w in BIN_WIDTHS if 2 * reach / w <= MOST_BINS), BIN_WIDTHS[-1])
@@ -174,7 +132,7 @@ def histogram_bins(offsets: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDA
 
 
 class OffsetHistogram(QWidget):
-    """How many boundaries the second coder puts how much later than the first."""
+    """How much later than the first coder, in ms, the second puts the boundaries."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -190,15 +148,12 @@ class OffsetHistogram(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """Wide and low."""
         return QSize(320, 9 * self.fontMetrics().height())
 
     def minimumSizeHint(self) -> QSize:
-        """As high as it is."""
         return QSize(160, self.sizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw bars, the axis in ms, zero and the median."""
         if not len(self.offsets):
             return
         with QPainter(self) as painter:
@@ -218,7 +173,6 @@ class OffsetHistogram(QWidget):
             self._paint_median(painter, axis, box)
 
     def _paint_axis(self, painter: QPainter, axis: Axis, box: QRectF) -> None:
-        """Draw the numbers below, and what they are."""
         theme, metrics = colours(), self.fontMetrics()
         line, middle = metrics.height(), Qt.AlignmentFlag.AlignHCenter
         for value, number in axis.marks(line, upright=False):
@@ -242,7 +196,6 @@ class OffsetHistogram(QWidget):
         painter.drawText(below, middle, "ms")
 
     def _paint_median(self, painter: QPainter, axis: Axis, box: QRectF) -> None:
-        """Draw the line that half of the offsets lie below."""
         median = float(np.median(self.offsets))
         x, line = axis.at(median), self.fontMetrics().height()
         painter.setPen(QPen(QColor(colours().cursor), 2))
@@ -262,7 +215,7 @@ class ActionBars(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.shares: dict[str, float | None] = {}
-        self._looks: dict[str, LabelStyle] = {}
+        self._styles: dict[str, LabelStyle] = {}
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName("Agreement on each action")
         themes().changed.connect(self.update)
@@ -270,7 +223,7 @@ class ActionBars(QWidget):
     def show_shares(self, shares: Mapping[str, float | None], vocabulary: Vocabulary) -> None:
         """Show a share, 0 to 1, for each action; None where there is none."""
         self.shares = dict(shares)
-        self._looks = {name: style_of(vocabulary, name) for name in shares}
+        self._styles = {name: style_of(vocabulary, name) for name in shares}
         self.setAccessibleDescription(
             ", ".join(f"{name} {_whole_percent(share)}" for name, share in shares.items())
         )
@@ -278,20 +231,16 @@ class ActionBars(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """A line for each action."""
         return QSize(320, round(len(self.shares) * self._line) + 2)
 
     def minimumSizeHint(self) -> QSize:
-        """As high as it is."""
         return QSize(160, self.sizeHint().height())
 
     @property
     def _line(self) -> float:
-        """Height of a row in pixels."""
         return 1.5 * self.fontMetrics().height()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw swatch, name, bar and number of each action."""
         with QPainter(self) as painter:
             theme, metrics = colours(), self.fontMetrics()
             line, side = self._line, metrics.height() * 0.8
@@ -304,10 +253,10 @@ class ActionBars(QWidget):
             for row, (name, share) in enumerate(self.shares.items()):
                 top = row * line
                 swatch = QRectF(CHART_MARGIN, top + (line - side) / 2, side, side)
-                paint_swatch(painter, swatch, self._looks[name])
+                paint_swatch(painter, swatch, self._styles[name])
                 painter.setPen(QColor(theme.text))
-                shown = metrics.elidedText(name, NAMES, names)
-                painter.drawText(QRectF(side + 2 * CHART_MARGIN, top, names, line), upright, shown)
+                elided = metrics.elidedText(name, NAMES, names)
+                painter.drawText(QRectF(side + 2 * CHART_MARGIN, top, names, line), upright, elided)
                 bar = QRectF(left, top + 0.25 * line, room, 0.5 * line)
                 painter.fillRect(bar, QColor(theme.panel_edge))
                 if share is not None:
@@ -326,8 +275,8 @@ def _whole_percent(share: float | None) -> str:
     """A share in whole percent; never 100 where it is not all."""
     if share is None:
         return "–"
-    whole = 99 if 0.99 < share < 1 else round(100 * share)
-    return f"{whole} %"
+    percent = 99 if 0.99 < share < 1 else round(100 * share)
+    return f"{percent} %"
 
 
 #: Narrowest and widest cell in widths of a digit, its height in lines, and room around texts.
@@ -336,28 +285,8 @@ NARROWEST_CELL, WIDEST_CELL, CELL_LINES, CELL_PADDING = 6.5, 18.0, 2.5, 6
 LIGHTEST_KAPPA = 0.0
 
 
-def kappa_word(kappa: float) -> str:
-    """The word of Landis and Koch (1977) for a kappa."""
-    from forcelab.review.agreement import landis_koch
-
-    return {
-        "poor": "poor",
-        "slight": "slight",
-        "fair": "fair",
-        "moderate": "moderate",
-        "substantial": "substantial",
-        "almost perfect": "almost perfect",
-    }[landis_koch(kappa)]
-
-
 class CoderMatrix(QWidget):
-    """Coders against coders: kappa and its word; the darker, the better they agree.
-
-    Signals
-    -------
-    chosen(PairAgreement)
-        A pair was clicked, or reached with the arrow keys.
-    """
+    """Coders against coders: kappa and its word; the darker, the better they agree."""
 
     chosen = Signal(object)
 
@@ -373,11 +302,11 @@ class CoderMatrix(QWidget):
         themes().changed.connect(self.update)
 
     def show_agreement(self, found: Agreement) -> None:
-        """Show what was found, and keep the pair that is chosen if it is there still."""
-        kept = self.pair
+        """Show an agreement, and keep the chosen pair if it is still in it."""
+        chosen = self.pair
         self._found, self.authors = found, found.authors
         cells = [self._cell_of(pair) for pair in found.pairs]
-        names = None if kept is None else (kept.a, kept.b)
+        names = None if chosen is None else (chosen.a, chosen.b)
         same = [self._cell_of(p) for p in found.pairs if (p.a, p.b) == names]
         self.at = (*same, *cells, (0, 1))[0]
         self.updateGeometry()
@@ -385,36 +314,31 @@ class CoderMatrix(QWidget):
 
     @property
     def pair(self) -> PairAgreement | None:
-        """The pair that is chosen."""
         return self._pair_at(*self.at) if max(self.at) < len(self.authors) else None
 
     def choose(self, row: int, column: int) -> None:
-        """Choose a pair by its cell."""
         inside = 0 <= row < len(self.authors) and 0 <= column < len(self.authors)
         if inside and row != column:
             self.at = (row, column)
             self._tell()
 
     def cell(self, row: int, column: int) -> QRectF:
-        """Where a cell lies, in pixels."""
         left, top, wide, high = self._layout()
         return QRectF(left + column * wide, top + row * high, wide, high)
 
     def sizeHint(self) -> QSize:
-        """Room for every cell."""
         high = round((len(self.authors) * CELL_LINES + 1.8) * self.fontMetrics().height())
         return QSize(320, high + 2)
 
     def minimumSizeHint(self) -> QSize:
-        """As high as it is; names are cut."""
+        """As high as it is; names are elided."""
         return QSize(160, self.sizeHint().height())
 
     def keeps(self, event: QKeyEvent) -> bool:
-        """Whether a key is an arrow, which is the window's too."""
+        """Whether a key is an arrow, which the window uses too."""
         return event.key() in ARROW_STEPS and is_plain(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """The arrow keys go from pair to pair."""
         step = ARROW_STEPS.get(Qt.Key(event.key()))
         if step is None:
             super().keyPressEvent(event)
@@ -425,19 +349,17 @@ class CoderMatrix(QWidget):
         self.choose(row, column)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Choose the pair that is clicked."""
         if (spot := self._cell_at_point(event.position())) is not None:
             self.choose(*spot)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Tell what lies under the pointer, as names may be cut."""
+        """Show the cell in words, as names may be elided."""
         spot = self._cell_at_point(event.position())
         self.setToolTip("" if spot is None else self._cell_text(*spot))
         if spot is None:
             QToolTip.hideText()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw names and cells."""
         with QPainter(self) as painter:
             theme, metrics = colours(), self.fontMetrics()
             left, top, wide, high = self._layout()
@@ -445,9 +367,9 @@ class CoderMatrix(QWidget):
             for i, name in enumerate(self.authors):
                 painter.setPen(QColor(theme.text))
                 row = QRectF(0, top + i * high, left - CELL_PADDING, high)
-                shown = metrics.elidedText(name, NAMES, int(row.width()))
+                elided = metrics.elidedText(name, NAMES, int(row.width()))
                 painter.drawText(
-                    row, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight, shown
+                    row, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight, elided
                 )
                 head = QRectF(left + i * wide, 0, wide, top)
                 room = int(wide - CELL_PADDING)
@@ -461,7 +383,7 @@ class CoderMatrix(QWidget):
                 painter.drawRect(self.cell(*self.at).adjusted(1, 1, -1, -1))
 
     def _paint_cell(self, painter: QPainter, row: int, column: int) -> None:
-        """Draw one cell: kappa and word; or on the diagonal how much the coder labelled."""
+        """Kappa and its word; on the diagonal how much the coder labelled."""
         theme, box = colours(), self.cell(row, column).adjusted(1, 1, -1, -1)
         middle = Qt.AlignmentFlag.AlignCenter
         pair = self._pair_at(row, column)
@@ -486,8 +408,10 @@ class CoderMatrix(QWidget):
         painter.setFont(self.font())
         lower = QRectF(box.left(), box.center().y() - 1, box.width(), box.height() / 2)
         room = int(box.width() - 4)
-        shown = self.fontMetrics().elidedText(kappa_word(kappa), Qt.TextElideMode.ElideRight, room)
-        painter.drawText(lower, middle, shown)
+        elided = self.fontMetrics().elidedText(
+            landis_koch(kappa), Qt.TextElideMode.ElideRight, room
+        )
+        painter.drawText(lower, middle, elided)
 
     def _layout(self) -> tuple[float, float, float, float]:
         """Left and top of the cells, their width and height, in pixels."""
@@ -501,14 +425,12 @@ class CoderMatrix(QWidget):
         return left, 1.6 * metrics.height(), wide, CELL_LINES * metrics.height()
 
     def _cell_at_point(self, where: QPointF) -> tuple[int, int] | None:
-        """The cell at a point."""
         left, top, wide, high = self._layout()
         row, column = int((where.y() - top) // high), int((where.x() - left) // wide)
         count = len(self.authors)
         return (row, column) if 0 <= row < count and 0 <= column < count else None
 
     def _pair_at(self, row: int, column: int) -> PairAgreement | None:
-        """What was found for a cell."""
         if self._found is None or row == column:
             return None
         return self._found.pair(self.authors[row], self.authors[column])
@@ -518,12 +440,10 @@ class CoderMatrix(QWidget):
         return self.authors.index(pair.a), self.authors.index(pair.b)
 
     def _labelled(self, author: str) -> int:
-        """How many demonstrations a coder labelled."""
         counts = {} if self._found is None else self._found.counts
         return sum(counts.get(author, {}).values())
 
     def _cell_text(self, row: int, column: int) -> str:
-        """A cell in words."""
         a, b = self.authors[row], self.authors[column]
         if row == column:
             text = "{0}: {1} demonstrations labelled"
@@ -534,10 +454,9 @@ class CoderMatrix(QWidget):
         if pair.kappa is None:
             return f"{a} and {b}: no kappa, as only one action was labelled"
         text = "{0} and {1}: kappa {2:.3f}, {3} (Landis and Koch); {4} demonstrations"
-        return text.format(a, b, pair.kappa, kappa_word(pair.kappa), len(pair.demonstrations))
+        return text.format(a, b, pair.kappa, landis_koch(pair.kappa), len(pair.demonstrations))
 
     def _tell(self) -> None:
-        """Draw it, and hand on what is chosen."""
         if self.authors:
             self.setAccessibleDescription(self._cell_text(*self.at) if self.pair else "")
         self.update()
@@ -558,7 +477,7 @@ def sentence_label(muted: bool = False) -> QLabel:
 
 
 class PairDetails(QWidget):
-    """What two coders agree on, and where they do not."""
+    """What two coders agree on, and where they differ."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -582,7 +501,7 @@ class PairDetails(QWidget):
         )
         self.kinds.activated.connect(lambda _: self._list())
         self.places = IntervalTable("Places where the two differ")
-        self.places.wanted.connect(document.review.examine)
+        self.places.interval_chosen.connect(document.review.examine)
         self._count = sentence_label(muted=True)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -608,11 +527,10 @@ class PairDetails(QWidget):
         self._list()
 
     def _show_frames(self, pair: PairAgreement) -> None:
-        """Say how much of the time they agree."""
         many = "{0} and {1}, {2} demonstrations"
-        one = "{0} and {1}, 1 demonstration"
+        single = "{0} and {1}, 1 demonstration"
         count = len(pair.demonstrations)
-        self.title.setText((one if count == 1 else many).format(pair.a, pair.b, count))
+        self.title.setText((single if count == 1 else many).format(pair.a, pair.b, count))
         kappa, agreed = pair.kappa, pair.agreed
         if agreed is None:
             text = "There is no time that both labelled, so nothing can be compared."
@@ -620,7 +538,7 @@ class PairDetails(QWidget):
             text = "Both know one action only; kappa cannot tell that from chance."
         else:
             text = (
-                f"Kappa {kappa:.2f}, “{kappa_word(kappa)}” by Landis and Koch. They agree "
+                f"Kappa {kappa:.2f}, “{landis_koch(kappa)}” by Landis and Koch. They agree "
                 f"{_percent_text(agreed)} of the time; "
                 "kappa is agreement beyond chance (0 chance, 1 perfect)."
             )
@@ -635,14 +553,10 @@ class PairDetails(QWidget):
         )
 
     def _show_actions(self, pair: PairAgreement) -> None:
-        """Say how each action agrees."""
         self.each.setText("Actions: where one of the two says it, how often the other says it too.")
         self.bars.show_shares(pair.by_action, self.document.vocabulary)
 
     def _show_boundaries(self, pair: PairAgreement) -> None:
-        """Say how far boundaries lie apart."""
-        from forcelab.review.agreement import WINDOW
-
         quartiles = pair.quartiles
         self.histogram.setVisible(quartiles is not None)
         if quartiles is None:
@@ -678,7 +592,6 @@ class PairDetails(QWidget):
         self.histogram.show_offsets(pair.offsets, pair.b)
 
     def _show_segments(self, pair: PairAgreement) -> None:
-        """Say how many segments find their counterpart."""
         f1 = ", ".join(
             f"{_percent_text(value)} at {overlap} %"
             for overlap, value in pair.f1.items()
@@ -686,9 +599,8 @@ class PairDetails(QWidget):
         )
         self.segments.setText(
             (
-                "Segments (F1): {}. 100 % means that every segment has one of the same "
-                "action in the "
-                "other track that it overlaps by at least so much."
+                "Segments (F1): {}. 100 % means that every segment has one of the same action in "
+                "the other track that it overlaps by at least so much."
             ).format(f1 or "–")
         )
 
@@ -713,8 +625,8 @@ class PairDetails(QWidget):
 
 def _percent_text(share: float) -> str:
     """A share in percent with a decimal; never 100.0 where it is not all."""
-    shown = min(100 * share, 99.9) if share < 1 else 100.0
-    return f"{shown:.1f}\N{NO-BREAK SPACE}%"
+    percent = min(100 * share, 99.9) if share < 1 else 100.0
+    return f"{percent:.1f}\N{NO-BREAK SPACE}%"
 
 
 def _signed_ms(ms: float) -> str:
@@ -747,7 +659,7 @@ class ConsistencyView(QWidget):
         self.durations.setMinimumHeight(round(6.5 * high))  # where there is less room, all scrolls
         self._odd = sentence_label()
         self.places = IntervalTable("Segments that stand out")
-        self.places.wanted.connect(document.review.examine)
+        self.places.interval_chosen.connect(document.review.examine)
         column = QVBoxLayout(self)
         column.setContentsMargins(6, 6, 6, 6)
         column.addWidget(self.coder)
@@ -757,27 +669,25 @@ class ConsistencyView(QWidget):
         column.addWidget(self.places, 1)
 
     def show_agreement(self, found: Agreement, names: Mapping[str, str]) -> None:
-        """Show the coders that were found."""
-        kept = self.coder.currentText()
+        chosen = self.coder.currentText()
         self._own, self._names = found.own, names
         self.coder.clear()
-        self.coder.addItems([one.author for one in found.own])
-        self.coder.setCurrentIndex(max(self.coder.findText(kept), 0))
+        self.coder.addItems([consistency.author for consistency in found.own])
+        self.coder.setCurrentIndex(max(self.coder.findText(chosen), 0))
         self._show()
 
     def _show(self) -> None:
-        """Show the coder that is chosen."""
         index = self.coder.currentIndex()
         if not 0 <= index < len(self._own):
             return
         own = self._own[index]
-        tasks = len({one.task for one in own.actions})
+        tasks = len({item.task for item in own.actions})
         rows = []
-        for one in own.actions:
+        for item in own.actions:
             # The task stands last, so that it is cut before the action is.
-            name = one.action if tasks == 1 else f"{one.action} · {task_text(one.task)}"
-            spread = "–" if one.variation is None else f"{100 * one.variation:.0f}"
-            rows.append(TableRow((name, str(one.count), f"{one.mean:.2f}", spread)))
+            name = item.action if tasks == 1 else f"{item.action} · {task_text(item.task)}"
+            spread = "–" if item.variation is None else f"{100 * item.variation:.0f}"
+            rows.append(TableRow((name, str(item.count), f"{item.mean:.2f}", spread)))
         numbers = "Count", "Mean, s", "± %"
         self._model.show((TableColumn("Action", number=False), *map(TableColumn, numbers)), rows)
         self.durations.fit_columns(stretched=0)

@@ -21,10 +21,10 @@ from forcelab.gui.document import Document
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, copy_text
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import muted_label, resize_on_screen
-from forcelab.gui.review.display_options import stage_combo_box
-from forcelab.gui.review.metric_texts import Metric, agreement_metrics, error_metrics
+from forcelab.gui.review.confusion import stage_combo_box
+from forcelab.gui.review.metrics import AGREEMENT_METRICS, ERROR_METRICS, Metric
 from forcelab.gui.review.reviewed_run import blind_demonstrations
-from forcelab.gui.review.training_backend import BACKGROUND, Backend, RunInfo, run_text
+from forcelab.gui.review.training_backend import Backend, RunInfo, run_text
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.recognition.setting_fields import FIELDS
@@ -45,7 +45,7 @@ _SETTING_LABELS = {
 def comparison_columns(
     comparison: Comparison, first: str, *, sure: bool
 ) -> tuple[TableColumn, ...]:
-    """The columns' names; `first` is what the rows are, `sure` whether there are intervals."""
+    """The columns' names; `first` heads the rows, `sure` adds the intervals."""
     run = "run {0}"
     columns = (
         TableColumn(first, number=False),
@@ -61,12 +61,12 @@ def metric_rows(
     comparison: Comparison, stage: str, metrics: Collection[Metric]
 ) -> tuple[TableRow, ...]:
     """A row for each metric, pooled over what both tested."""
-    one, other = comparison.pooled[stage]
+    first, second = comparison.pooled[stage]
     found = comparison.intervals[stage]
     rows = []
     for metric in metrics:
         ends = found[metric.path]
-        values = metric.value(one), metric.value(other)
+        values = metric.value(first), metric.value(second)
         row = _difference_row(
             metric, metric.title, *values, sure=ends is None or not ends[0] <= 0 <= ends[1]
         )
@@ -76,21 +76,20 @@ def metric_rows(
 
 
 def demonstration_rows(
-    comparison: Comparison, stage: str, metric: Metric, seen: Collection[str]
+    comparison: Comparison, stage: str, metric: Metric, visible: Collection[str]
 ) -> tuple[tuple[TableRow, ...], tuple[str, ...]]:
     """A row for each demonstration that both tested and the coder may see; and their ids."""
-    ids = tuple(id_ for id_ in comparison.shared if id_ in seen)
+    ids = tuple(id_ for id_ in comparison.shared if id_ in visible)
     rows = []
     for id_ in ids:
-        one, other = comparison.each[stage][id_]
-        rows.append(
-            _difference_row(metric, comparison.names[id_], metric.value(one), metric.value(other))
-        )
+        first, second = comparison.each[stage][id_]
+        values = metric.value(first), metric.value(second)
+        rows.append(_difference_row(metric, comparison.names[id_], *values))
     return tuple(rows), ids
 
 
 def settings_differences(comparison: Comparison) -> str:
-    """What was asked for differently, in a line or two."""
+    """The settings that differ, in a line or two."""
     if not comparison.settings:
         text = "Both runs have the same settings."
     else:
@@ -102,34 +101,34 @@ def settings_differences(comparison: Comparison) -> str:
     return text
 
 
-def _setting_difference(name: str, one: str, other: str) -> str:
-    """What was asked for differently, as the dialog calls it in which it is chosen."""
+def _setting_difference(name: str, first: str, second: str) -> str:
+    """A setting that differs, under its label in the dialog of settings."""
     field = next((field for field in FIELDS if field.name == name), None)
     words = _SETTING_LABELS.get(name, name) if field is None else field.label
     options = {} if field is None else dict(field.options)
-    one, other = (options.get(value, value) for value in (one, other))
-    return f"{words}: {one} → {other}"
+    first, second = (options.get(value, value) for value in (first, second))
+    return f"{words}: {first} → {second}"
 
 
 def _difference_row(
-    metric: Metric, name: str, one: float | None, other: float | None, *, sure: bool = True
+    metric: Metric, name: str, first: float | None, second: float | None, *, sure: bool = True
 ) -> TableRow:
     """Both numbers and their difference: better ones marked, in colour and in words.
 
     Not where it is not `sure` that there is a difference at all.
     """
-    difference = None if one is None or other is None else other - one
-    shown = metric.text(difference, signed=True)
+    difference = None if first is None or second is None else second - first
+    change = metric.text(difference, signed=True)
     colour = None
-    if difference is not None and metric.better and shown.strip("+\u22120.,"):
+    if difference is not None and metric.better and change.strip("+\u22120.,"):
         better = (difference > 0) == (metric.better > 0)
         # Not the accent: text on it can be read, but hardly text in it on dark ground.
         colour = colours().range if better else colours().trouble
         words = "better" if better else "worse"
         if not sure:
             colour, words = colours().muted, "no clear difference"
-        shown = f"{words}  {shown}"
-    cells = (name, metric.text(one), metric.text(other), shown)
+        change = f"{words}  {change}"
+    cells = (name, metric.text(first), metric.text(second), change)
     return TableRow(cells, colours=(None, None, None, colour))
 
 
@@ -137,16 +136,7 @@ LISTING_JOB, COMPARING_JOB = "runs to compare", "comparing"
 
 
 class ComparisonDialog(QDialog):
-    """Two runs of the project side by side, pooled and for each demonstration that both tested.
-
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-    parent : QWidget, optional
-    work : Work, optional
-        What lists and reads runs.
-    """
+    """Two runs of the project side by side, pooled and for each demonstration that both tested."""
 
     def __init__(
         self,
@@ -154,18 +144,18 @@ class ComparisonDialog(QDialog):
         jobs: Jobs,
         parent: QWidget | None = None,
         *,
-        work: Backend = BACKGROUND,
+        backend: Backend | None = None,
     ) -> None:
         super().__init__(parent)
         self.document = document
         self._jobs = jobs
-        self._work = work
+        self._backend = backend or Backend()
         self.comparison: Comparison | None = None
         self._ids: tuple[str, ...] = ()
         self.setWindowTitle("Compare two runs")
-        self.one, self.other = ElidedComboBox(), ElidedComboBox()
-        self.one.setAccessibleName("First run")
-        self.other.setAccessibleName("Second run")
+        self.first, self.second = ElidedComboBox(), ElidedComboBox()
+        self.first.setAccessibleName("First run")
+        self.second.setAccessibleName("Second run")
         self.stage = stage_combo_box()
         self.settings = QLabel()
         self.settings.setAccessibleName("Settings that differ")
@@ -177,7 +167,7 @@ class ComparisonDialog(QDialog):
         self.table.setAccessibleName("Scores of both runs")
         self.each.setAccessibleName("Demonstrations of both runs")
         self._lay_out()
-        for box in (self.one, self.other):
+        for box in (self.first, self.second):
             box.currentIndexChanged.connect(self._compare)
         self.stage.currentIndexChanged.connect(self._show)
         self.table.selectionModel().currentRowChanged.connect(self._show_each)
@@ -188,11 +178,10 @@ class ComparisonDialog(QDialog):
 
     @property
     def metrics(self) -> tuple[Metric, ...]:
-        """What is compared."""
-        return (*agreement_metrics(), *(metric for metric in error_metrics() if metric.better))
+        return (*AGREEMENT_METRICS, *(metric for metric in ERROR_METRICS if metric.better))
 
     def done(self, result: int) -> None:
-        """Nothing is computed any more when it closes."""
+        """Cancel the jobs when it closes."""
         for key in (LISTING_JOB, COMPARING_JOB):
             self._jobs.cancel(key)
         super().done(result)
@@ -200,11 +189,10 @@ class ComparisonDialog(QDialog):
     # Inside
 
     def _lay_out(self) -> None:
-        """Runs and settings above the tables."""
         runs = QHBoxLayout()
-        runs.addWidget(self.one, 1)
+        runs.addWidget(self.first, 1)
         runs.addWidget(QLabel("→"))
-        runs.addWidget(self.other, 1)
+        runs.addWidget(self.second, 1)
         runs.addWidget(self.stage)
         tables = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
         tables.addWidget(self.table)
@@ -228,21 +216,22 @@ class ComparisonDialog(QDialog):
         column.addLayout(buttons)
 
     def _list(self) -> None:
-        """Read which runs there are."""
         project = self.document.project
         if project is None:
             self.settings.setText("Open a project to compare its runs.")
             return
-        self._jobs.run(self._work.listed(project.path), self._offer, self._fail, key=LISTING_JOB)
+        self._jobs.run(
+            self._backend.list_runs(project.path), self._offer, self._fail, key=LISTING_JOB
+        )
 
     def _offer(self, runs: tuple[RunInfo, ...]) -> None:
-        """Offer the runs: at first the one that is reviewed, and the one before it of its tasks."""
+        """Offer the runs: at first the reviewed one, and the one before it of its tasks."""
         if len(runs) < 2:
             self.settings.setText(
                 "Two runs are needed to compare; train once more, with other settings."
             )
             return
-        for box, chosen in zip((self.one, self.other), self._first_two(runs), strict=True):
+        for box, chosen in zip((self.first, self.second), self._first_two(runs), strict=True):
             box.blockSignals(True)
             for run in runs:
                 box.addItem(run_text(run), run.number)
@@ -251,39 +240,35 @@ class ComparisonDialog(QDialog):
         self._compare()
 
     def _first_two(self, runs: tuple[RunInfo, ...]) -> tuple[int, int]:
-        """Places of an older and a newer run that are worth a comparison; the latest is first."""
+        """Indices of an older and a newer run that are worth a comparison; the latest is first."""
         outcome = self.document.review.run
         numbers = [run.number for run in runs]
-        shown = None if outcome is None else outcome.number
-        other = numbers.index(shown) if shown in numbers else 0
-        alike = [i for i, run in enumerate(runs) if run.title == runs[other].title and i != other]
-        one = next((i for i in alike if i > other), alike[0] if alike else (other + 1) % len(runs))
-        return max(one, other), min(one, other)
+        reviewed = None if outcome is None else outcome.number
+        newer = numbers.index(reviewed) if reviewed in numbers else 0
+        same = [i for i, run in enumerate(runs) if run.title == runs[newer].title and i != newer]
+        older = next((i for i in same if i > newer), same[0] if same else (newer + 1) % len(runs))
+        return max(older, newer), min(older, newer)
 
     def _compare(self) -> None:
-        """Read both runs and compare them in the background."""
         project = self.document.project
         if project is None:
             return
         self.comparison = None
         self.note.setText("comparing…")
-        numbers = (int(self.one.currentData()), int(self.other.currentData()))
-        job = _compare_runs(self._work, project.path, *numbers)
+        numbers = (int(self.first.currentData()), int(self.second.currentData()))
+        job = _compare_runs(self._backend, project.path, *numbers)
         self._jobs.run(job, self._take, self._fail, key=COMPARING_JOB)
 
     def _take(self, comparison: Comparison) -> None:
-        """Show what came of it."""
         self.comparison = comparison
         self._show()
 
     def _fail(self, error: Exception) -> None:
-        """Say what stands in the way."""
         sentence = str(error) if isinstance(error, ForcelabError) else repr(error)
         self.settings.setText(sentence)
         self.note.setText("")
 
     def _show(self) -> None:
-        """Fill the table of metrics."""
         comparison = self.comparison
         if comparison is None:
             return
@@ -298,7 +283,6 @@ class ComparisonDialog(QDialog):
         self.note.setText(self._note(comparison, stage))
 
     def _note(self, comparison: Comparison, stage: str) -> str:
-        """On what the comparison rests."""
         if not comparison.shared:
             return (
                 "The two tested no demonstration in common, so there is nothing to set side by "
@@ -309,7 +293,6 @@ class ComparisonDialog(QDialog):
         return f"{shared} {reason}".strip()
 
     def _show_each(self, index: QModelIndex) -> None:
-        """Fill the table of demonstrations with the chosen metric."""
         comparison = self.comparison
         if comparison is None or not index.isValid():
             return
@@ -327,15 +310,13 @@ class ComparisonDialog(QDialog):
         return frozenset(shared) - blind_demonstrations(self.document)
 
     def _open(self, index: QModelIndex) -> None:
-        """Open the demonstration of a row."""
         if index.isValid():
             self.document.open_demonstration(self._ids[index.row()])
 
 
 def _compare_runs(
-    work: Backend, path: Path, one: int, other: int
+    backend: Backend, path: Path, a: int, b: int
 ) -> Generator[object, None, Comparison]:
-    """Read two runs and compare them."""
-    first = yield from work.load(path, one)
-    second = first if one == other else (yield from work.load(path, other))
+    first = yield from backend.load(path, a)
+    second = first if a == b else (yield from backend.load(path, b))
     return (yield from comparing(first, second))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from PySide6.QtCore import QEvent, QModelIndex, QPointF, QRectF, QSize, Qt, Signal
@@ -23,7 +24,11 @@ from PySide6.QtGui import (
     QShowEvent,
 )
 from PySide6.QtWidgets import (
+    QBoxLayout,
+    QComboBox,
+    QHBoxLayout,
     QLabel,
+    QPushButton,
     QScrollArea,
     QSizePolicy,
     QSplitter,
@@ -39,27 +44,16 @@ from forcelab.gui.file_dialogs import ask_picture, save_picture
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, as_tsv, copy_text
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, scroll_area
-from forcelab.gui.review.display_options import DisplayOptions
 from forcelab.gui.review.reviewed_run import visible_outcome
 from forcelab.gui.theme import colours, themes
-from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, is_plain
+from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, combo_box, is_plain
 from forcelab.review.confusion import Cells, Share, Unit, crossing, shares
 from forcelab.review.differences import Interval
 from forcelab.review.run_result import Outcome
 
 
 def cell_sentence(cells: Cells, cell: tuple[int, int], unit: Unit, share: Share) -> str:
-    """Such as ``"grab seen as hold: 12.3 s, 8 % of grab, in 5 places"``.
-
-    Parameters
-    ----------
-    cells : Cells
-    cell : (int, int)
-        Row and column.
-    unit : {"time", "segments"}
-    share : {"row", "column", "counts"}
-        By column, the per cent is of what was predicted.
-    """
+    """Such as ``"grab seen as hold: 12.3 s, 8 % of grab, in 5 places"``; by column, of hold."""
     row, column = cell
     human = cells.actions[row]
     missed = column == len(cells.actions)
@@ -93,15 +87,7 @@ def cell_sentence(cells: Cells, cell: tuple[int, int], unit: Unit, share: Share)
 
 
 def missing_matrix_text(outcome: Outcome | None, *, opened: bool) -> str:
-    """Why there is no matrix of an outcome without tested demonstrations, or of none.
-
-    Parameters
-    ----------
-    outcome : Outcome or None
-        What is reviewed.
-    opened : bool
-        Whether a project is open.
-    """
+    """Why there is no matrix; `opened` says whether a project is open."""
     if not opened:
         return "Open a project to see which actions are confused."
     if outcome is None:
@@ -118,12 +104,12 @@ def missing_matrix_text(outcome: Outcome | None, *, opened: bool) -> str:
 def matrix_as_tsv(cells: Cells, unit: Unit, share: Share) -> str:
     """What the matrix shows as lines of cells with tabs between them."""
     matrix = cells.matrix(unit)
-    shown = matrix if share == "counts" else shares(matrix, share)
+    cells_shown = matrix if share == "counts" else shares(matrix, share)
     decimals = 4 if share != "counts" else 3 if unit == "time" else 0
     lines = [["", *cells.actions, "unlabelled"]]
     lines += [
         [action, *(f"{value:.{decimals}f}" for value in row)]
-        for action, row in zip(cells.actions, shown.tolist(), strict=True)
+        for action, row in zip(cells.actions, cells_shown.tolist(), strict=True)
     ]
     return as_tsv(lines)
 
@@ -141,13 +127,7 @@ def _percent_text(part: float) -> str:
 
 
 class CellIntervals(QWidget):
-    """Places, the longest and most confident first; choosing one shows it in the window.
-
-    Attributes
-    ----------
-    places : tuple of Place
-        What is listed.
-    """
+    """Intervals, the longest and most confident first; choosing one shows it in the window."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -166,7 +146,6 @@ class CellIntervals(QWidget):
         self.clear()
 
     def minimumSizeHint(self) -> QSize:
-        """The header and two rows."""
         return QSize(160, 90)
 
     def clear(self) -> None:
@@ -178,17 +157,7 @@ class CellIntervals(QWidget):
     def show_places(
         self, places: tuple[Interval, ...], names: Mapping[str, str], number: int
     ) -> None:
-        """List places.
-
-        Parameters
-        ----------
-        places : tuple of Place
-            In their order.
-        names : mapping of str to str
-            The demonstrations' names by id.
-        number : int
-            How many there are in all.
-        """
+        """List intervals of `number` in all; `names` are the demonstrations' by id."""
         columns = (
             TableColumn("Demonstration", number=False),
             TableColumn("Start (s)"),
@@ -224,15 +193,14 @@ class CellIntervals(QWidget):
             self.hint.setText("This cell is empty.")
 
     def _row_chosen(self, index: QModelIndex) -> None:
-        """Show the place of the row."""
         if index.isValid() and not self._filling:
             self.document.review.examine(self.places[index.row()])
 
     def _row_clicked(self, index: QModelIndex) -> None:
-        """Show the place once more, if the window has gone elsewhere since."""
+        """Show the interval once more, if the window has gone elsewhere since."""
         document, place = self.document, self.places[index.row()]
-        here = document.id, document.view.cursor
-        if document.review.examined is not place or here != (place.demonstration, place.start):
+        position = document.id, document.view.cursor
+        if document.review.examined is not place or position != (place.demonstration, place.start):
             document.review.examine(place)
 
 
@@ -243,17 +211,7 @@ Cell = tuple[int, int]
 
 
 class MatrixCanvas(QWidget):
-    """Draws a matrix and tells which cell is pointed at, focused and chosen.
-
-    Attributes
-    ----------
-    figure : ConfusionMatrix or None
-        What is drawn.
-    focus : (int, int)
-        Row and column that the keyboard is at.
-    chosen : (int, int) or None
-        The cell that was clicked last.
-    """
+    """Draws a matrix and tells which cell is pointed at, focused and chosen, as (row, column)."""
 
     #: The cell that is pointed at or focused, as (row, column); None for none.
     pointed = Signal(object)
@@ -286,11 +244,10 @@ class MatrixCanvas(QWidget):
     # Qt
 
     def keeps(self, event: QKeyEvent) -> bool:
-        """Whether a key is an arrow or Enter, which are the window's too."""
+        """Whether a key is an arrow or Enter, which the window uses too."""
         return event.key() in (*ARROW_STEPS, *ENTER_KEYS) and is_plain(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Arrows move the focus; Enter picks its cell."""
         figure, key = self.figure, Qt.Key(event.key())
         if figure is None:
             super().keyPressEvent(event)
@@ -310,30 +267,25 @@ class MatrixCanvas(QWidget):
             super().keyPressEvent(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Tell which cell the pointer is over."""
         self._point_at(self._cell_at(event.position()))
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Nothing is pointed at any more."""
         self._point_at(None)
         super().leaveEvent(event)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Pick a cell."""
         cell = self._cell_at(event.position())
         if event.button() == Qt.MouseButton.LeftButton and cell is not None:
             self.focus = cell
             self._pick(cell, by_key=False)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Show where the keyboard is."""
         super().focusInEvent(event)
         if self.figure is not None and self._hovered is None:
             self.pointed.emit(self.focus)
         self.update()
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """The keyboard is elsewhere."""
         super().focusOutEvent(event)
         self.update()
 
@@ -356,18 +308,16 @@ class MatrixCanvas(QWidget):
     # Inside
 
     def _cell_at(self, point: QPointF) -> Cell | None:
-        """The cell at a point."""
         return None if self.figure is None else self.figure.cell_at(point)
 
     def _pick(self, cell: Cell, *, by_key: bool) -> None:
-        """Mark a cell and say so."""
         self.chosen = cell
         self.pointed.emit(cell)
         self.picked.emit(*cell, by_key)
         self.update()
 
     def _point_at(self, cell: Cell | None) -> None:
-        """Say which cell is pointed at; without one, which is chosen or focused."""
+        """Emit the cell that is pointed at; without one, the chosen or focused one."""
         if cell != self._hovered:
             self._hovered = cell
             resting = self.chosen if self.chosen is not None or not self.hasFocus() else self.focus
@@ -375,7 +325,6 @@ class MatrixCanvas(QWidget):
             self.update()
 
     def _bring_into_view(self) -> None:
-        """Scroll to the focus."""
         viewport = self.parentWidget()
         area = None if viewport is None else viewport.parentWidget()
         if isinstance(area, QScrollArea) and self.figure is not None:
@@ -383,12 +332,10 @@ class MatrixCanvas(QWidget):
             area.ensureVisible(int(spot.x()), int(spot.y()), 40, 40)
 
     def _invalidate(self) -> None:
-        """Say that the picture is stale."""
         self._drawn = None
         self.update()
 
     def _picture(self, figure: ConfusionMatrix, ratio: float) -> QPixmap:
-        """The figure at the screen's resolution."""
         pixmap = QPixmap(self.size() * ratio)
         pixmap.setDevicePixelRatio(ratio)
         pixmap.fill(QColor(figure.theme.background))
@@ -407,25 +354,114 @@ class MatrixCanvas(QWidget):
 
 
 def fit_figure(figure: ConfusionMatrix, room: QSize) -> ConfusionMatrix:
-    """The figure with its cells as large as its room lets them be; cells have a smallest size.
-
-    Parameters
-    ----------
-    figure : ConfusionMatrix
-    room : QSize
-        In pixels. What does not fit even with the smallest cells is scrolled.
-    """
+    """The figure with cells as large as its room, in pixels, lets them be; the smallest scroll."""
     text.ensure_application()
     columns = len(figure.actions) + 1
-    made = replace(figure, room=MATRIX)
+    fitted = replace(figure, room=MATRIX)
     for _ in range(FIT_TOLERANCE):  # smaller cells may turn the names upright, which takes height
-        size = made.size
+        size = fitted.size
         over = max(
             (size.width() - room.width()) / columns,
             (size.height() - room.height()) / max(columns - 1, 1),
         )
-        made = replace(made, room=max(made.box(0, 0).width() + 1 - max(over, 0.0), 1.0) * columns)
-    return made
+        cell = max(fitted.box(0, 0).width() + 1 - max(over, 0.0), 1.0)
+        fitted = replace(fitted, room=cell * columns)
+    return fitted
+
+
+def stage_combo_box() -> QComboBox:
+    """Offers the stages ``"filtered"`` and ``"raw"`` of the predictions."""
+    return combo_box(
+        "Prediction",
+        {"Filtered": "filtered", "Raw": "raw"},
+        "Predictions after the filters, or as the classifier gave them",
+    )
+
+
+class DisplayOptions(QWidget):
+    """Three lists to choose from, and what can be done with the matrix."""
+
+    #: Another prediction is asked for, which is to be counted.
+    stage_changed = Signal()
+    #: The same is to be shown otherwise.
+    changed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.stage_box = stage_combo_box()
+        self.unit_box = combo_box(
+            "What is counted",
+            {"Time": "time", "Segments": "segments"},
+            (
+                "Seconds, or the coder's segments: each counts for what covers most of it in the "
+                "prediction"
+            ),
+        )
+        self.share_box = combo_box(
+            "Share",
+            {
+                "By row": "row",
+                "By column": "column",
+                "Counts": "counts",
+            },
+            (
+                "Per cent of what the coder labelled (row), of what was predicted (column), or "
+                "the counts alone"
+            ),
+        )
+        self.copy = QPushButton("Copy")
+        self.copy.setToolTip("Copy the matrix as text for a spreadsheet")
+        self.save = QPushButton("Save…")
+        self.save.setToolTip("Save the matrix as SVG, PDF or PNG")
+        self._rows = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
+        self._rows.setContentsMargins(6, 6, 6, 2)
+        self._rows.setSpacing(4)
+        self._parts = (
+            _widget_row(self.stage_box, self.unit_box, self.share_box),
+            _widget_row(self.copy, self.save),
+        )
+        self._rows.addLayout(self._parts[0])
+        self._rows.addStretch(1)
+        self._rows.addLayout(self._parts[1])
+        self.stage_box.currentIndexChanged.connect(lambda _: self.stage_changed.emit())
+        for box in (self.unit_box, self.share_box):
+            box.currentIndexChanged.connect(lambda _: self.changed.emit())
+
+    def minimumSizeHint(self) -> QSize:
+        """As narrow as the lists: the buttons then stand below them."""
+        margins = self._rows.contentsMargins()
+        widest = max(part.minimumSize().width() for part in self._parts)
+        least = widest + margins.left() + margins.right()
+        return QSize(least, super().minimumSizeHint().height())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Begin a second row where the first would elide its texts."""
+        super().resizeEvent(event)
+        margins, way = self._rows.contentsMargins(), QBoxLayout.Direction
+        needed = sum(part.sizeHint().width() for part in self._parts) + self._rows.spacing()
+        narrow = self.width() < needed + margins.left() + margins.right()
+        self._rows.setDirection(way.TopToBottom if narrow else way.LeftToRight)
+
+    @property
+    def stage(self) -> str:
+        """Of the predictions: ``"filtered"`` or ``"raw"``."""
+        return str(self.stage_box.currentData())
+
+    @property
+    def unit(self) -> Unit:
+        return cast(Unit, self.unit_box.currentData())
+
+    @property
+    def share(self) -> Share:
+        return cast(Share, self.share_box.currentData())
+
+
+def _widget_row(*widgets: QWidget) -> QHBoxLayout:
+    row = QHBoxLayout()
+    row.setSpacing(4)
+    for widget in widgets:
+        row.addWidget(widget)
+    return row
 
 
 CONFUSION_JOB = "confusion"
@@ -434,9 +470,9 @@ LIST_LINES = 13
 
 
 class ConfusionView(QWidget):
-    """The confusion matrix of the outcome, and the places that a cell is counted from.
+    """The confusion matrix of the run, and the intervals that a cell is counted from.
 
-    While it is hidden nothing is counted.
+    Nothing is counted while it is hidden.
     """
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
@@ -477,46 +513,40 @@ class ConfusionView(QWidget):
         return None if self.cells is None else self._figure(headed=True)
 
     def copy(self) -> None:
-        """Copy what the matrix shows as lines of cells with tabs between them."""
         if self.cells is not None:
             copy_text(matrix_as_tsv(self.cells, self.switches.unit, self.switches.share))
             self.document.show_message("The matrix was copied.")
 
     def ask_save(self) -> None:
-        """Let the user name a file for the matrix."""
         title = "Save the confusion matrix"
         if (chosen := ask_picture(self, title, "confusion.svg")) is not None:
             self.save(chosen)
 
     def save(self, path: Path) -> None:
-        """Write the matrix as a figure in the background, in the format that the suffix names."""
+        """Write the matrix in the background, in the format that the suffix names."""
         if (figure := self.figure) is not None:
             save_picture(figure, path, self.document, self._jobs)
 
     # Qt
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Catch up with what happened while it was hidden."""
         super().showEvent(event)
         self._refresh()
         self._draw()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Nothing is counted for nobody."""
         super().hideEvent(event)
         self._jobs.cancel(CONFUSION_JOB)
         if self.cells is None:
             self._outcome = None
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Fit the matrix to its room."""
         super().resizeEvent(event)
         self._draw()
 
     # Inside
 
     def _lay_out(self) -> None:
-        """Switches above the matrix, the sentence and the list below it."""
         upper = QWidget()
         self.sentence.setContentsMargins(8, 2, 8, 4)
         page_layout(upper, self._area, self.sentence, growing=self._area, spacing=2)
@@ -533,7 +563,7 @@ class ConfusionView(QWidget):
         page_layout(self, self.switches, self._pages, growing=self._pages)
 
     def _refresh(self) -> None:
-        """Show the outcome as it is now, counting it if that was not done."""
+        """Show the run as it is now, counting it if that was not done."""
         if not self.isVisible():
             return
         try:
@@ -547,24 +577,22 @@ class ConfusionView(QWidget):
             self._outcome = None
             self._show_empty(missing_matrix_text(outcome, opened=self.document.project is not None))
             return
-        wanted = (tuple(one.id for one in outcome.tested), self.switches.stage)
-        if self._outcome is not self.document.review.run or self._requested_cell != wanted:
+        requested = (tuple(d.id for d in outcome.tested), self.switches.stage)
+        if self._outcome is not self.document.review.run or self._requested_cell != requested:
             if (
-                self._requested_cell[0] != wanted[0]
+                self._requested_cell[0] != requested[0]
             ):  # perhaps because some may not be seen any more
                 self.canvas.show_figure(None)
-            self._outcome, self._requested_cell = self.document.review.run, wanted
+            self._outcome, self._requested_cell = self.document.review.run, requested
             self.cells = None
             self.list.clear()
             self._jobs.run(crossing(outcome, self.switches.stage), self._take, key=CONFUSION_JOB)
 
     def _changed(self) -> None:
-        """Show the same otherwise."""
         self._draw()
         self._relist()
 
     def _take(self, cells: Cells) -> None:
-        """Show what was counted."""
         self.cells = cells
         if not cells.demonstrations:
             self._show_empty("This run kept no raw predictions; choose 'Filtered'.")
@@ -576,7 +604,6 @@ class ConfusionView(QWidget):
         self._relist()
 
     def _show_empty(self, text: str) -> None:
-        """Show a sentence in place of the matrix."""
         self.cells = None
         self.canvas.show_figure(None)
         self.list.clear()
@@ -584,7 +611,6 @@ class ConfusionView(QWidget):
         self.switches.hide()
 
     def _figure(self, *, headed: bool) -> ConfusionMatrix:
-        """The matrix as a figure: for paper, or for the window."""
         assert self.cells is not None
         outcome, unit, matrix = (
             self.document.review.run,
@@ -604,11 +630,10 @@ class ConfusionView(QWidget):
             unit="s" if unit == "time" else "segments",
             share=self.switches.share,
             headed=headed,
-            words=MatrixLabels() if headed else words,
+            labels=MatrixLabels() if headed else words,
         )
 
     def _draw(self) -> None:
-        """Draw the matrix into the room there is."""
         if self.cells is None or not self.isVisible() or not self.cells.actions:
             return
         figure = fit_figure(self._figure(headed=False), self._area.maximumViewportSize())
@@ -616,7 +641,6 @@ class ConfusionView(QWidget):
         self._describe_cell(self.canvas.chosen or self.canvas.focus)
 
     def _describe_cell(self, cell: tuple[int, int] | None) -> None:
-        """Say in a sentence what a cell holds."""
         if self.cells is None or cell is None:
             self.sentence.setText("")
             return
@@ -625,7 +649,7 @@ class ConfusionView(QWidget):
         self.canvas.setAccessibleDescription(text)
 
     def _pick(self, row: int, column: int, by_key: bool) -> None:
-        """List the places of a cell; the keyboard goes there too."""
+        """List the intervals of a cell; the keyboard goes there too."""
         if self.cells is None:
             return
         self._relist()
@@ -634,14 +658,13 @@ class ConfusionView(QWidget):
             self.list.table.setFocus()
 
     def _relist(self) -> None:
-        """List the places of the chosen cell."""
         if self.cells is None or self.canvas.chosen is None:
             self.list.clear()
             return
         row, column = self.canvas.chosen
         actions = self.cells.actions
         predicted = None if column == len(actions) else actions[column]
-        names = {one.id: one.name for one in self.cells.demonstrations}
+        names = {d.id: d.name for d in self.cells.demonstrations}
         found = self.cells.places(actions[row], predicted, self.switches.unit)
         self.list.show_places(
             found, names, int(self.cells.numbers(self.switches.unit)[row, column])

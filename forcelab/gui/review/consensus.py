@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QResizeEvent, QShowEvent
@@ -31,15 +31,11 @@ from forcelab.gui.review.agreement_details import IntervalRow, IntervalTable, se
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.text import escape_ampersands, settle_name
 from forcelab.gui.widgets import ElidedComboBox
-from forcelab.review.consensus import CONSENSUS
+from forcelab.project import Edit
+from forcelab.review.agreement import CoderTracks
+from forcelab.review.consensus import CONSENSUS, CoderDifference, Consensus
+from forcelab.review.differences import Interval
 from forcelab.text import tidy_name
-
-if TYPE_CHECKING:
-    from forcelab.project import Edit
-    from forcelab.review.agreement import CoderTracks
-    from forcelab.review.consensus import CoderDifference, Consensus
-    from forcelab.review.differences import Interval
-
 
 #: Where it is remembered who the consensus is by.
 AUTHOR_SETTING = "review/consensus"
@@ -48,17 +44,8 @@ AUTHOR_SETTING = "review/consensus"
 class ConsensusChoice(QWidget):
     """Two coders, a demonstration that both labelled, and a name that is remembered.
 
-    Parameters
-    ----------
-    begin : QWidget
-        Stands below: what begins the consensus.
-    known : callable
-        Gives the coders of the project: where a name is nearly one of theirs, one is asked.
-
-    Signals
-    -------
-    changed()
-        Anything else was chosen.
+    `begin` stands below; `known` gives the project's coders: a name that is nearly one of theirs is
+    asked about.
     """
 
     changed = Signal()
@@ -101,7 +88,6 @@ class ConsensusChoice(QWidget):
 
     @property
     def coders(self) -> tuple[str, str]:
-        """The two coders."""
         return self.first.currentText(), self.second.currentText()
 
     @property
@@ -111,18 +97,18 @@ class ConsensusChoice(QWidget):
 
     @property
     def name(self) -> str:
-        """Who the consensus is by."""
+        """The author of the consensus."""
         return tidy_name(self.author.text()) or CONSENSUS
 
     def offer(self, coded: Sequence[CoderTracks], at_first: str) -> None:
         """Offer demonstrations; the first time the one that is open, if it is among them."""
         self._coded = tuple(coded)
-        authors = sorted({a for one in self._coded for a in one.tracks if a != self.name})
+        authors = sorted({a for d in self._coded for a in d.tracks if a != self.name})
         for box, fallback in ((self.first, 0), (self.second, 1)):
-            kept = box.currentText()
+            chosen = box.currentText()
             box.clear()
             box.addItems(authors)
-            index = box.findText(kept) if kept else -1
+            index = box.findText(chosen) if chosen else -1
             box.setCurrentIndex(index if index >= 0 else min(fallback, len(authors) - 1))
         self._offer_demonstrations(self.id or at_first)
 
@@ -135,15 +121,14 @@ class ConsensusChoice(QWidget):
             box.setCurrentIndex(max(box.findText(name), 0))
         self._offer_demonstrations()
 
-    def _offer_demonstrations(self, kept: str = "") -> None:
-        """List the demonstrations that both chosen coders labelled."""
-        kept = kept or self.id
+    def _offer_demonstrations(self, chosen: str = "") -> None:
+        chosen = chosen or self.id
         a, b = self.coders
         self.demonstration.clear()
-        for one in self._coded:
-            if a != b and a in one.tracks and b in one.tracks:
-                self.demonstration.addItem(f"{one.task}: {one.name}", one.id)
-        self.demonstration.setCurrentIndex(max(self.demonstration.findData(kept), 0))
+        for coded in self._coded:
+            if a != b and a in coded.tracks and b in coded.tracks:
+                self.demonstration.addItem(f"{coded.task}: {coded.name}", coded.id)
+        self.demonstration.setCurrentIndex(max(self.demonstration.findData(chosen), 0))
         self.changed.emit()
 
     def _named(self) -> None:
@@ -194,13 +179,13 @@ class _KeyedButtons:
         self.name(button, text)
         return button
 
-    def name(self, button: QPushButton, text: str, whole: str = "") -> None:
+    def name(self, button: QPushButton, text: str, full_text: str = "") -> None:
         """Write a button's text, which may be cut from a whole one, and its key on it."""
         verb = next(verb for verb in self._verbs if verb.button is button)
         held = {SHIFT: "⇧", CTRL: "Ctrl+"}.get(verb.modifiers, "")
         button.setText(escape_ampersands(f"{text}  [{held}{chr(verb.key)}]"))
-        button.setAccessibleName(whole or text)
-        button.setToolTip(whole or text)
+        button.setAccessibleName(full_text or text)
+        button.setToolTip(full_text or text)
 
     def handle_key(self, event: QKeyEvent) -> Callable[[], object] | None:
         """What a key does: nothing where its button cannot be pressed, None where it is no key."""
@@ -213,22 +198,10 @@ class _KeyedButtons:
 
 
 class ConsensusButtons(QWidget):
-    """The buttons; what they ask for is a verb of the consensus.
+    """Buttons that emit the verb they ask for.
 
-    Signals
-    -------
-    begun()
-        What both say is wanted.
-    decided(callable)
-        ``verb(consensus, difference)`` decides the current difference.
-    taken_back(callable)
-        ``verb(consensus)`` undoes or redoes.
-    all_meant(float)
-        Edges up to so many seconds apart are to be set to their means.
-    stepped(int)
-        The next difference is wanted, or with -1 the one before.
-    other_asked()
-        Another action is to be chosen.
+    ``decided(verb(consensus, difference))``, ``taken_back(verb(consensus))`` to undo or redo,
+    ``means_requested(seconds)`` for edges at most so far apart, ``stepped(1 or -1)``.
     """
 
     begun = Signal()
@@ -275,7 +248,6 @@ class ConsensusButtons(QWidget):
         self._lay_out()
 
     def _lay_out(self) -> None:
-        """Decisions, steps and what can be taken back; all edges at once below them."""
         decisions = QGridLayout()
         decisions.setSpacing(4)
         decisions.addWidget(self.mean, 1, 0, 1, 2)
@@ -304,16 +276,14 @@ class ConsensusButtons(QWidget):
         self.name_coders(self._coders)
 
     def name_coders(self, coders: tuple[str, str]) -> None:
-        """Print the coders' names on the buttons that take theirs."""
         self._coders = coders
         for button, coder in zip((self.take_a, self.take_b), coders, strict=True):
-            whole = f"Take {coder}"
+            full_text = f"Take {coder}"
             room = self.width() // 2 - BUTTON_CHARACTERS * self.fontMetrics().averageCharWidth()
-            cut = self.fontMetrics().elidedText(whole, NAMES, room)
-            self._keys.name(button, cut, whole)
+            cut = self.fontMetrics().elidedText(full_text, NAMES, room)
+            self._keys.name(button, cut, full_text)
 
     def offer(self, consensus: Consensus | None, current: CoderDifference | None) -> None:
-        """Let what can be done be pressed."""
         begun = consensus is not None and consensus.begun
         chosen = begun and current is not None
         for button in (self.take_a, self.take_b, self.leave, self.other):
@@ -336,8 +306,10 @@ class ConsensusButtons(QWidget):
             )
         two = "A demonstration that two coders have labelled is needed."
         set_enabled_with_reason(self.begin, two if consensus is None else "")
-        self.undo.setEnabled(consensus is not None and consensus.can_undo)
-        self.redo.setEnabled(consensus is not None and consensus.can_redo)
+        undo = consensus is not None and consensus.can_undo
+        set_enabled_with_reason(self.undo, "" if undo else "No decision is left to be undone.")
+        redo = consensus is not None and consensus.can_redo
+        set_enabled_with_reason(self.redo, "" if redo else "No decision was undone.")
 
     def _missing_choice(self, begun: bool) -> str:
         """What has to be done before a difference can be decided on."""
@@ -372,15 +344,13 @@ class ConsensusBar(QWidget):
         self._connect()
 
     def _lay_out(self) -> None:
-        """Put choices above, decisions below them, the list at the bottom."""
         self.places.hideColumn(0)  # it is the same one throughout
         parts = self.choice, self.state, self.now, self.buttons, self.places
         page_layout(self, *parts, growing=self.places, margin=6, spacing=6)
 
     def _connect(self) -> None:
-        """Listen to what is pressed, and to the document."""
         buttons, document = self.buttons, self.document
-        self.places.wanted.connect(self._show_row)
+        self.places.interval_chosen.connect(self._show_row)
         self.choice.changed.connect(self._read)
         buttons.begun.connect(self._begin)
         buttons.decided.connect(self._decide)
@@ -401,7 +371,7 @@ class ConsensusBar(QWidget):
 
     @property
     def name(self) -> str:
-        """Who the consensus is by."""
+        """The author of the consensus."""
         return self.choice.name
 
     def show_coded(self, coded: Sequence[CoderTracks], names: Mapping[str, str]) -> None:
@@ -410,20 +380,16 @@ class ConsensusBar(QWidget):
         self.choice.offer(coded, self.document.id)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Read what there is by now."""
         super().showEvent(event)
         self._read()
 
     def _read(self) -> None:
-        """Read the three tracks of what is chosen."""
         if not self.isVisible():
             return
         project, id_ = self.document.project, self.choice.id
-        there = any(info.id == id_ for info in self.document.infos)  # and not of one before
+        listed = any(info.id == id_ for info in self.document.infos)  # and not of one before
         self.consensus = None
-        if project is not None and there and id_ not in blind_demonstrations(self.document):
-            from forcelab.review.consensus import Consensus
-
+        if project is not None and listed and id_ not in blind_demonstrations(self.document):
             try:
                 self.consensus = Consensus(project, id_, *self.choice.coders, self.name)
             except ForcelabError as error:
@@ -431,7 +397,7 @@ class ConsensusBar(QWidget):
         self._show()
 
     def _viewer_changed(self) -> None:
-        """Show nothing of what whoever looks codes blind; read what became free to be seen."""
+        """Show nothing of what the coder codes blind; read what became visible."""
         hidden = self.choice.id in blind_demonstrations(self.document)
         if hidden == (self.consensus is not None):
             self._read()
@@ -453,7 +419,6 @@ class ConsensusBar(QWidget):
             self._show()
 
     def _show(self) -> None:
-        """Say how far it is, and list the differences."""
         consensus = self.consensus
         every = () if consensus is None else consensus.differences
         waiting = () if consensus is None else consensus.undecided
@@ -469,25 +434,24 @@ class ConsensusBar(QWidget):
         open_ones = set(waiting)
         rows = [
             IntervalRow(
-                one.place(self.choice.id),
-                self._what(one),
-                one not in open_ones,
+                difference.place(self.choice.id),
+                self._what(difference),
+                difference not in open_ones,
             )
-            for one in every
+            for difference in every
         ]
         self.places.put(rows, self._names, (*self.choice.coders, "What"))
         if self.current in every:
             self.places.selectRow(every.index(self.current))
 
-    def _what(self, one: CoderDifference) -> str:
+    def _what(self, difference: CoderDifference) -> str:
         """What differs, in the words of the table of agreement."""
-        if one.edge:
+        if difference.edge:
             return "boundary moved"
-        both = one.a is not None and one.b is not None
+        both = difference.a is not None and difference.b is not None
         return "different actions" if both else "only one labelled"
 
     def _state(self, every: int, waiting: int) -> str:
-        """How far the consensus is, in a sentence."""
         if self.consensus is None:
             return "Choose two coders who labelled the same demonstration."
         if not every:
@@ -497,7 +461,6 @@ class ConsensusBar(QWidget):
         return f"{every - waiting} of {every} differences decided"
 
     def _current_item(self) -> str:
-        """What is to be decided."""
         one = self.current
         if one is None:
             return ""
@@ -524,7 +487,6 @@ class ConsensusBar(QWidget):
         self._go_to(found)
 
     def _go_to(self, difference: CoderDifference) -> None:
-        """Look at a difference."""
         self.current = difference
         had = self._has_keyboard()
         self.document.review.examine(difference.place(self.choice.id))
@@ -538,11 +500,10 @@ class ConsensusBar(QWidget):
         return now is not None and (now is self or self.isAncestorOf(now))
 
     def _show_row(self, place: Interval) -> None:
-        """Look at the difference of a row."""
         every = () if self.consensus is None else self.consensus.differences
-        for one in every:
-            if one.start == place.start:  # they do not overlap
-                self._go_to(one)
+        for difference in every:
+            if difference.start == place.start:  # they do not overlap
+                self._go_to(difference)
 
     def _begin(self) -> None:
         """Take what both say, and go to the first difference."""
@@ -574,7 +535,7 @@ class ConsensusBar(QWidget):
         self._carry_out(lambda consensus: consensus.mean_all(tolerance))
 
     def _carry_out(self, verb: Callable[[Consensus], Edit | None]) -> bool:
-        """Let the consensus be edited; gives whether it was."""
+        """Edit the consensus; gives whether that was possible."""
         consensus, edit = self.consensus, None
         if consensus is None:
             return False
@@ -600,7 +561,6 @@ class ConsensusBar(QWidget):
         menu.deleteLater()
 
     def action_menu(self) -> QMenu:
-        """The actions of the task."""
         menu = QMenu(self)
         project, id_ = self.document.project, self.choice.id
         if project is not None and id_:
@@ -610,7 +570,6 @@ class ConsensusBar(QWidget):
         return menu
 
     def _put(self, name: str, _checked: bool = False) -> None:
-        """Decide for an action."""
         self._decide(lambda consensus, difference: consensus.put(difference, name))
 
     # Keys
@@ -620,7 +579,6 @@ class ConsensusBar(QWidget):
         return self._handle_key(event) is not None
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Carry out what the key's button does."""
         do = self._handle_key(event)
         if do is None:
             super().keyPressEvent(event)

@@ -29,24 +29,16 @@ from forcelab.gui.review import explanation_plots
 from forcelab.gui.review.explanation_plots import BandMap, NearestSegments, ProbabilityChart
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.jobs import Progress
+from forcelab.recognition.probability_trace import Certainty
 from forcelab.review.differences import Interval, place_at, place_of
+from forcelab.review.run_result import Outcome
 
 if TYPE_CHECKING:
-    from forcelab.recognition.probability_trace import Certainty
-    from forcelab.review.differences import Interval
     from forcelab.review.explanation import Why, Withheld
-    from forcelab.review.run_result import Outcome
 
 
 def chosen_interval(document: Document, selecting: bool) -> Interval | None:
-    """The place that was examined, or the selected segment; None if there is neither.
-
-    Parameters
-    ----------
-    document : Document
-    selecting : bool
-        Whether the segment was selected after the place was examined.
-    """
+    """The examined interval, or the segment if it was selected later; None without either."""
     reviewed, examined = document.review.reviewed, document.review.examined
     if reviewed is None or document.review.run is None:
         return None
@@ -67,7 +59,7 @@ def interval_at_cursor(document: Document) -> Interval | None:
 
 
 def missing_explanation_text(document: Document) -> str:
-    """What is said where nothing can be explained."""
+    """Why nothing can be explained."""
     if document.project is None or not document.id:
         return "Open a demonstration to see why something was predicted in it."
     if document.coding_blind:
@@ -94,44 +86,40 @@ class ModelCache:
     """
 
     def __init__(self) -> None:
-        self._kept: OrderedDict[tuple[Path, int, str], Withheld] = OrderedDict()
+        self._models: OrderedDict[tuple[Path, int, str], Withheld] = OrderedDict()
 
     def __len__(self) -> int:
-        return len(self._kept)
+        return len(self._models)
 
     def get(self, path: Path, outcome: Outcome, id_: str) -> Withheld | None:
-        """The one of a run and a demonstration, if it is here."""
         key = path, outcome.number, id_
-        if key in self._kept:
-            self._kept.move_to_end(key)
-        return self._kept.get(key)
+        if key in self._models:
+            self._models.move_to_end(key)
+        return self._models.get(key)
 
     def put(self, path: Path, outcome: Outcome, id_: str, withheld: Withheld) -> None:
-        """Keep one."""
-        self._kept[path, outcome.number, id_] = withheld
-        while len(self._kept) > 1 and (
-            len(self._kept) > MODELS_KEPT
-            or sum(one.bytes for one in self._kept.values()) > MODEL_BYTES
+        self._models[path, outcome.number, id_] = withheld
+        while len(self._models) > 1 and (
+            len(self._models) > MODELS_KEPT
+            or sum(model.bytes for model in self._models.values()) > MODEL_BYTES
         ):
-            self._kept.popitem(last=False)
+            self._models.popitem(last=False)
 
     def clear(self) -> None:
-        """Forget all."""
-        self._kept.clear()
+        self._models.clear()
 
 
 def train_without(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, None, Withheld]:
     """Train without a demonstration, in a process of its own."""
-    from forcelab.process import elsewhere
+    from forcelab.process import run_in_process
     from forcelab.review.explanation import withholding  # takes a second to load
 
-    return (yield from elsewhere(withholding, path, outcome, id_))
+    return (yield from run_in_process(withholding, path, outcome, id_))
 
 
 def explain_interval(
     withheld: Withheld, outcome: Outcome, place: Interval, hidden: Collection[str]
 ) -> Generator[Progress, None, Why]:
-    """Explain a place."""
     from forcelab.review.explanation import explaining
 
     return (yield from explaining(withheld, outcome, place, hidden))
@@ -142,16 +130,7 @@ WIDE_PAGE = 860
 
 
 class ExplanationPage(QScrollArea):
-    """Sentence, probabilities, progress, bands and neighbours.
-
-    What was found is grey while it is of an older place.
-
-    Attributes
-    ----------
-    back, stop : QPushButton
-        To the place that is explained; ends the training, or begins it again.
-    neighbours : Neighbours
-    """
+    """Sentence, probabilities, progress, bands and neighbours; grey while of an older interval."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -176,7 +155,6 @@ class ExplanationPage(QScrollArea):
         self._arrange()
 
     def _arrange(self) -> None:
-        """Put the parts in their places."""
         top, alike, speaking = QHBoxLayout(), QVBoxLayout(), QVBoxLayout()
         top.addWidget(self.sentence, 1)
         top.addWidget(self.back, 0, Qt.AlignmentFlag.AlignTop)
@@ -214,7 +192,6 @@ class ExplanationPage(QScrollArea):
         self.setWidget(inner)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Side by side where there is room."""
         way = QBoxLayout.Direction
         wide = event.size().width() >= WIDE_PAGE
         self._halves.setDirection(way.LeftToRight if wide else way.TopToBottom)
@@ -222,11 +199,11 @@ class ExplanationPage(QScrollArea):
 
     @property
     def stale(self) -> bool:
-        """Whether what was found is of an older place, or not there yet."""
+        """Whether what is shown is of an older interval, or not there yet."""
         return not self.found.isEnabled()
 
     def begin(self, place: Interval, certainty: Certainty | None, threshold: float | None) -> None:
-        """Show what is known of another place at once; what was found so far turns grey."""
+        """Show what is known of another interval at once; the explanation before it turns grey."""
         self.sentence.setText(explanation_plots.interval_sentence(place))
         missing = "the run kept no probabilities; they are computed anew"
         self.chart.show_place(place, certainty, threshold, missing)
@@ -234,11 +211,10 @@ class ExplanationPage(QScrollArea):
         self.found.setEnabled(False)
 
     def forget(self) -> None:
-        """Nothing is found any more."""
         self.bands.set_why(None)
 
     def show_why(self, why: Why, name_of: Callable[[str], str], threshold: float | None) -> None:
-        """Show what was found; `name_of` gives the name of a demonstration."""
+        """Show an explanation; `name_of` gives the name of a demonstration."""
         self.state.hide()
         self.sentence.setText(explanation_plots.interval_sentence(_with_probability(why)))
         missing = "this classifier gives no probabilities"
@@ -262,23 +238,23 @@ class ExplanationPage(QScrollArea):
         self.found.show()
 
     def _role_text(self, action: str, place: Interval) -> str:
-        """What an action is at the place."""
+        """Whether an action is labelled, predicted or neither."""
         if action == place.predicted:
             return "predicted"
         if action == place.human:
             return "coded"
         return "most probable other one"
 
-    def say(self, told: str, verb: str) -> None:
-        """Tell how far it is, beside a button."""
-        self.state_text.setText(told)
+    def say(self, state: str, verb: str) -> None:
+        """Show how far it is, beside a button."""
+        self.state_text.setText(state)
         self.stop.setText(verb)
         self.stop.setAccessibleName(verb)
         self.state.show()
 
 
 def _with_probability(why: Why) -> Interval:
-    """The place with how probable its prediction is, where only the explanation knows that."""
+    """The interval with the probability of its prediction, where only the explanation has it."""
     place = why.place
     if place.confidence is not None or place.predicted is None or why.certainty is None:
         return place
@@ -293,17 +269,10 @@ SETTLE_TIME = 20
 
 
 class ExplanationView(QWidget):
-    """Explains the place that is examined, the selected segment, or what is at the cursor.
+    """Explains the examined interval, the selected segment, or what is at the cursor.
 
     Nothing is computed while it is hidden. The recogniser that has not seen the demonstration is
-    trained in the background the first time that a place of it is explained, and then kept.
-
-    Attributes
-    ----------
-    place : Place or None
-        What is explained, or is being explained.
-    why : Why or None
-        The explanation on the screen; of an older place as long as it is grey.
+    trained in the background the first time that an interval of it is explained, and then kept.
     """
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
@@ -338,14 +307,12 @@ class ExplanationView(QWidget):
         document.view.cursor_moved.connect(self._moved)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Catch up with what was asked for meanwhile."""
         super().showEvent(event)
         if blind_demonstrations(self.document) != self._hidden:
             self.refresh()  # before anything is painted that may not be seen any more
         self._ask()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Nothing is computed for nobody."""
         super().hideEvent(event)
         self._timer.stop()
         self._cancel()
@@ -361,7 +328,7 @@ class ExplanationView(QWidget):
     # Which place
 
     def _ask(self, *_: object) -> None:
-        """Look soon what is to be explained."""
+        """Refresh soon."""
         if self.isVisible():
             self._timer.start()
 
@@ -422,7 +389,6 @@ class ExplanationView(QWidget):
         self._begin()
 
     def _begin(self) -> None:
-        """Explain with what is on the shelf, or train it first."""
         project, place, outcome = self.document.project, self.place, self._outcome
         if project is None or place is None or outcome is None:
             return
@@ -438,8 +404,8 @@ class ExplanationView(QWidget):
         self._training, self._begun = ticket, time.monotonic()
         path = project.path
 
-        def done(made: Withheld) -> None:
-            self.model_cache.put(path, outcome, id_, made)
+        def done(withheld: Withheld) -> None:
+            self.model_cache.put(path, outcome, id_, withheld)
             self._begin()
 
         job = train_without(path, outcome, id_)
@@ -447,7 +413,6 @@ class ExplanationView(QWidget):
         self._show_progress(Progress(0, 1, "features"))
 
     def _explain(self, withheld: Withheld) -> None:
-        """Explain the place."""
         project, place, outcome = self.document.project, self.place, self._outcome
         assert project is not None
         assert place is not None
@@ -457,14 +422,12 @@ class ExplanationView(QWidget):
         self.jobs.run(job, self._show, self._failed, key=EXPLAINING_JOB)
 
     def _show(self, why: Why) -> None:
-        """Put an explanation on the screen; the traces of its neighbours follow."""
         assert self._outcome is not None
         self.why = why
         self.page.show_why(why, self._name_of, self._outcome.settings.threshold)
         self._trace()
 
     def _trace(self) -> None:
-        """Read what the neighbours looked like."""
         project = self.document.project
         places = [card.neighbour.place for card in self.page.neighbours.cards]
         if project is None or not places:
@@ -475,18 +438,16 @@ class ExplanationView(QWidget):
         self.jobs.run(job, show, self._failed, key=TRACES_JOB)
 
     def _name_of(self, id_: str) -> str:
-        """The name of a demonstration."""
         return next((info.name for info in self.document.infos if info.id == id_), id_)
 
     # Jobs, their progress, and their end
 
     def _cancel(self, *keys: str) -> None:
-        """Give up what nobody waits for any more: without keys, all that is under way."""
+        """Cancel jobs by their keys; without keys, all that are under way."""
         for key in keys or JOB_KEYS:
             self.jobs.cancel(key)
 
     def _show_progress(self, progress: object) -> None:
-        """Say how far the training is."""
         if isinstance(progress, Progress) and self.place and self._outcome:
             name = self._name_of(self.place.demonstration)
             elapsed = time.monotonic() - self._begun
@@ -495,10 +456,9 @@ class ExplanationView(QWidget):
             )
 
     def _failed(self, error: Exception) -> None:
-        """Say what stands in the way."""
         self._stopped = True
-        told = str(error) if isinstance(error, ForcelabError) else "This did not work."
-        self.page.say(told, "Try again")
+        state = str(error) if isinstance(error, ForcelabError) else "This did not work."
+        self.page.say(state, "Try again")
 
     def _toggle_training(self) -> None:
         """Stop the training, or begin again."""
@@ -512,14 +472,14 @@ class ExplanationView(QWidget):
     # Going there and back
 
     def _go_to(self, place: Interval) -> None:
-        """Look at a neighbour; the explanation stays."""
+        """Show a neighbour; the explanation stays."""
         self._away, before = place, self._away
         if not self.document.review.examine(place):
             self._away = before
         self.refresh()
 
     def go_back(self) -> None:
-        """Go back from a neighbour to the place that is explained."""
+        """Go back from a neighbour to the explained interval."""
         self._away = None
         if self.place is not None:
             self.document.review.examine(self.place)

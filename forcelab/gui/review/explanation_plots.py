@@ -36,30 +36,29 @@ from forcelab.gui.label.scalogram_painting import oklch_to_srgb
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.review.reviewed_run import reviewed_vocabulary
 from forcelab.gui.theme import colours, themes
+from forcelab.jobs import Progress
+from forcelab.recognition.probability_trace import Certainty
 from forcelab.review.differences import Interval
+from forcelab.review.run_result import Outcome
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.jobs import Progress
-    from forcelab.recognition.probability_trace import Certainty
-    from forcelab.review.differences import Interval
     from forcelab.review.explanation import Band, Neighbour, Trace, Why
-    from forcelab.review.run_result import Outcome
 
 
 MINUS = "\N{MINUS SIGN}"
 
 
 def signed_log_odds(value: float) -> str:
-    """Log-odds with a sign, and as many digits as one reads."""
-    shown = f"{abs(value):.1f}" if abs(value) < 99.95 else f"{abs(value):.0f}"
-    if not shown.strip("0."):
-        return shown
-    return (MINUS if value < 0 else "+") + shown
+    """Log-odds with a sign, rounded for reading."""
+    digits = f"{abs(value):.1f}" if abs(value) < 99.95 else f"{abs(value):.0f}"
+    if not digits.strip("0."):
+        return digits
+    return (MINUS if value < 0 else "+") + digits
 
 
 def interval_sentence(place: Interval) -> str:
-    """What human and model made of a place: ``0.90 s coded hold, predicted grab with 0.83``."""
+    """What human and model made of an interval: ``0.90 s coded hold, predicted grab with 0.83``."""
     human = place.human or "unlabelled"
     seconds = f"{place.duration:.2f}"
     if place.predicted is None:
@@ -72,26 +71,26 @@ def interval_sentence(place: Interval) -> str:
     return text.format(seconds, human, place.predicted, f"{place.confidence:.2f}")
 
 
-def band_sentence(one: Band, why: Why) -> str:
-    """What one band says: ``normal 2 at 8.1 Hz speaks for grab (+3.1)``."""
-    if one.weight >= 0:
+def band_sentence(band: Band, why: Why) -> str:
+    """One band: ``normal 2 at 8.1 Hz speaks for grab (+3.1)``."""
+    if band.weight >= 0:
         text = "{0} at {1} Hz speaks for {2} ({3})"
     else:
         text = "{0} at {1} Hz speaks against {2} ({3})"
-    weight = signed_log_odds(one.weight)
-    if one.error:
-        weight += f" ± {one.error:.1f}"
-    return text.format(one.channel, f"{one.hertz:.3g}", why.favoured, weight)
+    weight = signed_log_odds(band.weight)
+    if band.error:
+        weight += f" ± {band.error:.1f}"
+    return text.format(band.channel, f"{band.hertz:.3g}", why.favoured, weight)
 
 
 def strongest_bands(why: Why) -> str:
     """The three bands that weigh most, a line each."""
-    lines = [band_sentence(one, why) for one in why.strongest() if one.weight]
+    lines = [band_sentence(band, why) for band in why.strongest() if band.weight]
     return "\n".join(lines) or "No band makes a difference here."
 
 
 def method_sentence(why: Why) -> str:
-    """How it was found out, and how far it can be relied on."""
+    """How the weights were computed, and how reliable they are."""
     found = why.influence
     if found.method == "gradient":
         text = (
@@ -125,15 +124,15 @@ def recogniser_sentence(why: Why, name: str) -> str:
         text = "The recogniser of the run, trained on another task than {0}"
     else:
         text = "The final recogniser, which was not trained on {0}"
-    told = text.format(name)
+    sentence = text.format(name)
     if why.how == "final" or not why.seconds.get("fit"):
-        return told + "."
+        return sentence + "."
     fit = f"{why.seconds['features'] + why.seconds['fit']:.1f}"
     if why.same == 1:
         again = "trained once more in {0} s: it predicts the same."
-        return f"{told}, {again.format(fit)}"
+        return f"{sentence}, {again.format(fit)}"
     again = "trained once more in {0} s: {1} % of its samples are the same."
-    return f"{told}, {again.format(fit, f'{100 * why.same:.1f}')}"
+    return f"{sentence}, {again.format(fit, f'{100 * why.same:.1f}')}"
 
 
 def held_out_progress(progress: Progress, name: str, elapsed: float, outcome: Outcome) -> str:
@@ -181,7 +180,6 @@ class ProbabilityChart(QWidget):
         themes().changed.connect(self.update)
 
     def sizeHint(self) -> QSize:
-        """Wide and low."""
         return QSize(320, 126)
 
     def show_place(
@@ -191,17 +189,7 @@ class ProbabilityChart(QWidget):
         threshold: float | None,
         missing: str = "",
     ) -> None:
-        """Show the probabilities around another place.
-
-        Parameters
-        ----------
-        place : Place or None
-        certainty : Certainty or None
-        threshold : float or None
-            That of the filter, drawn as a dotted line.
-        missing : str
-            What is said where there are no probabilities.
-        """
+        """Show the probabilities around an interval, the filter's threshold or what is missing."""
         self.place, self.certainty, self.threshold = place, certainty, threshold
         self.missing = missing
         actions = () if certainty is None else certainty.actions
@@ -210,18 +198,16 @@ class ProbabilityChart(QWidget):
 
     @property
     def plot(self) -> QRectF:
-        """The area of the lines."""
         width = max(self.width() - CHART_LEFT - CHART_RIGHT - self._room, 1.0)
         return QRectF(CHART_LEFT, CHART_TOP, width, self.height() - CHART_TOP - CHART_BOTTOM)
 
     @property
     def _room(self) -> float:
-        """The width of the actions' names."""
         return min(self._names, NAME_SHARE * self.width() - CHART_RIGHT)
 
     @property
     def axis(self) -> Axis | None:
-        """From seconds to pixels; None without a place."""
+        """From seconds to pixels; None without an interval."""
         if self.place is None:
             return None
         margin = max(CONTEXT_SHARE * self.place.duration, LEAST_CONTEXT)
@@ -230,16 +216,14 @@ class ProbabilityChart(QWidget):
         return Axis(start, end, box.left(), box.right())
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Move the cursor, in the demonstration that is shown."""
         axis, x = self.axis, event.position().x()
         if axis is None or self.place is None or not CHART_LEFT <= x <= self.plot.right():
             return
-        here = self.document.id == self.place.demonstration
-        if here and event.button() == Qt.MouseButton.LeftButton:
+        is_open = self.document.id == self.place.demonstration
+        if is_open and event.button() == Qt.MouseButton.LeftButton:
             self.document.view.seek(axis.value(x))
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw ground, place, lines, names and cursor."""
         with QPainter(self) as painter:
             axis = self.axis
             if axis is not None and self.place is not None:
@@ -257,7 +241,6 @@ class ProbabilityChart(QWidget):
     # Inside
 
     def _paint_ground(self, painter: QPainter, axis: Axis, place: Interval) -> None:
-        """What stands behind the lines, and the numbers around them."""
         theme, box, face = colours(), self.plot, text.font(CHART_FONT)
         painter.fillRect(box, QColor(theme.unlabelled))
         shade = QColor(theme.range)
@@ -283,7 +266,6 @@ class ProbabilityChart(QWidget):
         text.draw_text(painter, box.right() + 8, box.bottom() + 10, second, face=face, ink=ink)
 
     def _y(self, probability: float) -> float:
-        """The height of a probability."""
         box = self.plot.adjusted(0, 2, 0, -1)
         return box.bottom() - probability * box.height()
 
@@ -301,13 +283,13 @@ class ProbabilityChart(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         named = []
         for column in np.argsort(values.max(axis=0), kind="stable").tolist():
-            look = style_of(self._vocabulary, certainty.actions[column])
+            style = style_of(self._vocabulary, certainty.actions[column])
             ys = [self._y(value) for value in values[:, column].tolist()]
             line = QPolygonF([QPointF(x, y) for x, y in zip(xs, ys, strict=True)])
-            if text.contrast(look.colour, QColor(colours().unlabelled)) < FAINT_CONTRAST:
+            if text.contrast(style.colour, QColor(colours().unlabelled)) < FAINT_CONTRAST:
                 painter.setPen(QPen(QColor(colours().on_unlabelled), 2.8))
                 painter.drawPolyline(line)
-            painter.setPen(QPen(look.colour, 1.8))
+            painter.setPen(QPen(style.colour, 1.8))
             painter.drawPolyline(line)
             if values[:, column].max() >= NAMED_PROBABILITY:
                 named.append((ys[-1], certainty.actions[column]))
@@ -335,21 +317,19 @@ class ProbabilityChart(QWidget):
             text.draw_text(painter, swatch.right() + 4, height, name, face=face, ink=ink)
 
     def _paint_cursor(self, painter: QPainter, axis: Axis, place: Interval) -> None:
-        """The cursor, while its demonstration is the one that is shown."""
-        here = self.document.view.cursor
-        if self.document.id == place.demonstration and axis.start <= here <= axis.end:
+        cursor = self.document.view.cursor
+        if self.document.id == place.demonstration and axis.start <= cursor <= axis.end:
             painter.setPen(QPen(QColor(colours().cursor), 1.4))
-            x = axis.at(here)
+            x = axis.at(cursor)
             painter.drawLine(QLineF(x, self.plot.top(), x, self.plot.bottom()))
 
     def _recolour(self) -> None:
-        """The actions may look otherwise."""
         if self.certainty is not None:
             self._vocabulary = reviewed_vocabulary(self.document)
         self.update()
 
     def _cursor_moved(self, *_: object) -> None:
-        """Follow it, where anybody sees that."""
+        """Follow the cursor, where it can be seen."""
         if self.isVisible() and self.place is not None:
             self.update()
 
@@ -404,14 +384,12 @@ class BandMap(QWidget):
         themes().changed.connect(self.update)
 
     def set_why(self, why: Why | None) -> None:
-        """Show another explanation."""
         self.why = why
         self.setAccessibleDescription("" if why is None else strongest_bands(why))
         self.setFixedHeight(self.sizeHint().height())
         self.update()
 
     def sizeHint(self) -> QSize:
-        """As high as its rows need."""
         rows = 8 if self.why is None else len(self.why.hertz)
         return QSize(320, round(HEAD_HEIGHT + min(max(rows * 15, 90), 240) + BARS_HEIGHT))
 
@@ -419,7 +397,6 @@ class BandMap(QWidget):
 
     @property
     def map(self) -> QRectF:
-        """The area of the cells, in pixels of the widget."""
         width = max(self.width() - MAP_LEFT - self._legend, 1.0)
         return QRectF(
             MAP_LEFT, HEAD_HEIGHT, width, max(self.height() - HEAD_HEIGHT - BARS_HEIGHT, 1.0)
@@ -427,14 +404,12 @@ class BandMap(QWidget):
 
     @property
     def _legend(self) -> float:
-        """The width of the legend."""
         names = () if self.why is None else (self.why.favoured, self.why.against)
         texts = [f"for {name}" for name in names]
         needed = text.widest(texts, text.font(MAP_FONT)) + 14
         return min(max(needed, LEGEND_WIDTH), max(BAR_SHARE * self.width(), LEGEND_WIDTH))
 
     def cell(self, channel: int, scale: int) -> QRectF:
-        """Where a band is drawn."""
         assert self.why is not None
         box, (q, k) = self.map, self.why.influence.bands.shape
         width, height = box.width() / q, box.height() / k
@@ -442,15 +417,14 @@ class BandMap(QWidget):
         return QRectF(left, top, width, height)
 
     def event(self, event: QEvent) -> bool:
-        """Tell the band at the pointer."""
         if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
-            told = self.told(QPointF(event.pos()))
-            QToolTip.showText(event.globalPos(), told, self)
+            sentence = self.told(QPointF(event.pos()))
+            QToolTip.showText(event.globalPos(), sentence, self)
             return True
         return super().event(event)
 
     def told(self, where: QPointF) -> str:
-        """What is known of the band at a point; empty where there is none."""
+        """The sentence of the band at a point; empty where there is none."""
         if self.why is None or not self.map.contains(where):
             return ""
         found, box = self.why.influence, self.map
@@ -466,7 +440,6 @@ class BandMap(QWidget):
     # Painting
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the map, its axis, its legend and the bars."""
         with QPainter(self) as painter:
             if self.why is not None:
                 painter.setOpacity(1.0 if self.isEnabled() else 0.35)
@@ -509,7 +482,6 @@ class BandMap(QWidget):
             painter.drawRect(ring)
 
     def _paint_axis(self, painter: QPainter, why: Why) -> None:
-        """The frequency of each row, as many as have room."""
         theme, face = colours(), text.font(MAP_FONT)
         height = self.map.height() / len(why.hertz)
         every = max(1, -int(-(MAP_FONT + 3) // height))
@@ -578,14 +550,7 @@ CARD_HEIGHT, CARD_PADDING = 76, 6.0
 
 
 class SegmentCard(QAbstractButton):
-    """One training segment: where it is, how far off, and what its forces looked like.
-
-    Parameters
-    ----------
-    neighbour : Neighbour
-    name : str
-        Of its demonstration.
-    """
+    """One training segment: its demonstration's name, when, how far off, and its forces."""
 
     def __init__(self, neighbour: Neighbour, name: str) -> None:
         super().__init__()
@@ -604,11 +569,9 @@ class SegmentCard(QAbstractButton):
         themes().changed.connect(self.update)
 
     def _numbers(self) -> tuple[str, str]:
-        """Time and distance, as they are written."""
         return f"{self.neighbour.place.start:.2f}", f"{self.neighbour.distance:.1f}"
 
     def sizeHint(self) -> QSize:
-        """Low: three stand above each other."""
         return QSize(180, CARD_HEIGHT)
 
     def show_trace(self, trace: Trace, span: tuple[float, float]) -> None:
@@ -621,7 +584,6 @@ class SegmentCard(QAbstractButton):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the card."""
         theme = colours()
         with QPainter(self) as painter:
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -642,7 +604,6 @@ class SegmentCard(QAbstractButton):
                 self._paint_trace(painter, lower, self.trace, self.span)
 
     def _paint_frame(self, painter: QPainter, box: QRectF, frame: QImage) -> float:
-        """Draw the frame at the left; gives where it ends."""
         width = min(box.height() * frame.width() / frame.height(), box.width() / 2)
         height = width * frame.height() / frame.width()
         place = QRectF(box.left(), box.center().y() - height / 2, width, height)
@@ -651,7 +612,6 @@ class SegmentCard(QAbstractButton):
         return place.right()
 
     def _paint_line(self, painter: QPainter, box: QRectF) -> None:
-        """Name and time at the left, distance at the right."""
         theme, y = colours(), box.top() + CARD_NAME_FONT / 2
         face, small = text.font(CARD_NAME_FONT), text.font(CARD_FONT)
         seconds, distance = self._numbers()
@@ -696,11 +656,9 @@ class ColumnHeading(QWidget):
         themes().changed.connect(self.update)
 
     def sizeHint(self) -> QSize:
-        """One line."""
         return QSize(160, 20)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw swatch, action and role."""
         theme = colours()
         with QPainter(self) as painter:
             painter.setOpacity(1.0 if self.isEnabled() else 0.35)
@@ -715,13 +673,7 @@ class ColumnHeading(QWidget):
 
 
 class NearestSegments(QWidget):
-    """Two columns of cards: segments of the one action, and of the other.
-
-    Attributes
-    ----------
-    chosen : Signal(object)
-        The place of a card that was clicked.
-    """
+    """Two columns of cards: segments of the one action, and of the other."""
 
     chosen = Signal(object)
 
@@ -773,10 +725,9 @@ class NearestSegments(QWidget):
 
     @property
     def all_traced(self) -> bool:
-        """Whether every card shows what its segment looked like."""
+        """Whether every card shows its forces."""
         return all(card.trace is not None for card in self.cards)
 
     def mark(self, place: Interval | None) -> None:
-        """Mark the card of the place that is looked at."""
         for card in self.cards:
             card.setChecked(place is not None and card.neighbour.place == place)

@@ -26,9 +26,9 @@ from forcelab.gui.layout import muted_label, set_tone
 from forcelab.gui.review.reviewed_run import visible_outcome
 from forcelab.gui.review.trainer import Trainer
 from forcelab.gui.theme import colours, themes
+from forcelab.review.run_result import Outcome
 
 if TYPE_CHECKING:
-    from forcelab.review.run_result import Outcome
     from forcelab.review.training import Step
 
 
@@ -42,13 +42,7 @@ Curve = tuple[bool, int, list[tuple[int, float]]]
 
 
 def loss_curves(steps: Sequence[Step]) -> tuple[Curve, ...]:
-    """The curve of each fold, in the order in which they were trained.
-
-    Parameters
-    ----------
-    steps : sequence of Step
-        Those of one training; without a loss they are left out.
-    """
+    """The curve of each fold, in the order of training; steps without a loss are left out."""
     found: dict[tuple[bool, int], list[tuple[int, float]]] = {}
     for step in steps:
         if step.loss is not None and step.epoch is not None and math.isfinite(step.loss):
@@ -60,23 +54,20 @@ def loss_curves(steps: Sequence[Step]) -> tuple[Curve, ...]:
 class LossCurves(QWidget):
     """The curves themselves: the fold at work is bold, the final fit has the range's blue."""
 
-    def __init__(self, learning: Trainer) -> None:
+    def __init__(self, trainer: Trainer) -> None:
         super().__init__()
-        self._learning = learning
+        self._trainer = trainer
         self.curves: tuple[Curve, ...] = ()
         self.setAccessibleName("Loss of each fold")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def sizeHint(self) -> QSize:
-        """Enough to see a curve bend."""
         return QSize(420, 200)
 
     def minimumSizeHint(self) -> QSize:
-        """Less than that is a thumbnail."""
         return QSize(200, 110)
 
     def show_curves(self, curves: tuple[Curve, ...]) -> None:
-        """Draw other curves."""
         self.curves = curves
         last = curves[-1][2][-1] if curves else None
         self.setAccessibleDescription(
@@ -91,7 +82,6 @@ class LossCurves(QWidget):
         return bool(values) and min(values) > 0 and max(values) / min(values) > LOG_RATIO
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw axes and curves, or say why there are none."""
         theme = colours()
         with QPainter(self) as painter:
             painter.fillRect(self.rect(), QColor(theme.background))
@@ -107,7 +97,7 @@ class LossCurves(QWidget):
             draw_bottom(painter, across, plot.bottom(), "epoch", theme)
             draw_left(painter, up, plot.left(), "loss", theme)
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            working = self._learning.training
+            working = self._trainer.training
             for number, (final, _, points) in enumerate(self.curves):
                 current = working and number == len(self.curves) - 1
                 ink = QColor(theme.range if final else theme.text if current else theme.muted)
@@ -124,7 +114,6 @@ class LossCurves(QWidget):
             self._paint_legend(painter, plot)
 
     def _loss_axis(self, values: list[float], plot: QRectF) -> Axis | LogAxis:
-        """The axis of the losses."""
         high, low = max(values), min(values)
         if self.logarithmic:
             return LogAxis(low / 1.2, high * 1.2, plot.bottom(), plot.top())
@@ -132,10 +121,10 @@ class LossCurves(QWidget):
         return Axis(min(0.0, low), top, plot.bottom(), plot.top())
 
     def _paint_legend(self, painter: QPainter, plot: QRectF) -> None:
-        """Say which line is which, top right, where curves that fall are not."""
+        """The legend, top right, where curves that fall are not."""
         theme = colours()
         texts = []
-        if self._learning.training:
+        if self._trainer.training:
             texts.append(("now", theme.text))
         if any(not final for final, _, _ in self.curves):
             texts.append(("folds", theme.muted))
@@ -145,11 +134,11 @@ class LossCurves(QWidget):
         face.setPixelSize(11)
         painter.setFont(face)
         top = plot.top()
-        for shown, ink in texts:
+        for line_text, ink in texts:
             box = QRectF(plot.right() - 120, top, 96, 14)
             painter.setPen(QColor(ink))
             painter.drawText(
-                box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, shown
+                box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, line_text
             )
             painter.setPen(QPen(QColor(ink), 2.0))
             painter.drawLine(
@@ -159,7 +148,6 @@ class LossCurves(QWidget):
             top += 15
 
     def _paint_empty(self, painter: QPainter) -> None:
-        """What will be here."""
         painter.setPen(QColor(colours().muted))
         painter.drawText(
             QRectF(self.rect()).adjusted(16, 8, -16, -8),
@@ -168,8 +156,8 @@ class LossCurves(QWidget):
         )
 
     def empty_text(self) -> str:
-        """What is said where there is no curve."""
-        if self._learning.ready and self._learning.classifier != "mlp":
+        """Why there is no curve."""
+        if self._trainer.ready and self._trainer.classifier != "mlp":
             return "The loss of each fold is drawn here while it trains; this classifier has none."
         return "The loss of each fold is drawn here while it trains."
 
@@ -180,11 +168,11 @@ class LossView(QWidget):
     While it is hidden nothing is computed.
     """
 
-    def __init__(self, document: Document, learning: Trainer) -> None:
+    def __init__(self, document: Document, trainer: Trainer) -> None:
         super().__init__()
-        self.document, self.learning = document, learning
+        self.document, self.trainer = document, trainer
         self.setAccessibleName("Training")
-        self.curves = LossCurves(learning)
+        self.curves = LossCurves(trainer)
         self.times, self.remarks = muted_label(), set_tone("warning")
         for label in (self.times, self.remarks):
             label.setContentsMargins(8, 0, 8, 2)
@@ -197,8 +185,8 @@ class LossView(QWidget):
         column.addWidget(self.remarks)
         self._soon = QTimer(self, singleShot=True, interval=REFRESH_DELAY)
         self._soon.timeout.connect(self.refresh)
-        learning.losses_changed.connect(self._refresh_soon)
-        learning.changed.connect(self._refresh_soon)
+        trainer.losses_changed.connect(self._refresh_soon)
+        trainer.changed.connect(self._refresh_soon)
         for changed in (document.review.run_changed, document.author_changed):
             changed.connect(self.refresh)
         document.listing_changed.connect(self.refresh)  # somebody may code blind from now on
@@ -206,7 +194,6 @@ class LossView(QWidget):
         self.refresh()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Catch up with what happened while it was hidden."""
         super().showEvent(event)
         self.refresh()
 
@@ -221,10 +208,9 @@ class LossView(QWidget):
             self._soon.start()
 
     def refresh(self) -> None:
-        """Show what there is by now."""
         if not self.isVisible():
             return
-        self.curves.show_curves(loss_curves(self.learning.step_history))
+        self.curves.show_curves(loss_curves(self.trainer.step_history))
         outcome = self.document.review.run
         parts = [] if outcome is None else self._run_times(outcome)
         self.times.setText(" · ".join(parts))
@@ -236,13 +222,13 @@ class LossView(QWidget):
     def _remarks(self) -> str:
         """What the run says besides, as far as the coder may know it."""
         try:
-            seen = visible_outcome(self.document)
+            outcome = visible_outcome(self.document)
         except ForcelabError as error:
             return str(error)
-        return "" if seen is None else "\n".join(seen.remarks)
+        return "" if outcome is None else "\n".join(outcome.remarks)
 
     def _run_times(self, outcome: Outcome) -> list[str]:
-        """How long what took."""
+        """Run times of the parts of an evaluation."""
         names = {
             "features": "features",
             "fit": "fit",

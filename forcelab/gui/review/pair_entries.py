@@ -7,7 +7,7 @@ from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from PySide6.QtCore import QObject, Signal
 
@@ -18,12 +18,9 @@ from forcelab.gui.figures.tracks import agreed_share
 from forcelab.gui.jobs import Jobs
 from forcelab.labels import Segments, is_model
 from forcelab.project import LabelsUsed, Project
+from forcelab.review.differences import Difference, compared, spelt
+from forcelab.review.run_result import Outcome, Reviewed
 from forcelab.text import natural_order
-
-if TYPE_CHECKING:
-    from forcelab.review.differences import Difference
-    from forcelab.review.run_result import Outcome, Reviewed
-
 
 #: Tracks by coder, spelt as in the outcome.
 Tracks = Mapping[str, Segments]
@@ -32,39 +29,24 @@ PairOrder = Literal["name", "worst", "longest"]
 
 @dataclass(frozen=True, eq=False)
 class PairEntry:
-    """One demonstration of the list.
-
-    Parameters
-    ----------
-    reviewed : Reviewed
-    human : tuple of Segment or None
-        The coder's track as it is now; None in a proposal.
-    lanes : tuple of Lane
-        The rows that were asked for besides.
-    evaluated : float or None
-        The accuracy that the run found.
-    """
+    """One demonstration of the list."""
 
     reviewed: Reviewed
-    human: Segments | None
-    lanes: tuple[PairRow, ...] = ()
-    evaluated_accuracy: float | None = None
+    human: Segments | None  # the coder's track as it is now; None in a proposal
+    lanes: tuple[PairRow, ...] = ()  # the extra rows
+    evaluated_accuracy: float | None = None  # that the run found
 
     @property
     def id(self) -> str:
-        """Of the demonstration."""
         return self.reviewed.id
 
     @property
     def edited(self) -> bool:
-        """Whether the coder has changed the track since the run."""
         return self.human is not None and self.human != self.reviewed.human
 
     @cached_property
     def marks(self) -> tuple[Difference, ...]:
         """Where the model differs from what the human labelled."""
-        from forcelab.review.differences import compared
-
         if not self.human:
             return ()
         found = compared(self.id, self.human, self.reviewed.predicted)
@@ -90,7 +72,7 @@ class PairEntry:
 
     @property
     def pair_without_marks(self) -> Pair:
-        """The pair as far as it costs nothing: all but its marks."""
+        """The pair without its marks, which cost time."""
         reviewed = self.reviewed
         return Pair(
             reviewed.name,
@@ -105,31 +87,22 @@ class PairEntry:
 
     @cached_property
     def pair(self) -> Pair:
-        """The pair, to be drawn."""
         return replace(self.pair_without_marks, marks=self.marks)
 
 
 @dataclass(frozen=True)
 class ExtraRows:
-    """Which rows stand below the pairs.
+    """Which rows stand below the pairs."""
 
-    Parameters
-    ----------
-    stages : tuple of (str, str)
-        Keys of :attr:`Reviewed.stages` with their captions.
-    coders : tuple of str
-        Whose tracks.
-    """
-
-    stages: tuple[tuple[str, str], ...] = ()
+    stages: tuple[str, ...] = ()  # of Reviewed.stages
     coders: tuple[str, ...] = ()
 
     def lanes(self, reviewed: Reviewed, tracks: Tracks) -> tuple[PairRow, ...]:
-        """The further rows of a demonstration, as far as there are such."""
+        """The further rows of a demonstration, as far as it has such."""
         stages = tuple(
-            PairRow(caption, reviewed.stages[key], certain=True)
-            for key, caption in self.stages
-            if key in reviewed.stages
+            PairRow(stage, reviewed.stages[stage], certain=True)
+            for stage in self.stages
+            if stage in reviewed.stages
         )
         coders = tuple(PairRow(name, tracks[name]) for name in self.coders if tracks.get(name))
         return stages + coders
@@ -143,8 +116,6 @@ def current_tracks(
     Of the coder whose labels were used that is what the run holds, as long as it was not changed:
     there every edge lies on a sample.
     """
-    from forcelab.review.differences import spelt
-
     found = {
         coder: spelt(project.tracks.get(reviewed.id, coder).segments, outcome, reviewed)
         for coder in coders
@@ -163,23 +134,15 @@ def _is_as_evaluated(project: Project, outcome: Outcome, reviewed: Reviewed, now
     rates = (project.demonstrations.info(reviewed.id).rate, outcome.settings.rate or math.inf)
     sample = 1 / min(rates)
     return len(now) == len(reviewed.human) and all(
-        one.action == other.action
-        and abs(one.start - other.start) < sample
-        and abs(one.end - other.end) < sample
-        for one, other in zip(now, reviewed.human, strict=True)
+        a.action == b.action and abs(a.start - b.start) < sample and abs(a.end - b.end) < sample
+        for a, b in zip(now, reviewed.human, strict=True)
     )
 
 
 def read_tracks(
     path: Path, outcome: Outcome, coders: Collection[str], ids: Collection[str]
 ) -> Generator[None, None, dict[str, dict[str, Segments]]]:
-    """Some coders' tracks of all tested demonstrations, as a job; by id.
-
-    Raises
-    ------
-    ForcelabError
-        If the project cannot be read.
-    """
+    """Some coders' tracks of all tested demonstrations, as a job; by id."""
     found = {}
     with Project.open(path) as project:
         for reviewed in outcome.tested:
@@ -190,29 +153,19 @@ def read_tracks(
 
 
 def pair_entries(
-    outcome: Outcome, tracks: Mapping[str, Tracks], wanted: ExtraRows, hidden: Collection[str]
+    outcome: Outcome, tracks: Mapping[str, Tracks], extra: ExtraRows, hidden: Collection[str]
 ) -> tuple[PairEntry, ...]:
-    """All demonstrations that may be seen, the tested first.
-
-    Parameters
-    ----------
-    outcome : Outcome
-    tracks : mapping
-        By id, as far as they were read; without, the tracks are those of the run.
-    wanted : Wanted
-    hidden : collection of str
-        Ids of the demonstrations that are left out.
-    """
+    """All demonstrations but the hidden, the tested first; tracks by id, else those of the run."""
     scores = outcome.scores.get("filtered", {}).get("demonstrations", ())
     shares = [score.get("accuracy") for score in scores]
     shares += [None] * (len(outcome.tested) - len(shares))
     tested = tuple(
-        tested_entry(outcome, reviewed, tracks.get(reviewed.id, {}), wanted, share)
+        tested_entry(outcome, reviewed, tracks.get(reviewed.id, {}), extra, share)
         for reviewed, share in zip(outcome.tested, shares, strict=False)
         if reviewed.id not in hidden
     )
     proposals = tuple(
-        PairEntry(reviewed, None, wanted.lanes(reviewed, {}))
+        PairEntry(reviewed, None, extra.lanes(reviewed, {}))
         for reviewed in outcome.proposals
         if reviewed.id not in hidden
     )
@@ -220,17 +173,16 @@ def pair_entries(
 
 
 def tested_entry(
-    outcome: Outcome, reviewed: Reviewed, tracks: Tracks, wanted: ExtraRows, share: float | None
+    outcome: Outcome, reviewed: Reviewed, tracks: Tracks, extra: ExtraRows, share: float | None
 ) -> PairEntry:
-    """A tested demonstration."""
     human = tracks.get(outcome.author, reviewed.human)
-    return PairEntry(reviewed, human, wanted.lanes(reviewed, tracks), share)
+    return PairEntry(reviewed, human, extra.lanes(reviewed, tracks), share)
 
 
 def filter_and_sort(
     entries: Sequence[PairEntry], order: PairOrder, searched: str = ""
 ) -> list[PairEntry]:
-    """Those whose name or task holds all words searched for, in an order; proposals at the end.
+    """The entries whose name or task holds all words searched for, sorted; proposals at the end.
 
     The worst are those of the run, so that no row runs away while its mistakes are put right. Of
     the proposals the least certain is the worst.
@@ -250,12 +202,12 @@ def filter_and_sort(
 
     return sorted(
         found,
-        key=lambda one: (one.human is None, place(one), natural_order(one.reviewed.name)),
+        key=lambda entry: (entry.human is None, place(entry), natural_order(entry.reviewed.name)),
     )
 
 
 def _mean_probability(reviewed: Reviewed) -> float | None:
-    """How probable what is predicted is on the whole; None where nothing is known of it."""
+    """Mean probability of the predicted actions by time; None without probabilities."""
     certainty = reviewed.certainty
     seconds = sum(segment.duration for segment in reviewed.predicted)
     if certainty is None or not seconds:
@@ -271,24 +223,9 @@ TRACKS_JOB = "pairs tracks"
 
 
 class CurrentTracks(QObject):
-    """Tracks by demonstration and coder, spelt as in the outcome.
+    """Tracks by demonstration and coder, spelt as in the run; of tested demonstrations only.
 
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-        Reads all tracks in the background.
-    parent : QObject, optional
-
-    Attributes
-    ----------
-    tracks : dict
-        What was read, by id and coder; of the tested demonstrations only.
-
-    Signals
-    -------
-    changed()
-        Of several demonstrations.
+    `changed` follows a reading of all; the open demonstration's are read at once.
     """
 
     changed = Signal()
@@ -301,12 +238,10 @@ class CurrentTracks(QObject):
         self._painted: set[str] = set()
 
     def forget(self) -> None:
-        """Another outcome is reviewed."""
         self._jobs.cancel(TRACKS_JOB)
         self.tracks = {}
 
     def lacks(self, coders: Collection[str]) -> bool:
-        """Whether tracks of these coders were not read yet."""
         return bool(set(coders) - {coder for read in self.tracks.values() for coder in read})
 
     def read_all(self, coders: Sequence[str], hidden: Collection[str]) -> None:
@@ -328,7 +263,7 @@ class CurrentTracks(QObject):
         self._jobs.run(job, take, key=TRACKS_JOB)
 
     def read_open(self, coders: Sequence[str]) -> bool:
-        """Read the open demonstration's tracks at once; gives whether they are other ones."""
+        """Read the open demonstration's tracks at once; gives whether they have changed."""
         document = self._document
         outcome, project = document.review.run, document.project
         if outcome is None or project is None:
@@ -349,7 +284,7 @@ class CurrentTracks(QObject):
 
 
 def other_coders(document: Document, hidden: Collection[str]) -> tuple[str, ...]:
-    """Who else labelled what the outcome tested, as far as it is not hidden."""
+    """The other coders of what the run tested, as far as it is not hidden."""
     outcome = document.review.run
     if outcome is None:
         return ()

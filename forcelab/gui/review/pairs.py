@@ -28,7 +28,6 @@ from forcelab.gui.figures.tracks import LabelStyle, Legend, styles_in_order
 from forcelab.gui.file_dialogs import ask_picture, save_picture
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import PageOrPlaceholder, page_layout, search_field
-from forcelab.gui.review.display_options import combo_box
 from forcelab.gui.review.pair_entries import (
     CurrentTracks,
     ExtraRows,
@@ -40,11 +39,11 @@ from forcelab.gui.review.pair_entries import (
     tested_entry,
 )
 from forcelab.gui.review.pairs_list import MARGIN, Hit, PairsList, hit_interval
-from forcelab.gui.review.queue_loader import untested_text
-from forcelab.gui.review.reviewed_run import blind_demonstrations, with_keys
+from forcelab.gui.review.reviewed_run import blind_demonstrations, untested_text, with_keys
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.text import escape_ampersands
 from forcelab.gui.theme import colours, themes
+from forcelab.gui.widgets import combo_box
 from forcelab.review.run_result import Outcome, vocabulary_of
 from forcelab.vocabulary import Vocabulary
 
@@ -53,32 +52,24 @@ class ActionStyles(dict[str, LabelStyle]):
     """Looks of actions; grey where an action is not known."""
 
     def __missing__(self, action: str) -> LabelStyle:
-        """A look that is nobody's."""
+        """The style of an unknown action."""
         return LabelStyle("", QColor(colours().muted))
 
 
 def all_actions(outcome: Outcome) -> tuple[str, ...]:
-    """What a run knows, what its coder labelled and what it predicts; thousands of segments."""
+    """Actions that a run knows, its coder labelled or it predicts; in thousands of segments."""
     both = (*outcome.tested, *outcome.proposals)
-    tracks = [track for one in both for track in (one.human, one.predicted)]
+    tracks = [track for reviewed in both for track in (reviewed.human, reviewed.predicted)]
     return tuple(dict.fromkeys((*outcome.actions, *(s.action for t in tracks for s in t))))
 
 
 def missing_pairs_text(
     outcome: Outcome | None, *, training: bool, entries: bool, hidden: bool, shown: bool
 ) -> str:
-    """Why there is nothing to see; empty where there is something.
+    """Why there is nothing to show; empty where there is something.
 
-    Parameters
-    ----------
-    outcome : Outcome or None
-        What is reviewed.
-    training : bool
-        Whether a recogniser is being trained.
-    entries, hidden : bool
-        Whether any demonstration may be seen, and whether any is coded blind.
-    shown : bool
-        Whether the filter lets any through.
+    `entries` and `hidden`: whether any demonstration is visible, and any coded blind; `shown`:
+    whether the filter lets any through.
     """
     if outcome is None and training:
         return (
@@ -101,22 +92,14 @@ ROWS_SETTING, ORDER_SETTING, STRETCHED_SETTING = (
     "review/pairs/order",
     "review/pairs/stretched",
 )
+#: The steps of recognition that can be shown below a pair.
+STAGES = ("raw", "threshold", "median")
 #: How the choice of a coder's row is remembered, apart from the stages.
 CODER_PREFIX = "coder "
 
 
 class PairsTools(QWidget):
-    """Search, order, time axis, further rows and export.
-
-    Signals
-    -------
-    changed()
-        Something else is to be shown.
-    ordered()
-        Another order is chosen, and told by `changed`, too.
-    exporting()
-        The pairs are to be saved as a picture.
-    """
+    """Search, order, time axis, further rows and export; `ordered` comes with `changed`."""
 
     changed = Signal()
     ordered = Signal()
@@ -157,14 +140,13 @@ class PairsTools(QWidget):
 
     @property
     def chosen_order(self) -> PairOrder:
-        """The order that is chosen."""
         order: PairOrder = self.order.currentData()
         return order
 
     @property
-    def wanted(self) -> ExtraRows:
+    def extra_rows(self) -> ExtraRows:
         """The further rows that are chosen."""
-        stages = tuple(stage for stage in self._stages() if stage[0] in self._extra_rows)
+        stages = tuple(stage for stage in STAGES if stage in self._extra_rows)
         coders = tuple(name for name in self.coders if CODER_PREFIX + name in self._extra_rows)
         return ExtraRows(stages, coders)
 
@@ -173,23 +155,14 @@ class PairsTools(QWidget):
         self.coders = tuple(coders)
         self.menu.clear()
         self.menu.addSection("Before the filtered prediction")
-        for key, caption in self._stages():
-            self._add(key, caption)
+        for key in STAGES:
+            self._add(key, key)
         if coders:
             self.menu.addSection("Other coders")
         for name in coders:
             self._add(CODER_PREFIX + name, name)
 
-    def _stages(self) -> tuple[tuple[str, str], ...]:
-        """Keys and captions of the recogniser's steps."""
-        return (
-            ("raw", "raw"),
-            ("threshold", "threshold"),
-            ("median", "median"),
-        )
-
     def _add(self, key: str, title: str) -> None:
-        """Add a row to the menu."""
         action = QAction(escape_ampersands(title), self.menu)
         action.setCheckable(True)
         action.setChecked(key in self._extra_rows)
@@ -197,13 +170,11 @@ class PairsTools(QWidget):
         self.menu.addAction(action)
 
     def _choose(self, key: str, on: bool) -> None:
-        """Show a row, or not any more."""
         (self._extra_rows.add if on else self._extra_rows.discard)(key)
         settings.store(ROWS_SETTING, sorted(self._extra_rows))
         self.changed.emit()
 
     def _lay_out(self) -> None:
-        """All in a line."""
         line = QHBoxLayout(self)
         line.setContentsMargins(int(MARGIN), 6, int(MARGIN), 6)
         line.setSpacing(6)
@@ -212,7 +183,6 @@ class PairsTools(QWidget):
             line.addWidget(widget)
 
     def _connect(self) -> None:
-        """Tell what is chosen, and remember it."""
         self.search.textChanged.connect(lambda _: self.changed.emit())
         self.order.currentIndexChanged.connect(lambda _: self._remember())
         self.order.currentIndexChanged.connect(lambda _: self.ordered.emit())
@@ -220,20 +190,13 @@ class PairsTools(QWidget):
         self.export.clicked.connect(lambda _: self.exporting.emit())
 
     def _remember(self) -> None:
-        """Keep order and time axis for the next time."""
         settings.store(ORDER_SETTING, self.chosen_order)
         settings.store(STRETCHED_SETTING, self.stretched.isChecked())
         self.changed.emit()
 
 
 class LegendStrip(QWidget):
-    """The legend above the pairs, with the key of each action.
-
-    Signals
-    -------
-    fitted()
-        It has taken the height of its lines.
-    """
+    """The legend above the pairs, with the key of each action; `fitted` follows its height."""
 
     fitted = Signal()
 
@@ -244,21 +207,18 @@ class LegendStrip(QWidget):
         self.setAccessibleName("Legend of the actions")
         themes().changed.connect(self.update)
 
-    def show_looks(self, looks: Mapping[str, LabelStyle]) -> None:
-        """Show these actions in this order."""
-        self._styles = looks
+    def show_styles(self, styles: Mapping[str, LabelStyle]) -> None:
+        self._styles = styles
         self.setAccessibleDescription(
-            ", ".join(f"{look.sign.upper()} {name}".lstrip() for name, look in looks.items())
+            ", ".join(f"{style.sign.upper()} {name}".lstrip() for name, style in styles.items())
         )
         self._fit()
         self.update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """A narrow legend has more lines."""
         self._fit()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the legend."""
         with QPainter(self) as painter:
             painter.fillRect(self.rect(), QColor(colours().background))
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -266,11 +226,9 @@ class LegendStrip(QWidget):
 
     @property
     def _legend(self) -> Legend:
-        """The legend in the width there is."""
         return Legend(self._styles, max(self.width() - 2 * MARGIN, 1.0))
 
     def _fit(self) -> None:
-        """Take the height of the lines."""
         height = round(self._legend.height) + 10
         if height != self.minimumHeight():
             self.setFixedHeight(height)
@@ -336,7 +294,6 @@ class AxisStrip(QWidget):
 
 
 def _tool_button(title: str, name: str) -> QToolButton:
-    """A button of the tools."""
     button = QToolButton()
     button.setText(title)
     button.setAccessibleName(name)
@@ -351,14 +308,7 @@ SUGGESTED_FILE = "pairs.svg"
 
 
 class PairsView(QWidget):
-    """The timeline pairs of the outcome that is reviewed.
-
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-        Reads the tracks of all demonstrations.
-    """
+    """The timeline pairs of the run that is reviewed."""
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
         super().__init__()
@@ -386,7 +336,7 @@ class PairsView(QWidget):
     # Verbs
 
     def figure(self) -> TimelinePairs | None:
-        """What is shown, as a figure: the same pairs in the same order; None where none is."""
+        """The same pairs in the same order as a figure; None where none is shown."""
         outcome = self.document.review.run
         if outcome is None or not self.area.entries:
             return None
@@ -400,13 +350,12 @@ class PairsView(QWidget):
         )
 
     def export(self) -> None:
-        """Ask where to save the pairs, and save them in the background."""
         chosen = ask_picture(self, "Export timeline pairs", SUGGESTED_FILE)
         if chosen is not None:
             self.export_to(chosen)
 
     def export_to(self, path: Path) -> None:
-        """Save the pairs in the background, and say when that is done."""
+        """Save the pairs in the background."""
         figure = self.figure()
         if figure is None:
             self.document.show_message("No timeline pair is shown that could be saved.", True)
@@ -416,14 +365,12 @@ class PairsView(QWidget):
     # Inside
 
     def _lay_out(self) -> None:
-        """Tools and legend above, the rows, the time axis below."""
         rows = QWidget()
         page_layout(rows, LegendRoom(self.legend), self.area, self.strip, growing=self.area)
         self._pages = PageOrPlaceholder(rows)
         page_layout(self, self.tools, self.note, self._pages, growing=self._pages)
 
     def _connect(self) -> None:
-        """Listen to the document, and to what is pressed."""
         document = self.document
         document.review.run_changed.connect(self._outcome_changed)
         document.review.training_changed.connect(self._show_missing)
@@ -439,7 +386,7 @@ class PairsView(QWidget):
         self.area.chosen.connect(self._go_to)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Show what has changed while nobody saw it."""
+        """Catch up with what happened while it was hidden."""
         super().showEvent(event)
         if self._stale or blind_demonstrations(self.document) != self._hidden:
             self._build()
@@ -448,24 +395,20 @@ class PairsView(QWidget):
         self._read_all()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """The axis goes along with the rows."""
         super().resizeEvent(event)
         self._show_axis()
 
     def _outcome_changed(self) -> None:
-        """Another outcome is reviewed."""
         self._current.forget()
         self._build()
         self._read_all()
 
     def _choose(self) -> None:
-        """Other rows, or another order of them."""
         self._build()
-        if self._current.lacks(self.tools.wanted.coders):
+        if self._current.lacks(self.tools.extra_rows.coders):
             self._read_all()
 
     def _build(self) -> None:
-        """Make the rows of the outcome and of what is chosen."""
         self._stale = not self.isVisible()
         outcome, project = self.document.review.run, self.document.project
         if self._stale:
@@ -478,20 +421,19 @@ class PairsView(QWidget):
             if coders != self.tools.coders:
                 self.tools.offer(coders)
             self._entries = pair_entries(
-                outcome, self._current.tracks, self.tools.wanted, self._hidden
+                outcome, self._current.tracks, self.tools.extra_rows, self._hidden
             )
             self._update_vocabulary()
         self._show()
 
     def _show(self) -> None:
-        """Show the rows in order."""
         actions = sorted(self._actions(), key=self._key_of)
         self._styles = ActionStyles(styles_in_order(actions, self._vocabulary))
-        looks, tools = self._styles, self.tools
+        styles, tools = self._styles, self.tools
         rows = filter_and_sort(self._entries, tools.chosen_order, tools.search.text())
-        self.legend.show_looks(looks)
+        self.legend.show_styles(styles)
         self._show_missing(len(rows))
-        self.area.show_entries(rows, looks, tools.stretched.isChecked())
+        self.area.show_entries(rows, styles, tools.stretched.isChecked())
         self._show_axis()
 
     def _show_axis(self) -> None:
@@ -517,24 +459,25 @@ class PairsView(QWidget):
         return tuple(dict.fromkeys((*self._listed[1], *(s.action for t in tracks for s in t))))
 
     def _key_of(self, action: str) -> tuple[bool, str]:
-        """What actions of the legend are sorted by: their keys; those without stay as they are."""
+        """The key by which actions of the legend are sorted; those without stay as they are."""
         key = self._vocabulary[action].key
         return not key, key or ""
 
     def _update_vocabulary(self) -> bool:
-        """Take the looks of the outcome's actions and their keys; gives whether they are others."""
+        """Take the styles and keys of the run's actions; gives whether they have changed."""
         outcome, project = self.document.review.run, self.document.project
         if outcome is None or project is None:
             return False
         before = self._vocabulary
-        looks = vocabulary_of(project, outcome).with_actions(*self._actions())
-        document, shown = self.document, self.document.demonstration
-        task = "" if shown is None else shown.task
-        self._vocabulary = with_keys(looks, document.vocabulary, task=task, apart=outcome.apart)
+        vocabulary = vocabulary_of(project, outcome).with_actions(*self._actions())
+        document, demonstration = self.document, self.document.demonstration
+        task = "" if demonstration is None else demonstration.task
+        own = document.vocabulary
+        self._vocabulary = with_keys(vocabulary, own, task=task, apart=outcome.apart)
         return self._vocabulary != before
 
     def _show_missing(self, shown: int | None = None) -> None:
-        """Say why there is nothing to see, or not all."""
+        """Say why there is nothing to show, or not all."""
         outcome = self.document.review.run
         shown = len(self.area.entries) if shown is None else shown
         words = missing_pairs_text(
@@ -556,7 +499,6 @@ class PairsView(QWidget):
     # Going there
 
     def _go_to(self, entry: PairEntry, found: Hit) -> None:
-        """Open what was chosen."""
         document = self.document
         if found.what is not None:
             document.review.examine(hit_interval(entry, found.what))
@@ -566,21 +508,19 @@ class PairsView(QWidget):
     # What the project holds now
 
     def _read_all(self) -> None:
-        """Read the tracks as they are now, in the background."""
         if self.isVisible():
-            self._current.read_all(self.tools.wanted.coders, self._hidden)
+            self._current.read_all(self.tools.extra_rows.coders, self._hidden)
 
     def _read_open(self) -> None:
-        """Read the open demonstration's tracks, and nothing else."""
         outcome, id_ = self.document.review.run, self.document.id
         old = next((entry for entry in self._entries if entry.id == id_), None)
         if outcome is None or old is None or not self.isVisible():
             return
-        wanted = self.tools.wanted
-        if old.human is None or not self._current.read_open(wanted.coders):
+        extra = self.tools.extra_rows
+        if old.human is None or not self._current.read_open(extra.coders):
             return
         found = self._current.tracks[id_]
-        new = tested_entry(outcome, old.reviewed, found, wanted, old.evaluated_accuracy)
+        new = tested_entry(outcome, old.reviewed, found, extra, old.evaluated_accuracy)
         self._entries = tuple(new if entry is old else entry for entry in self._entries)
         known = set(self._vocabulary.names)
         if any(s.action not in known for track in new.final_tracks for s in track):
@@ -589,12 +529,11 @@ class PairsView(QWidget):
         self.area.replace_entry(new)
 
     def _recolour(self) -> None:
-        """The actions may have other colours."""
         if self.isVisible() and self._entries and self._update_vocabulary():
             self._show()
 
     def _check_blind(self) -> None:
-        """Somebody may code another demonstration blind, or not any more."""
+        """Follow what is coded blind from now on, or no more."""
         if (
             self.isVisible()
             and self.document.review.run is not None
@@ -605,7 +544,7 @@ class PairsView(QWidget):
 
 
 def _figure_note(entry: PairEntry) -> str:
-    """What is said beside a pair in the figure."""
+    """The note beside a pair in the figure."""
     if entry.human is None:
         return "proposed"
     return "" if entry.share is None else f"{100 * entry.share:.1f} %"

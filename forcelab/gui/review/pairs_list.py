@@ -44,7 +44,7 @@ from forcelab.gui.figures.pairs import (
     paint_pair,
 )
 from forcelab.gui.figures.tracks import LabelStyle, difference_box
-from forcelab.gui.label.track_rows import crowded_runs, outline
+from forcelab.gui.label.track_painting import narrow_columns, outline
 from forcelab.gui.review.pair_entries import PairEntry
 from forcelab.gui.theme import Colours, colours, themes
 from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, is_plain
@@ -65,24 +65,12 @@ NOTE_WIDTH = 56.0
 
 @dataclass(frozen=True)
 class PairsLayout:
-    """The rows of some entries in a width.
-
-    Parameters
-    ----------
-    entries : sequence of Entry
-        The tested first, then the proposals.
-    width : float
-        In pixels.
-    stretched : bool
-        Whether each takes the whole width, whatever it lasts.
-    names : tuple of str
-        What the bars of the human and of the model are called.
-    """
+    """The rows of some entries, the tested first, in a width in pixels."""
 
     entries: Sequence[PairEntry]
     width: float
-    stretched: bool
-    names: tuple[str, str]
+    stretched: bool  # whether each takes the whole width, however long it lasts
+    names: tuple[str, str]  # of the human's and the model's bars
 
     @cached_property
     def name_room(self) -> float:
@@ -105,12 +93,10 @@ class PairsLayout:
 
     @property
     def left(self) -> float:
-        """Where the bars begin."""
         return MARGIN + self.name_room + self.caption_room + 10
 
     @property
     def right(self) -> float:
-        """Where the longest bars end."""
         return max(self.width - MARGIN - NOTE_WIDTH, self.left + 40)
 
     @cached_property
@@ -145,15 +131,12 @@ class PairsLayout:
 
     @property
     def height(self) -> float:
-        """Of all rows."""
         return self.tops[-1] if self.entries else 0.0
 
     def row_height(self, row: int) -> float:
-        """Height of a row."""
         return MEASURES.height(self.entries[row].pair_without_marks) + 2 * ROW_PADDING
 
     def row_box(self, row: int) -> QRectF:
-        """Where a row lies among all rows."""
         return QRectF(0, self.tops[row], self.width, self.row_height(row))
 
     def visible(self, top: float, bottom: float) -> range:
@@ -175,7 +158,6 @@ class PairsLayout:
         return MEASURES.boxes(entry.pair_without_marks, self.axis(entry), ROW_PADDING)
 
     def _boxes(self, entry: PairEntry) -> PairBoxes:
-        """Where the bars of an entry lie up and down."""
         return MEASURES.boxes(entry.pair_without_marks, Axis(*self.span, 0.0, 1.0), 0.0)
 
 
@@ -189,22 +171,12 @@ _start = attrgetter("start")
 
 @dataclass(frozen=True)
 class Hit:
-    """What is at a point of a row.
-
-    Parameters
-    ----------
-    row : int
-    time : float or None
-        In seconds; None beside the bars.
-    what : Segment, Place or None
-    author : str
-        Whose bar it is, as it is called on screen.
-    """
+    """What is at a point of a row."""
 
     row: int
-    time: float | None = None
+    time: float | None = None  # in seconds; None beside the bars
     what: Segment | Interval | None = None
-    author: str = ""
+    author: str = ""  # whose bar it is, as on the screen
 
 
 def hit_test(layout: PairsLayout, point: QPointF) -> Hit | None:
@@ -236,13 +208,12 @@ def hit_test(layout: PairsLayout, point: QPointF) -> Hit | None:
 
 
 def segment_at(segments: Sequence[Segment], time: float) -> Segment | None:
-    """The segment that covers a time."""
     i = bisect_right(segments, time, key=_start) - 1
     return segments[i] if i >= 0 and time < segments[i].end else None
 
 
 def hit_interval(entry: PairEntry, what: Segment | Interval) -> Interval:
-    """A segment or a disagreement as a place: what each sees in most of it, and how sure."""
+    """A segment or a disagreement as an interval: what each sees in most of it, and how sure."""
     predicted = action_over(entry.reviewed.predicted, what.start, what.end)
     human = action_over(entry.human or (), what.start, what.end)
     if isinstance(what, Interval):
@@ -254,7 +225,7 @@ def hit_interval(entry: PairEntry, what: Segment | Interval) -> Interval:
 
 
 def hit_tooltip(entry: PairEntry, found: Hit) -> str:
-    """What a tooltip says, as rich text without anything of the names taken for markup."""
+    """The tooltip as rich text; names are escaped."""
     lines = [f"<b>{escape(entry.reviewed.name)}</b>"]
     if found.time is None:
         return "<br>".join([*lines, escape(entry_description(entry))])
@@ -277,7 +248,6 @@ def hit_tooltip(entry: PairEntry, found: Hit) -> str:
 
 
 def difference_text(mark: Interval) -> str:
-    """A disagreement in words."""
     predicted = mark.predicted
     if predicted is None:
         predicted = "unlabelled"
@@ -285,7 +255,7 @@ def difference_text(mark: Interval) -> str:
 
 
 def entry_description(entry: PairEntry, mark: int | None = None) -> str:
-    """A row in words, for screen readers and tooltips; with a disagreement that has the focus."""
+    """A row in words, for screen readers and tooltips; with the focused disagreement."""
     share = "" if entry.share is None else f"{100 * entry.share:.1f} %"
     if entry.human is None:
         mean = f"proposal, mean probability {share}"
@@ -301,7 +271,6 @@ def entry_description(entry: PairEntry, mark: int | None = None) -> str:
 
 
 def _interval_text(start: float, end: float) -> str:
-    """A stretch in words."""
     return f"{start:.3f}\N{EN DASH}{end:.3f} s"
 
 
@@ -324,29 +293,26 @@ class RowPictures:
     """The pictures of the rows seen last, by demonstration."""
 
     def __init__(self) -> None:
-        self._kept: OrderedDict[str, QPixmap] = OrderedDict()
+        self._pictures: OrderedDict[str, QPixmap] = OrderedDict()
         #: How many rows were painted so far.
         self.painted = 0
 
     def clear(self) -> None:
-        """Everything looks different now."""
-        self._kept.clear()
+        self._pictures.clear()
 
     def drop(self, id_: str) -> None:
-        """A demonstration looks different now."""
-        self._kept.pop(id_, None)
+        self._pictures.pop(id_, None)
 
     def known(self, id_: str) -> QPixmap | None:
-        """The picture of a demonstration's row, if it is there."""
-        if id_ in self._kept:
-            self._kept.move_to_end(id_)
-        return self._kept.get(id_)
+        if id_ in self._pictures:
+            self._pictures.move_to_end(id_)
+        return self._pictures.get(id_)
 
     def paint(
         self,
         layout: PairsLayout,
         row: int,
-        looks: Mapping[str, LabelStyle],
+        styles: Mapping[str, LabelStyle],
         opened: bool,
         ratio: float,
         remark: str,
@@ -356,11 +322,11 @@ class RowPictures:
         picture = QPixmap(round(box.width() * ratio), round(box.height() * ratio))
         picture.setDevicePixelRatio(ratio)
         with QPainter(picture) as painter:
-            paint_row(painter, layout, row, looks, opened, ratio, remark)
-        self._kept[layout.entries[row].id] = picture
+            paint_row(painter, layout, row, styles, opened, ratio, remark)
+        self._pictures[layout.entries[row].id] = picture
         self.painted += 1
-        while len(self._kept) > PICTURES_KEPT:
-            self._kept.popitem(last=False)
+        while len(self._pictures) > PICTURES_KEPT:
+            self._pictures.popitem(last=False)
         return picture
 
 
@@ -368,51 +334,41 @@ def paint_row(
     painter: QPainter,
     layout: PairsLayout,
     row: int,
-    looks: Mapping[str, LabelStyle],
+    styles: Mapping[str, LabelStyle],
     opened: bool,
     ratio: float,
     remark: str,
 ) -> None:
     """Paint a row with its upper left corner at the origin.
 
-    Parameters
-    ----------
-    painter : QPainter
-    layout : Layout
-    row : int
-    looks : mapping of str to Look
-    opened : bool
-        Whether its demonstration is the open one.
-    ratio : float
-        Image pixels for each pixel.
-    remark : str
-        Said below the share.
+    `opened`: its demonstration is the open one; `ratio`: image pixels for each pixel; `remark`
+    stands below the share.
     """
     theme, entry = colours(), layout.entries[row]
     axis, boxes = layout.axis(entry), layout.boxes(row)
-    whole = QRectF(0, 0, layout.width, layout.row_height(row))
+    box = QRectF(0, 0, layout.width, layout.row_height(row))
     ground = QColor(theme.background)
     if opened:
         ground = mixed(ground, theme.accent, OPEN_TINT)
-    painter.fillRect(whole, ground)
+    painter.fillRect(box, ground)
     if opened:
-        painter.fillRect(QRectF(0, 0, 4, whole.height()), QColor(theme.accent))
+        painter.fillRect(QRectF(0, 0, 4, box.height()), QColor(theme.accent))
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     if not layout.stretched:
         painter.setPen(QPen(QColor(theme.grid), 1.0))
         spots = [axis.at(value) for value, _ in axis.marks(10.0, upright=False)]
-        painter.drawLines([QLineF(x, 0, x, whole.height()) for x in spots])
+        painter.drawLines([QLineF(x, 0, x, box.height()) for x in spots])
     on_track = replace(theme, text=theme.on_unlabelled)
     pair = _thinned_pair(entry.pair, axis, ratio)
     mark = QColor(theme.trouble)
-    paint_pair(painter, boxes, axis, pair, looks=looks, theme=on_track, mark=mark)
+    paint_pair(painter, boxes, axis, pair, styles=styles, theme=on_track, mark=mark)
     _paint_texts(painter, layout, row, opened, remark, theme)
 
 
 def _paint_texts(
     painter: QPainter, layout: PairsLayout, row: int, opened: bool, remark: str, theme: Colours
 ) -> None:
-    """Write name, captions and notes of a row."""
+    """Name, captions and notes of a row."""
     entry, boxes = layout.entries[row], layout.boxes(row)
     top = boxes.human.top()
     middle = (top + boxes.predicted.bottom()) / 2
@@ -440,7 +396,7 @@ def thinned_segments(segments: Segments, axis: Axis, ratio: float) -> Segments:
         return segments
     count = max(1, round((axis.finish - axis.begin) * ratio))
     pixel = (axis.end - axis.start) / count
-    wide, columns, names = crowded_runs(segments, axis.start, pixel, count, 3.0 * pixel)
+    wide, columns, names = narrow_columns(segments, axis.start, pixel, count, 3.0 * pixel)
     cuts = np.concatenate([[0], np.flatnonzero(np.diff(columns)) + 1, [count]]).tolist()
     narrow = (
         Segment(axis.start + first * pixel, axis.start + last * pixel, names[columns[first]])
@@ -466,7 +422,7 @@ def _thinned_pair(pair: Pair, axis: Axis, ratio: float) -> Pair:
 def paint_examined(
     painter: QPainter, layout: PairsLayout, row: int, start: float, end: float
 ) -> None:
-    """Frame a stretch of a row, over all of its bars; the painter stands at the row's corner."""
+    """Frame an interval in all bars of a row; the painter stands at the row's corner."""
     boxes, axis = layout.boxes(row), layout.axis(layout.entries[row])
     left, right = axis.at(start), axis.at(end)
     spare = max(8.0 - (right - left), 0.0) / 2 + 2
@@ -476,7 +432,6 @@ def paint_examined(
 
 
 def paint_focus(painter: QPainter, layout: PairsLayout, row: int, mark: Interval | None) -> None:
-    """Show which row and which disagreement the keyboard is at."""
     theme = colours()
     pen = QPen(QColor(theme.accent), 2.0)
     pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
@@ -512,28 +467,9 @@ OWN_KEYS = {*ARROW_STEPS, *PAGING_KEYS, *ENTER_KEYS}
 
 
 class PairsList(QAbstractScrollArea):
-    """The rows of the timeline pairs, scrolled.
+    """The rows of the timeline pairs, scrolled."""
 
-    Parameters
-    ----------
-    document : Document
-        Whose open demonstration, cursor and examined place are shown.
-
-    Attributes
-    ----------
-    entries : list of Entry
-        The rows from top to bottom.
-    row : int
-        Which of them has the keyboard's focus; -1 without rows.
-    mark : int or None
-        Which of its disagreements.
-
-    Signals
-    -------
-    chosen(Entry, Hit)
-        Somebody wants to go to what is there.
-    """
-
+    #: An entry and the Hit in it that was clicked or entered.
     chosen = Signal(object, object)
 
     def __init__(self, document: Document) -> None:
@@ -544,7 +480,7 @@ class PairsList(QAbstractScrollArea):
         self.mark: int | None = None
         self.pictures = RowPictures()
         self.stretched = False
-        self._looks: Mapping[str, LabelStyle] = {}
+        self._styles: Mapping[str, LabelStyle] = {}
         self._layout: PairsLayout | None = None
         self._cursor_at: QRect | None = None
         self._opened = document.id
@@ -574,12 +510,10 @@ class PairsList(QAbstractScrollArea):
 
     @property
     def names(self) -> tuple[str, str]:
-        """What the two bars of a pair are called."""
         return "human", "predicted"
 
     @property
     def arrangement(self) -> PairsLayout:
-        """Where everything lies."""
         if self._layout is None:
             width = self.viewport().width()
             self._layout = PairsLayout(self.entries, width, self.stretched, self.names)
@@ -599,14 +533,12 @@ class PairsList(QAbstractScrollArea):
         self._describe()
 
     def repaint_all(self) -> None:
-        """Everything looks different now."""
         self.pictures.clear()
         self._lay_out()
         self.viewport().update()
         self._describe()
 
     def _lay_out(self) -> None:
-        """Say anew where everything lies."""
         self._layout = None
         page = self.viewport().height()
         bar = self.verticalScrollBar()
@@ -616,7 +548,6 @@ class PairsList(QAbstractScrollArea):
     # Painting
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the rows in view."""
         layout, area = self.arrangement, event.rect()
         with QPainter(self.viewport()) as painter:
             offset = self.verticalScrollBar().value()
@@ -645,36 +576,35 @@ class PairsList(QAbstractScrollArea):
             self._ahead.start()
 
     def _painted(self, row: int) -> QPixmap:
-        """Paint a row's picture."""
         entry = self.entries[row]
         opened, ratio = entry.id == self.document.id, self.devicePixelRatioF()
         remark = self._remark(entry)
-        return self.pictures.paint(self.arrangement, row, self._looks, opened, ratio, remark)
+        return self.pictures.paint(self.arrangement, row, self._styles, opened, ratio, remark)
 
     def _paint_ahead(self) -> None:
-        """Paint one row that is in view or may come there next, and so on until all are there."""
+        """Paint one row that is in view or may come there next, and so on until all are painted."""
         if not self.isVisible():
             return
         top, page = self.verticalScrollBar().value(), self.viewport().height()
-        seen = self.arrangement.visible(top, top + page)
+        in_view = self.arrangement.visible(top, top + page)
         near = self.arrangement.visible(
             top - SCREENS_AHEAD * page, top + (1 + SCREENS_AHEAD) * page
         )
-        for row in (*seen, *(row for row in near if row not in seen)):
+        for row in (*in_view, *(row for row in near if row not in in_view)):
             id_ = self.entries[row].id
             unknown = self.pictures.known(id_) is None
             if unknown:
                 self._painted(row)
             if unknown or id_ in self._skipped:
                 self._skipped.discard(id_)
-                if row in seen:
+                if row in in_view:
                     box = self.arrangement.row_box(row).translated(0, -top)
                     self.viewport().update(box.toAlignedRect())
                 self._ahead.start()
                 return
 
     def _paint_marked(self, painter: QPainter, layout: PairsLayout, row: int, opened: bool) -> None:
-        """Draw what changes more often than the row: examined place, focus and cursor."""
+        """Draw what changes more often than the row: examined interval, focus and cursor."""
         place = self.document.review.examined
         if place is not None and place.demonstration == layout.entries[row].id:
             paint_examined(painter, layout, row, place.start, place.end)
@@ -692,7 +622,6 @@ class PairsList(QAbstractScrollArea):
             self._cursor_at = self._cursor_box()
 
     def _paint_heading(self, painter: QPainter, bottom: float) -> None:
-        """Draw the heading of the proposals."""
         theme, width = colours(), self.viewport().width()
         box = QRectF(0, bottom - HEADING_HEIGHT, width, HEADING_HEIGHT)
         painter.fillRect(box.adjusted(0, 10, 0, 0), QColor(theme.panel))
@@ -716,35 +645,30 @@ class PairsList(QAbstractScrollArea):
         return "accuracy"
 
     def scrollContentsBy(self, dx: int, dy: int) -> None:
-        """Move what is there; only what comes into view is painted."""
+        """Move what is painted; only what comes into view is painted anew."""
         self._scrolled = True
         if self._cursor_at is not None:  # what is drawn moves along
             self._cursor_at.translate(dx, dy)
         self.viewport().scroll(dx, dy)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Show where the keyboard is."""
         super().focusInEvent(event)
         self.viewport().update()
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """The keyboard is elsewhere."""
         super().focusOutEvent(event)
         self.viewport().update()
 
     @property
     def focused(self) -> PairEntry | None:
-        """The row with the keyboard's focus."""
         return self.entries[self.row] if 0 <= self.row < len(self.entries) else None
 
     def _check_mark(self) -> None:
-        """Focus no disagreement that is there no more."""
         entry = self.focused
         if self.mark is not None and (entry is None or self.mark >= len(entry.marks)):
             self.mark = None
 
     def _describe(self) -> None:
-        """Tell screen readers what has the focus."""
         entry = self.focused
         words = (
             "" if entry is None else f"{entry.reviewed.name}: {entry_description(entry, self.mark)}"
@@ -757,7 +681,7 @@ class PairsList(QAbstractScrollArea):
     # What the document tells
 
     def _cursor_moved(self, _: float) -> None:
-        """Draw the cursor where it is now, and nothing else."""
+        """Repaint only where the cursor was and is."""
         if not self.isVisible():
             return
         for box in (self._cursor_at, self._cursor_box()):
@@ -776,14 +700,13 @@ class PairsList(QAbstractScrollArea):
         return None
 
     def _open_changed(self) -> None:
-        """Another demonstration is the open one."""
         for id_ in (self._opened, self.document.id):
             self.pictures.drop(id_)
         self._opened = self.document.id
         self.viewport().update()
 
     def follow(self) -> None:
-        """Have the open demonstration in view, whoever opened it."""
+        """Bring the open demonstration into view."""
         row = next((i for i, e in enumerate(self.entries) if e.id == self.document.id), None)
         if row is None:
             return
@@ -794,12 +717,12 @@ class PairsList(QAbstractScrollArea):
         self.viewport().update()
 
     def show_entries(
-        self, entries: list[PairEntry], looks: Mapping[str, LabelStyle], stretched: bool
+        self, entries: list[PairEntry], styles: Mapping[str, LabelStyle], stretched: bool
     ) -> None:
-        """Show these rows; where they are other ones, with the open demonstration in view."""
+        """Show these rows; where they have changed, with the open demonstration in view."""
         before = [entry.id for entry in self.entries]
         focused = self.focused
-        self.entries, self._looks, self.stretched = entries, looks, stretched
+        self.entries, self._styles, self.stretched = entries, styles, stretched
         ids = [entry.id for entry in entries]
         if focused is None or focused.id not in ids:
             self.row = ids.index(self.document.id) if self.document.id in ids else 0
@@ -813,17 +736,15 @@ class PairsList(QAbstractScrollArea):
             self.follow()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Lay out anew; the row with the focus stays in view."""
+        """Lay out anew; the focused row stays in view."""
         self.repaint_all()
         if self.row >= 0:
             self.reveal(self.row)
 
     def hit_at(self, point: QPointF) -> Hit | None:
-        """What is at a point of the viewport."""
         return hit_test(self.arrangement, point + QPointF(0, self.verticalScrollBar().value()))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Go to what was clicked."""
         found = self.hit_at(event.position())
         if event.button() != Qt.MouseButton.LeftButton or found is None:
             return
@@ -836,14 +757,12 @@ class PairsList(QAbstractScrollArea):
         self.chosen.emit(entry, found)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Show by the pointer what can be clicked."""
         found = self.hit_at(event.position())
         hand = found is not None and found.what is not None
         shape = Qt.CursorShape.PointingHandCursor if hand else Qt.CursorShape.ArrowCursor
         self.viewport().setCursor(shape)
 
     def viewportEvent(self, event: QEvent) -> bool:
-        """Tell what is under the pointer."""
         if event.type() == QEvent.Type.ToolTip and isinstance(event, QHelpEvent):
             found = self.hit_at(QPointF(event.pos()))
             if found is None:
@@ -858,7 +777,6 @@ class PairsList(QAbstractScrollArea):
     # Keyboard
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Up and Down for rows, Left and Right for disagreements, Enter to go there."""
         entry, key = self.focused, Qt.Key(event.key())
         if entry is None or not is_plain(event):
             super().keyPressEvent(event)
@@ -881,11 +799,10 @@ class PairsList(QAbstractScrollArea):
             super().keyPressEvent(event)
 
     def keeps(self, event: QKeyEvent) -> bool:
-        """Whether a key is one of the list's, which are the window's too."""
+        """Whether a key is one of the list's, which the window uses too."""
         return event.key() in OWN_KEYS and is_plain(event) and bool(self.entries)
 
     def reveal(self, row: int) -> None:
-        """Scroll until a row is in view."""
         box, bar = self.arrangement.row_box(row), self.verticalScrollBar()
         if box.top() < bar.value():
             bar.setValue(round(box.top()))
@@ -894,12 +811,10 @@ class PairsList(QAbstractScrollArea):
 
     @property
     def _page(self) -> int:
-        """How many rows fit into the view."""
         height = self.arrangement.row_height(self.row)
         return max(1, int(self.viewport().height() // height))
 
     def _go_to(self, row: int, mark: int | None) -> None:
-        """Move the focus."""
         self.row, self.mark = min(max(row, 0), len(self.entries) - 1), mark
         self.reveal(self.row)
         self.viewport().update()

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from operator import attrgetter
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QModelIndex, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QShowEvent
@@ -25,18 +24,13 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.item_views import Index, TableColumn, TableRow, TextModel, TextTable
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.label.track_rows import track_spans
+from forcelab.gui.label.track_spans import track_spans
 from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, set_enabled_with_reason
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from forcelab.review.active_learning import Proposal
-    from forcelab.review.run_result import Outcome
-
+from forcelab.review.active_learning import Proposal, acceptable, proposals, weighed
+from forcelab.review.run_result import Outcome
 
 #: A stretch that is too short to hold anything but what lies at its start, in seconds.
 INSTANT = 1e-6
@@ -64,14 +58,12 @@ class AcceptButtons(QWidget):
         self._name_buttons()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Catch up with what happened while it was hidden."""
         super().showEvent(event)
         self._follow()
 
     # What it is made of
 
     def _lay_out(self) -> None:
-        """Two rows: beside the pairs is little room."""
         self.here = QPushButton()
         self.here.clicked.connect(self.accept_here)
         self.in_view = QPushButton()
@@ -104,7 +96,6 @@ class AcceptButtons(QWidget):
             button.setMinimumWidth(0)
 
     def _name_buttons(self) -> None:
-        """Print the keys on the buttons."""
         for button, text, command in (
             (self.here, "Accept &here", "accept"),
             (self.in_view, "Accept all in &view", "accept_all"),
@@ -117,22 +108,22 @@ class AcceptButtons(QWidget):
     # Accepting
 
     def accept_here(self) -> bool:
-        """Take over what is predicted at the cursor."""
+        """Accept what is predicted at the cursor."""
         return self._accept_and_report(self.document.review.accept_here)
 
     def accept_in_view(self) -> bool:
-        """Take over everything predicted that is in view, where the coder labelled nothing."""
+        """Accept all predictions in view, where the coder labelled nothing."""
         return self._accept_and_report(self.document.review.accept_in_view)
 
     def accept_above(self) -> bool:
-        """Take over what is that probable anywhere, where the coder labelled nothing."""
+        """Accept all predictions that are probable enough, where the coder labelled nothing."""
         document, at_least = self.document, self.at_least.value()
         return self._accept_and_report(
             lambda: document.review.accept(*document.view.bounds, at_least, replace=False)
         )
 
     def _accept_and_report(self, accept: Callable[[], bool]) -> bool:
-        """Take over, and say how many and how to take it back."""
+        """Accept, and say how many and how to undo it."""
         before = set(self.document.editor.segments)
         done = accept()
         if done:
@@ -147,31 +138,26 @@ class AcceptButtons(QWidget):
         return done
 
     def _count(self, start: float, end: float, at_least: float = 0.0) -> int:
-        """How many predicted segments would be taken over."""
-        from forcelab.review.active_learning import acceptable
-
         reviewed = self.document.review.reviewed
         return 0 if reviewed is None else len(acceptable(reviewed, start, end, at_least))
 
     def _is_predicted(self, start: float, end: float) -> bool:
-        """Whether anything is predicted there."""
         predicted = self.document.review.prediction  # asked at each step of playback: not all of it
         first = bisect_right(predicted, start, key=attrgetter("end"))
         return first < len(predicted) and predicted[first].start < end
 
     def _follow_cursor(self, cursor: float) -> None:
-        """Offer what lies at the cursor."""
         if self.isVisible():
-            there = self._is_predicted(cursor, cursor + INSTANT)
+            predicted = self._is_predicted(cursor, cursor + INSTANT)
             set_enabled_with_reason(
-                self.here, "" if there else "Nothing is predicted at the cursor."
+                self.here, "" if predicted else "Nothing is predicted at the cursor."
             )
 
     def _follow_span(self, start: float, end: float) -> None:
-        """Offer what is in view."""
         if self.isVisible():
-            there = self._is_predicted(start, end)
-            set_enabled_with_reason(self.in_view, "" if there else "Nothing is predicted in view.")
+            predicted = self._is_predicted(start, end)
+            reason = "" if predicted else "Nothing is predicted in view."
+            set_enabled_with_reason(self.in_view, reason)
 
     def _follow(self, *_: object) -> None:
         """Offer what can be accepted."""
@@ -194,17 +180,10 @@ LABELLED_SHARE = 0.9
 
 
 class ProposalsView(QWidget):
-    """What should be labelled next, and the predictions of what is open.
+    """What should be labelled next, and the predictions of the open demonstration.
 
-    A row leads to the most uncertain stretch of its demonstration. Nothing is computed while the
+    A row leads to the most uncertain interval of its demonstration. Nothing is computed while the
     view is hidden, and nothing is shown of what is coded blind.
-
-    Attributes
-    ----------
-    accepting : AcceptButtons
-        Take predictions over.
-    rows : tuple of Proposal
-        What is listed.
     """
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
@@ -213,7 +192,7 @@ class ProposalsView(QWidget):
         self.setAccessibleName("Proposals")
         self.model = TextModel(self)
         self.rows: tuple[Proposal, ...] = ()
-        self._shown: Outcome | None = None
+        self._outcome: Outcome | None = None
         self._found: tuple[Proposal, ...] = ()
         self.table = self._table()
         self.order = muted_label()
@@ -230,13 +209,11 @@ class ProposalsView(QWidget):
         self._say_empty()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Catch up with what happened while it was hidden."""
         super().showEvent(event)
         self._refresh()
         self._follow()
 
     def _table(self) -> TextTable:
-        """The rows."""
         table = TextTable(self.model)
         table.setAccessibleName("Unlabelled demonstrations, the one to label next first")
         table.setTextElideMode(NAMES)
@@ -246,31 +223,30 @@ class ProposalsView(QWidget):
         return table
 
     def _follow(self, *_: object) -> None:
-        """Tell how much of the open demonstration is labelled by now."""
+        """Show how much of the open demonstration is labelled by now."""
         if not self.isVisible():
             return
         if self._sorted_proposals() != self.rows:
             self._list()
-        elif (told := self._table_rows()) != self.model.rows:
-            self.model.replace_texts(told)
+        elif (rows := self._table_rows()) != self.model.rows:
+            self.model.replace_texts(rows)
             self._say_order()
 
     # What is listed
 
     def _refresh(self) -> None:
-        """Rank what the outcome proposes, in the background."""
+        """Rank the proposals of the run, in the background."""
         if not self.isVisible():
             return
         outcome = self.document.review.run
-        if outcome is not self._shown:
-            self._shown, self._found = outcome, ()
+        if outcome is not self._outcome:
+            self._outcome, self._found = outcome, ()
             self.jobs.cancel(RANKING_JOB)
             if outcome is not None and outcome.proposals:
                 self.jobs.run(_rank_proposals(outcome), self._ranked, key=RANKING_JOB)
         self._list()
 
     def _ranked(self, found: tuple[Proposal, ...]) -> None:
-        """Show what was found."""
         self._found = found
         self._list()
 
@@ -291,21 +267,17 @@ class ProposalsView(QWidget):
         self.order.setText(text)
 
     def _uses_density(self) -> bool:
-        """Whether they are ordered by how many are like each, too."""
-        from forcelab.review.active_learning import weighed
-
+        """Whether the order also counts how many demonstrations are like each."""
         return bool(self._found) and weighed(self._found)
 
     def _listing_changed(self) -> None:
-        """Who is blind where may have changed."""
         if self.isVisible():
             self._list()
 
     def _list(self) -> None:
-        """Show what may be seen."""
-        seen = self._sorted_proposals()
-        if seen != self.rows:
-            self.rows = seen
+        rows = self._sorted_proposals()
+        if rows != self.rows:
+            self.rows = rows
             columns = [
                 TableColumn("demonstration", number=False),
                 TableColumn("uncertainty", number=False),
@@ -323,43 +295,39 @@ class ProposalsView(QWidget):
     def _sorted_proposals(self) -> tuple[Proposal, ...]:
         """What may be seen; what the coder has labelled by now comes last."""
         blind, done = blind_demonstrations(self.document), self._done()
-        seen = (one for one in self._found if one.id not in blind)
-        return tuple(sorted(seen, key=lambda one: one.id in done))
+        visible = (proposal for proposal in self._found if proposal.id not in blind)
+        return tuple(sorted(visible, key=lambda proposal: proposal.id in done))
 
     def _done(self) -> frozenset[str]:
-        """The demonstrations that the coder has labelled, if not to the last moment."""
         return frozenset(id_ for id_, share in self._labelled().items() if share >= LABELLED_SHARE)
 
     def _table_rows(self) -> tuple[TableRow, ...]:
-        """What is listed, as texts."""
         labelled, weighed = self._labelled(), self._uses_density()
         return tuple(
             TableRow(
                 (
-                    one.name,
-                    f"{100 * one.uncertainty:.0f} %",
-                    *([f"{100 * (one.typicality or 0.0):.0f} %"] if weighed else []),
-                    f"{one.wrong:.1f} s",
-                    f"{100 * labelled[one.id]:.0f} %" if one.id in labelled else "–",
+                    proposal.name,
+                    f"{100 * proposal.uncertainty:.0f} %",
+                    *([f"{100 * (proposal.typicality or 0.0):.0f} %"] if weighed else []),
+                    f"{proposal.wrong:.1f} s",
+                    f"{100 * labelled[proposal.id]:.0f} %" if proposal.id in labelled else "–",
                 ),
-                tip=self._tip(one),
+                tip=self._tip(proposal),
             )
-            for one in self.rows
+            for proposal in self.rows
         )
 
-    def _tip(self, one: Proposal) -> str:
-        """What the figures mean."""
+    def _tip(self, proposal: Proposal) -> str:
         text = (
-            f"{one.name} ({one.task}), {one.seconds:.1f} s: of moments as uncertain as "
-            "these, tested "
-            f"demonstrations had so many wrong that about {one.wrong:.1f} s are expected to "
-            "be wrong "
-            "here. Labelling it is expected to put these right."
+            f"{proposal.name} ({proposal.task}), {proposal.seconds:.1f} s: of moments as "
+            "uncertain as these, tested demonstrations had so many wrong that about "
+            f"{proposal.wrong:.1f} s are expected to be wrong here. Labelling it is expected to "
+            "put these right."
         )
-        if one.typicality is None:
+        if proposal.typicality is None:
             return text
         typical = "It is {0:.0f} % like all that are listed."
-        return f"{text} {typical.format(100 * one.typicality)}"
+        return f"{text} {typical.format(100 * proposal.typicality)}"
 
     def _labelled(self) -> dict[str, float]:
         """Which share of each demonstration the coder has labelled."""
@@ -374,11 +342,11 @@ class ProposalsView(QWidget):
         return {id_: min(done / all_, 1.0) for id_, (done, all_) in seconds.items() if done * all_}
 
     def _say_empty(self) -> None:
-        """Say why there is nothing to see, where there is nothing."""
+        """Say why the list is empty."""
         self.order.setVisible(bool(self.rows))
         outcome = self.document.review.run
         tasks = () if outcome is None else outcome.tasks
-        there = [info for info in self.document.infos if info.task in tasks]
+        infos = [info for info in self.document.infos if info.task in tasks]
         blind = blind_demonstrations(self.document)
         if self.rows:
             text = ""
@@ -386,9 +354,9 @@ class ProposalsView(QWidget):
             text = "Train a recogniser: it proposes labels for what is unlabelled."
         elif self.jobs.awaits(RANKING_JOB):
             text = "Ranking what is unlabelled…"
-        elif outcome.proposals or any(info.id in blind for info in there):
+        elif outcome.proposals or any(info.id in blind for info in infos):
             text = "There is nothing here that may be seen."
-        elif any(outcome.author not in info.labelled for info in there):
+        elif any(outcome.author not in info.labelled for info in infos):
             # A run of the command line tests only, and demonstrations are imported later.
             text = (
                 "This run proposes nothing for what is unlabelled. Train again; if nothing is "
@@ -402,15 +370,12 @@ class ProposalsView(QWidget):
         self._pages.say(text)
 
     def _go(self, index: QModelIndex) -> None:
-        """Go to the most uncertain stretch of a row."""
+        """Go to the most uncertain interval of a row."""
         if index.isValid():
             self.document.review.examine(self.rows[index.row()].place)
 
 
 def _rank_proposals(outcome: Outcome) -> Generator[None, None, tuple[Proposal, ...]]:
-    """Rank what an outcome proposes."""
-    from forcelab.review.active_learning import proposals
-
     yield None
     return proposals(outcome)
 
@@ -423,7 +388,6 @@ class _BarDelegate(QStyledItemDelegate):
         self._share = share
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """Draw the ground as always, then number and bar."""
         self.initStyleOption(option, index)
         number, option.text = option.text, ""
         style = option.widget.style()

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Generator, Mapping
+from dataclasses import dataclass, field, replace
 from datetime import datetime
+from functools import partial
 from operator import attrgetter
-from typing import Literal
+from pathlib import Path
+from typing import Any, Literal
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QWidget
 
@@ -22,35 +24,218 @@ from forcelab.gui.layout import (
     search_field,
     set_enabled_with_reason,
 )
-from forcelab.gui.review.queue_list import QueueItem, QueueList, QueueModel
-from forcelab.gui.review.queue_loader import (
-    QueueLoader,
-    action_name,
-    missing_queue_text,
-    queue_summary,
-)
+from forcelab.gui.review.queue_list import QueueItem, QueueList, QueueModel, action_name
+from forcelab.gui.review.reviewed_run import blind_demonstrations, untested_text, visible_outcome
 from forcelab.gui.shortcuts import keys
-from forcelab.labels import Segment
+from forcelab.labels import Segment, Segments
 from forcelab.project import Project
 from forcelab.project.records import StoredVerdict, VerdictKind, utc_now
-from forcelab.review.differences import Difference, Interval
-from forcelab.review.queue import Queue
-from forcelab.review.run_result import Outcome
-from forcelab.review.verdicts import action_for, judge, withdraw
+from forcelab.review.differences import Difference, Interval, current_tracks, spelt
+from forcelab.review.queue import Compared, Queue, arranging
+from forcelab.review.run_result import Outcome, vocabulary_of
+from forcelab.review.verdicts import action_for, judge, report, withdraw
+from forcelab.vocabulary import Vocabulary
+
+#: The tracks are compared again when nothing was painted for so many ms.
+COMPARE_DELAY = 120
+#: Which job compares.
+QUEUE_JOB = "review queue"
+
+
+@dataclass(frozen=True)
+class QueueData:
+    """What was read and compared."""
+
+    outcome: Outcome  # as far as the coder may see it
+    queue: Queue = field(default_factory=Queue)
+    tracks: dict[str, Segments] = field(default_factory=dict)
+    known: dict[str, Compared] = field(default_factory=dict)  # valid while a track stays as it is
+
+
+def read_queue(
+    path: Path, outcome: Outcome, before: QueueData | None, changed: Mapping[str, Segments] | None
+) -> Generator[Any, None, QueueData]:
+    """Read and compare, as a job.
+
+    `outcome` is without what the coder may not see; `changed` holds the tracks that differ from
+    `before`, as the coder spells them; None reads all of them.
+    """
+    with Project.open(path) as project:
+        verdicts = project.coding.verdicts()
+        if before is None or changed is None:
+            tracks = current_tracks(project, outcome)
+        else:
+            tested = {reviewed.id: reviewed for reviewed in outcome.tested}
+            tracks = {id_: track for id_, track in before.tracks.items() if id_ in tested}
+            for id_, track in changed.items():
+                if id_ in tracks:
+                    tracks[id_] = spelt(track, outcome, tested[id_])
+    known = before.known if before is not None else {}
+    queue, known = yield from arranging(outcome, tracks, verdicts, known, invented=True)
+    return QueueData(outcome, queue, tracks, known)
+
+
+class QueueLoader(QObject):
+    """Keeps the queue of a document's run up to date while it is watched.
+
+    Unwatched, nothing is compared until :meth:`compare` is called.
+    """
+
+    changed = Signal()
+
+    def __init__(self, document: Document, jobs: Jobs, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._document, self._jobs = document, jobs
+        self.read: QueueData | None = None
+        self.vocabulary = Vocabulary()
+        self.watched = False
+        # How many changes there were, and how many of them `read` knows of: all, and those after
+        # which every track has to be read again.
+        self._changes, self._compared = 1, 0
+        self._upheavals, self._reread = 1, 0
+        self._infos = document.infos
+        self._soon = QTimer(self, singleShot=True, interval=COMPARE_DELAY)
+        self._soon.timeout.connect(self.compare)
+        document.review.run_changed.connect(self._all_changed)
+        document.listing_changed.connect(self._listing_changed)
+        document.author_changed.connect(self._author_changed)
+        document.tracks_changed.connect(self.track_changed)
+        document.vocabulary_changed.connect(self._load_vocabulary)
+
+    @property
+    def stale(self) -> bool:
+        """Whether something has changed that `read` does not contain."""
+        return self._compared != self._changes
+
+    def track_changed(self) -> None:
+        """The open demonstration's track or the verdicts have changed."""
+        self._changes += 1
+        if self._document.review.run is None:
+            self.compare()
+        elif self.watched:
+            self._soon.start()
+
+    def put_away(self, queue: Queue) -> None:
+        """Show at once what the next comparison will find."""
+        if self.read is not None:
+            self.read = replace(self.read, queue=queue)
+            self.changed.emit()
+
+    def compare(self) -> None:
+        """Compare in the background what has changed."""
+        self._soon.stop()
+        document = self._document
+        try:
+            outcome = visible_outcome(document)
+        except ForcelabError as error:
+            document.show_message(str(error), True)
+            return
+        if outcome is None or document.project is None:
+            self._jobs.cancel(QUEUE_JOB)
+            self.read, self._compared = None, self._changes
+            self.changed.emit()
+            return
+        before = self.read
+        if before is not None and before.outcome.number != outcome.number:
+            before = None
+        changed = None
+        if before is not None and self._reread == self._upheavals:
+            own = bool(document.id) and document.author == outcome.author
+            changed = {document.id: document.editor.segments} if own else {}
+        self._jobs.run(
+            read_queue(document.project.path, outcome, before, changed),
+            partial(self._done, self._changes, self._upheavals if changed is None else None),
+            key=QUEUE_JOB,
+        )
+
+    def _all_changed(self) -> None:
+        """Another run; or tracks of any demonstration may have changed."""
+        self._upheavals += 1
+        self.track_changed()
+
+    def _author_changed(self) -> None:
+        """Another coder may be blind to what is shown."""
+        self._forget_blind()
+        self._all_changed()
+
+    def _forget_blind(self) -> None:
+        """Show at once nothing of what is coded blind from now on."""
+        if self.read is not None:
+            blind = blind_demonstrations(self._document)
+            if any(tested.id in blind for tested in self.read.outcome.tested):
+                self.read = None
+                self.changed.emit()
+
+    def _listing_changed(self) -> None:
+        """The list was read again; where only the open one changed, its track has been compared."""
+        self._forget_blind()
+        open_id = self._document.id
+        lists = [
+            [i for i in infos if i.id != open_id] for infos in (self._infos, self._document.infos)
+        ]
+        self._infos = self._document.infos
+        same = len(lists[0]) == len(lists[1])
+        if not same or any(a is not b for a, b in zip(*lists, strict=True)):
+            self._all_changed()
+
+    def _done(self, changes: int, upheavals: int | None, read: QueueData) -> None:
+        self.read, self._compared = read, changes
+        if upheavals is not None:
+            self._reread = upheavals
+        self._forget_blind()  # somebody else may look by now than when it began
+        self._load_vocabulary()
+        self.changed.emit()
+
+    def _load_vocabulary(self) -> None:
+        project = self._document.project
+        if self.read is None or project is None:
+            return
+        self.vocabulary = vocabulary_of(project, self.read.outcome)
+
+
+def missing_queue_text(outcome: Outcome | None, read: QueueData | None, *, training: bool) -> str:
+    """Why there is nothing to list; empty where there is something."""
+    if outcome is None:
+        coming = (
+            "A recogniser is being trained; every place where you and it differ will be listed "
+            "here."
+        )
+        none = "Train a recogniser, and every place where you and it differ is listed here."
+        return coming if training else none
+    if read is None:
+        return "Comparing…"
+    if read.queue.open or read.queue.judged:
+        return ""
+    if not outcome.tested:
+        return untested_text(
+            outcome,
+            "Nothing was tested, so nothing can differ.",
+            "What the recogniser proposes for the others is in Proposals.",
+        )
+    if not read.outcome.tested:
+        return "You code these demonstrations blind; what differs is shown when done."
+    return "Labels and predictions agree everywhere."
+
+
+def queue_summary(queue: Queue) -> str:
+    """How much is open, and who was right so far."""
+    main = len(queue.suspected) + len(queue.actions) + len(queue.missed)
+    if not queue.judged:
+        return f"{main} to judge, none judged yet."
+    pairs = report(queue.judged)
+    return (
+        f"{main} to judge. Right so far: human {sum(pair.human_right for pair in pairs)}, model "
+        f"{sum(pair.model_right for pair in pairs)}; ambiguous "
+        f"{sum(pair.ambiguous for pair in pairs)}."
+    )
+
 
 #: What a button needs beside its text, in pixels.
 BUTTON_MARGIN = 20
 
 
 class VerdictButtons(QWidget):
-    """Three verdicts; for what is judged already, one button to take the verdict back.
-
-    Attributes
-    ----------
-    judged : Signal
-        With ``"human"``, ``"model"`` or ``"ambiguous"``.
-    withdrawn : Signal
-    """
+    """Three verdicts; for what is judged already, one button to withdraw the verdict."""
 
     judged = Signal(str)
     withdrawn = Signal()
@@ -62,7 +247,7 @@ class VerdictButtons(QWidget):
             "model": ("Model right", "Model"),
             "ambiguous": ("Ambiguous", "Unclear"),
         }
-        told = {
+        tips = {
             "human": "The label is right; it stays.",
             "model": "The prediction is right; your label is changed to it, undoably.",
             "ambiguous": "It cannot be told; the label stays.",
@@ -74,7 +259,7 @@ class VerdictButtons(QWidget):
         for verdict, (text, _) in self._texts.items():
             button = QPushButton()
             button.setAccessibleName(text)
-            button.setToolTip(told[verdict])
+            button.setToolTip(tips[verdict])
             button.clicked.connect(lambda _=False, v=verdict: self.judged.emit(v))
             row.addWidget(button, 1)
             self.verdicts[verdict] = button
@@ -98,12 +283,11 @@ class VerdictButtons(QWidget):
         self.withdraw.setHidden(not judged)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Say it shorter where there is little room."""
         super().resizeEvent(event)
         self._print_keys()
 
     def _print_keys(self) -> None:
-        """Write each key below what it says."""
+        """Write each key below its verdict."""
         longest = max(
             self.fontMetrics().horizontalAdvance(text) for text, _ in self._texts.values()
         )
@@ -119,18 +303,7 @@ _time = attrgetter("time")
 
 @dataclass(frozen=True)
 class _VerdictChange:
-    """A verdict that was given, or withdrawn, in this session.
-
-    Parameters
-    ----------
-    verdict : StoredVerdict
-    withdrawn : bool
-        Whether it was withdrawn instead of given.
-    edit : int
-        The number of the edit that gave the coder's track what the model sees; 0 without one.
-    time : datetime
-        When it was done, or undone.
-    """
+    """A verdict that was given or withdrawn."""
 
     verdict: StoredVerdict
     withdrawn: bool
@@ -139,7 +312,6 @@ class _VerdictChange:
 
     @property
     def place(self) -> Interval:
-        """Where it is shown."""
         v = self.verdict
         return Interval(v.demonstration, v.start, v.end, v.human, v.predicted)
 
@@ -147,8 +319,8 @@ class _VerdictChange:
 class VerdictUndo:
     """The verdicts of this session, undone and redone in order of time with the coder's edits.
 
-    One who judges goes on at once, often to another demonstration, so that edits are looked for
-    in the open one and in that of the latest verdict; what changes is shown.
+    After a verdict the coder goes on at once, often to another demonstration, so edits are looked
+    for in the open one and in that of the latest verdict; what changes is shown.
     """
 
     def __init__(self, document: Document) -> None:
@@ -159,35 +331,22 @@ class VerdictUndo:
         document.author_changed.connect(self._forget)
 
     def add(self, verdict: StoredVerdict, edit: int = 0) -> None:
-        """A verdict was given, with the edit of that number."""
+        """A verdict was given, with the edit of that number; 0 without one."""
         self._done.append(_VerdictChange(verdict, False, edit, utc_now()))
         self._undone.clear()
 
     def add_withdrawn(self, verdict: StoredVerdict) -> None:
-        """A verdict was withdrawn."""
         self._done.append(_VerdictChange(verdict, True, 0, utc_now()))
         self._undone.clear()
 
     def undo(self) -> bool:
-        """Take back the latest verdict or the latest edit, whichever is newer, where it is.
-
-        Raises
-        ------
-        ForcelabError
-            If the store cannot be read or written.
-        """
+        """Undo the latest verdict or the latest edit, whichever is newer, where it is."""
         while self._done and self._counts(self._done[-1]) == self._done[-1].withdrawn:
             self._done.pop()  # undone elsewhere
         return self._revert(self._done, self._undone, "undo")
 
     def redo(self) -> bool:
-        """Do again what was undone last, a verdict or an edit.
-
-        Raises
-        ------
-        ForcelabError
-            If the store cannot be read or written.
-        """
+        """Redo what was undone last, a verdict or an edit."""
         document, project = self._document, self._document.project
         while self._undone and self._counts(self._undone[-1]) != self._undone[-1].withdrawn:
             self._undone.pop()  # redone elsewhere
@@ -235,7 +394,7 @@ class VerdictUndo:
         return result is not None
 
     def _revert_verdict(self, change: _VerdictChange, project: Project, kind: str) -> None:
-        """Withdraw a verdict, or give it once more."""
+        """Withdraw a verdict, or give it again."""
         document = self._document
         if change.withdrawn == (kind == "redo"):
             withdraw(project, change.verdict, document.author)
@@ -245,7 +404,7 @@ class VerdictUndo:
             document.show_message("The verdict counts again.")
 
     def _counts(self, change: _VerdictChange) -> bool:
-        """Whether what was said counts now, in these words."""
+        """Whether this verdict counts now."""
         project, verdict = self._document.project, change.verdict
         return project is not None and any(
             (v.place, v.verdict) == (verdict.place, verdict.verdict)
@@ -253,21 +412,12 @@ class VerdictUndo:
         )
 
     def _forget(self) -> None:
-        """Another project, or another coder."""
         self._done.clear()
         self._undone.clear()
 
 
 class QueueView(QWidget):
-    """Differences by section, and three verdicts.
-
-    Parameters
-    ----------
-    document : Document
-        Whose outcome is compared with the tracks as they are now.
-    jobs : Jobs
-        Where that is done.
-    """
+    """Differences between the run and the tracks as they are now, and three verdicts."""
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
         super().__init__()
@@ -282,8 +432,8 @@ class QueueView(QWidget):
         self.list = QueueList(self.model, lambda: self.reader.vocabulary)
         self.list.chosen.connect(document.review.examine)
         self.list.withdrawn.connect(self.withdraw)
-        sought = "Filter by action or demonstration"
-        self.filter = search_field(sought, sought)
+        hint = "Filter by action or demonstration"
+        self.filter = search_field(hint, hint)
         self.filter.textChanged.connect(self._show)
         self.buttons = VerdictButtons()
         self.buttons.judged.connect(self.judge)
@@ -297,14 +447,12 @@ class QueueView(QWidget):
         self._show()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Catch up with what happened while it was hidden."""
         super().showEvent(event)
         self.reader.watched = True
         if self.reader.stale:
             self.reader.compare()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Compare no more until it is wanted."""
         super().hideEvent(event)
         self.reader.watched = False
 
@@ -312,19 +460,15 @@ class QueueView(QWidget):
 
     @property
     def queue(self) -> Queue:
-        """What was found."""
         return self.reader.read.queue if self.reader.read is not None else Queue()
 
     @property
     def current(self) -> QueueItem | None:
-        """The item that is being looked at."""
+        """The marked item."""
         return self.list.current
 
     def step(self, direction: int) -> None:
-        """Go to the next difference, or with -1 to the one before, as soon as it is known.
-
-        After the last one the first comes again.
-        """
+        """Go to the next difference, or with -1 to the one before, once it is known; it wraps."""
         if self.reader.stale:
             self._steps = direction
             self.reader.compare()
@@ -346,7 +490,7 @@ class QueueView(QWidget):
             self.document.show_message("Human: {}; model: {}.".format(*sides))
 
     def judge(self, verdict: VerdictKind) -> bool:
-        """Say who is right about the difference that is examined, and go on to the next one.
+        """Judge the examined difference, and go on to the next one.
 
         If the model is right, the coder's own track gets what it predicts, as one edit that can be
         undone; the difference is open again then.
@@ -372,12 +516,12 @@ class QueueView(QWidget):
                     return False
                 if project.tracks.head(difference.demonstration, author) != before:
                     edit = project.tracks.revertible(difference.demonstration, author, "undo")
-            said = judge(project, outcome, difference, verdict, author, edit)
+            stored = judge(project, outcome, difference, verdict, author, edit)
         except ForcelabError as error:
             self.document.show_message(str(error), True)
             return False
-        self._history.add(said, edit.id if edit is not None else 0)
-        self.reader.put_away(self.queue.after(said, difference))
+        self._history.add(stored, edit.id if edit is not None else 0)
+        self.reader.put_away(self.queue.after(stored, difference))
         if after is not None:
             self.document.review.examine(after)
         elif not self.list.waiting:
@@ -386,15 +530,12 @@ class QueueView(QWidget):
         return True
 
     def undo(self) -> bool:
-        """Take back the latest verdict or edit, wherever that was."""
         return self._revert(self._history.undo)
 
     def redo(self) -> bool:
-        """Give the verdict again, or make the edit again, that was taken back last."""
         return self._revert(self._history.redo)
 
     def _revert(self, verb: Callable[[], bool]) -> bool:
-        """Undo or redo, and show what came of it."""
         try:
             done = verb()
         except ForcelabError as error:
@@ -405,7 +546,7 @@ class QueueView(QWidget):
         return done
 
     def withdraw(self) -> bool:
-        """Take back what was said of the item that is chosen; it is open again."""
+        """Withdraw the verdict on the chosen item; it is open again."""
         item, project = self.current, self.document.project
         if item is None or project is None or not isinstance(item.about, StoredVerdict):
             self.document.show_message(
@@ -418,8 +559,8 @@ class QueueView(QWidget):
         except ForcelabError as error:
             self.document.show_message(str(error), True)
             return False
-        told = "The verdict is withdrawn; labels stay as they are."
-        self.document.show_message(told)
+        message = "The verdict is withdrawn; labels stay as they are."
+        self.document.show_message(message)
         self.reader.track_changed()
         self.reader.compare()
         return True
@@ -427,15 +568,15 @@ class QueueView(QWidget):
     # Inside
 
     def _repaint(self, difference: Difference, outcome: Outcome) -> bool:
-        """Give the coder's track what the model sees; gives whether the verdict may be kept."""
+        """Give the coder's track what the model predicts; gives whether to store the verdict."""
         document = self.document
         if document.author != outcome.author:
-            told = (
+            message = (
                 "The verdict is kept; only {0} can change {0}'s labels. To change them as {1}, "
                 "copy them ({2})."
             )
             key = keys().shown("copy_from") or "in the menu Segments"
-            document.show_message(told.format(outcome.author, document.author, key))
+            document.show_message(message.format(outcome.author, document.author, key))
             return True
         if document.id != difference.demonstration and not document.review.examine(difference):
             return False
@@ -447,24 +588,22 @@ class QueueView(QWidget):
         return not document.refused
 
     def _follow(self) -> None:
-        """Mark the place that is examined, wherever it was chosen; only that one is judged."""
+        """Mark the examined interval, wherever it was chosen; only that one is judged."""
         self.list.mark(self.document.review.examined)
         self._offer()
 
     def _offer(self) -> None:
-        """Offer the verdicts that can be given."""
         item = self.current
         self.buttons.offer(
             open_=item is not None and not item.judged, judged=bool(item and item.judged)
         )
 
     def _training_changed(self) -> None:
-        """Where there is nothing to list yet, say that it will come."""
         if self.document.review.run is None:
             self._show()
 
     def _compared(self) -> None:
-        """Show what was found, and go where one wanted to go meanwhile."""
+        """Show the comparison, then carry out what was asked for meanwhile."""
         self._show()
         if self._steps and not self.reader.stale:
             direction, self._steps = self._steps, 0
@@ -475,13 +614,11 @@ class QueueView(QWidget):
 
     @property
     def _missing(self) -> str:
-        """Why there is nothing to list, if that is so."""
         return missing_queue_text(
             self.document.review.run, self.reader.read, training=self.document.review.training
         )
 
     def _show(self) -> None:
-        """Show what the filter lets through."""
         read = self.reader.read
         names = {} if read is None else {d.id: d.name for d in read.outcome.tested}
         if self.model.show(self.queue, names, self.filter.text()):
@@ -491,9 +628,9 @@ class QueueView(QWidget):
         if not empty and not self.model.sections:
             empty = "Nothing here fits the filter."
         self._pages.say(empty)
-        there = bool(self.queue.open or self.queue.judged)
-        self.filter.setVisible(there)
-        self.buttons.setVisible(there)
-        self._summary.setVisible(there)
+        filled = bool(self.queue.open or self.queue.judged)
+        self.filter.setVisible(filled)
+        self.buttons.setVisible(filled)
+        self._summary.setVisible(filled)
         self._summary.setText(queue_summary(self.queue))
         self._offer()

@@ -54,12 +54,6 @@ from forcelab.gui.item_views import (
     smaller,
 )
 from forcelab.gui.label.swatches import paint_swatch, style_of
-from forcelab.gui.review.queue_loader import (
-    action_name,
-    percentages_text,
-    section_text,
-    verdict_name,
-)
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ENTER_KEYS
 from forcelab.project import StoredVerdict
@@ -74,6 +68,28 @@ SectionKind = Literal["suspected", "actions", "missed", "boundaries", "invented"
 FOLDED_AT_FIRST = frozenset({"boundaries", "invented", "judged"})
 
 
+SECTION_TEXTS = {
+    "suspected": "A recogniser that has not seen them contradicts, where it is usually right.",
+    "actions": "Both see an action, but not the same one.",
+    "missed": "Labelled, and the model sees nothing.",
+    "boundaries": "Both see the same actions; only the edge between them differs.",
+    "invented": "Unlabelled time, which is never scored, where the model sees an action.",
+    "judged": "All judged places, the latest first.",
+}
+VERDICT_NAMES = {"human": "human right", "model": "model right", "ambiguous": "ambiguous"}
+
+
+def percentages_text(kind: str) -> str:
+    """What the percentages of a section are, and its order."""
+    if kind == "suspected":
+        return "Percentages: how much speaks for an error of the coder, the largest first."
+    return "Percentages: how sure the model is; what is long and sure comes first."
+
+
+def action_name(action: str | None) -> str:
+    return "unlabelled" if action is None else action
+
+
 @dataclass(frozen=True, slots=True)
 class QueueItem:
     """A difference, or a verdict on one, with the name of its demonstration."""
@@ -83,34 +99,21 @@ class QueueItem:
 
     @property
     def place(self) -> Interval:
-        """Where it is."""
         return interval_of(self.about)
 
     @property
     def judged(self) -> bool:
-        """Whether somebody has judged it."""
         return isinstance(self.about, StoredVerdict)
 
 
 @dataclass(frozen=True, slots=True)
 class QueueSection:
-    """One part of the queue.
-
-    Parameters
-    ----------
-    kind : str
-    listed : tuple of Difference or StoredVerdict
-        What the filter lets through; rows are made of it when they are looked at.
-    total : int
-        How many there are without the filter.
-    names : mapping of str to str
-        The demonstrations' names by their ids.
-    """
+    """One part of the queue."""
 
     kind: SectionKind
-    listed: tuple[Difference | StoredVerdict, ...]
-    total: int
-    names: Mapping[str, str]
+    listed: tuple[Difference | StoredVerdict, ...]  # what the filter lets through
+    total: int  # without the filter
+    names: Mapping[str, str]  # the demonstrations', by their ids
 
     def __len__(self) -> int:
         return len(self.listed)
@@ -122,7 +125,6 @@ class QueueSection:
 
     @property
     def title(self) -> str:
-        """What stands above it."""
         return {
             "suspected": "Suspected coding errors",
             "actions": "Wrong actions",
@@ -134,12 +136,10 @@ class QueueSection:
 
     @property
     def explained(self) -> str:
-        """What it holds, in a sentence."""
-        return section_text(self.kind)
+        return SECTION_TEXTS[self.kind]
 
     @property
     def percentages(self) -> str:
-        """What the percentages at the right are; empty where there are none."""
         if self.kind == "suspected":
             return "suspicion"
         sure = any(isinstance(d, Difference) and d.confidence is not None for d in self.listed[:1])
@@ -147,54 +147,42 @@ class QueueSection:
 
     @property
     def tip(self) -> str:
-        """What it holds, what the percentages are, and in which order it stands."""
         return "\n".join(
             filter(None, (self.explained, self.percentages and percentages_text(self.kind)))
         )
 
 
 def interval_of(about: Difference | StoredVerdict) -> Interval:
-    """The place of a difference, or that a verdict is on."""
+    """The interval of a difference, or of a verdict."""
     if isinstance(about, StoredVerdict):
         return Interval(about.demonstration, about.start, about.end, about.human, about.predicted)
     return about
 
 
 def queue_sections(
-    queue: Queue, names: Mapping[str, str], sought: str = ""
+    queue: Queue, names: Mapping[str, str], text: str = ""
 ) -> tuple[QueueSection, ...]:
-    """The sections that hold anything, with the items that a filter lets through.
-
-    Parameters
-    ----------
-    queue : Queue
-    names : mapping of str to str
-        The demonstrations' names by their ids.
-    sought : str
-        Part of an action or of a demonstration's name, in capitals or not.
-    """
-    fits = _text_filter(names, sought.strip().casefold())
+    """The sections that hold anything, with the items whose action or demonstration fits."""
+    fits = _text_filter(names, text.strip().casefold())
     found = []
     for kind in get_args(SectionKind):
         everything = tuple(getattr(queue, kind))
-        shown = tuple(filter(fits, everything)) if sought.strip() else everything
-        if shown:
-            found.append(QueueSection(kind, shown, len(everything), names))
+        listed = tuple(filter(fits, everything)) if text.strip() else everything
+        if listed:
+            found.append(QueueSection(kind, listed, len(everything), names))
     return tuple(found)
 
 
 def _text_filter(
-    names: Mapping[str, str], sought: str
+    names: Mapping[str, str], text: str
 ) -> Callable[[Difference | StoredVerdict], bool]:
-    """What tells whether an action or a demonstration's name holds what is sought."""
-
     @cache
     def action(name: str | None) -> bool:
-        return sought in action_name(name).casefold()
+        return text in action_name(name).casefold()
 
     @cache
     def demonstration(id_: str) -> bool:
-        return sought in names.get(id_, "").casefold()
+        return text in names.get(id_, "").casefold()
 
     def fits(about: Difference | StoredVerdict) -> bool:
         return action(about.human) or action(about.predicted) or demonstration(about.demonstration)
@@ -205,14 +193,7 @@ def _text_filter(
 class QueueModel(QAbstractListModel):
     """Sections one below the other, each a heading and, unless it is folded, its rows.
 
-    Flat, and no row is made before it is looked at: a queue of thousands is there at once.
-
-    Attributes
-    ----------
-    sections : tuple of Section
-        What is shown; empty ones are left away.
-    folded : set of str
-        The kinds of the sections of which only the heading is shown.
+    Flat, and no row is made before it is painted: a queue of thousands is there at once.
     """
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -221,9 +202,9 @@ class QueueModel(QAbstractListModel):
         self.folded: set[str] = set(FOLDED_AT_FIRST)
         self._heads: tuple[int, ...] = (0,)  # the rows of the headings, and how many rows there are
 
-    def show(self, queue: Queue, names: Mapping[str, str], sought: str = "") -> bool:
+    def show(self, queue: Queue, names: Mapping[str, str], text: str = "") -> bool:
         """Show a queue; gives whether anything changed."""
-        sections = queue_sections(queue, names, sought)
+        sections = queue_sections(queue, names, text)
         if sections == self.sections:
             return False
         self.beginResetModel()
@@ -233,7 +214,6 @@ class QueueModel(QAbstractListModel):
         return True
 
     def fold(self, number: int, folded: bool) -> None:
-        """Fold a section, or unfold it."""
         section = self.sections[number]
         if folded == (section.kind in self.folded):
             return
@@ -250,7 +230,7 @@ class QueueModel(QAbstractListModel):
             self.endInsertRows()
 
     def _count(self) -> None:
-        """Say anew where the headings stand."""
+        """Count anew in which rows the headings are."""
         rows = (1 + (0 if s.kind in self.folded else len(s)) for s in self.sections)
         self._heads = tuple(accumulate(rows, initial=0))
 
@@ -264,7 +244,7 @@ class QueueModel(QAbstractListModel):
         return self._heads[number] + 1 + item
 
     def find(self, place: Interval) -> tuple[int, int] | None:
-        """The section and the item that a place is, also in folded sections; None if in none."""
+        """The section and the item of an interval, also in folded sections; None if in none."""
         for number, section in enumerate(self.sections):
             for item, about in enumerate(section.listed):
                 if (
@@ -276,7 +256,6 @@ class QueueModel(QAbstractListModel):
         return None
 
     def at(self, index: Index) -> QueueItem | QueueSection | None:
-        """What stands there."""
         if not index.isValid():
             return None
         number, item = self.where(index.row())
@@ -286,11 +265,9 @@ class QueueModel(QAbstractListModel):
     # What Qt asks
 
     def rowCount(self, parent: Index = NOWHERE) -> int:
-        """How many headings and items there are."""
         return 0 if parent.isValid() else self._heads[-1]
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        """What is shown, told and read aloud of a row."""
         found = self.at(index)
         if found is None:
             return None
@@ -311,7 +288,6 @@ class QueueModel(QAbstractListModel):
 
 
 def item_text(item: QueueItem) -> list[str]:
-    """What a row shows, in words."""
     place, about = item.place, item.about
     told = [
         f"Human: {action_name(place.human)}",
@@ -319,7 +295,7 @@ def item_text(item: QueueItem) -> list[str]:
         f"{item.name}, {place.start:.3f} to {place.end:.3f} s",
     ]
     if isinstance(about, StoredVerdict):
-        told.append(f"Judged by {about.author}: {verdict_name(about.verdict)}")
+        told.append(f"Judged by {about.author}: {VERDICT_NAMES[about.verdict]}")
         return told
     if about.confidence is not None:
         told.append(f"Confidence of the model: {100 * about.confidence:.0f} %")
@@ -332,15 +308,7 @@ RIGHT = Qt.AlignmentFlag.AlignRight
 
 
 class QueuePainter(QStyledItemDelegate):
-    """Paints sections as headings and what is in them as two lines each.
-
-    Parameters
-    ----------
-    model : QueueModel
-    vocabulary : callable
-        Gives the vocabulary whose colours and textures are drawn.
-    parent : QObject
-    """
+    """Paints sections as headings and their items as two lines each."""
 
     def __init__(
         self, model: QueueModel, vocabulary: Callable[[], Vocabulary], parent: QObject
@@ -349,11 +317,9 @@ class QueuePainter(QStyledItemDelegate):
         self._model, self._vocabulary = model, vocabulary
 
     def sizeHint(self, option: QStyleOptionViewItem, _index: Index) -> QSize:
-        """Two lines, for sections as for items."""
         return QSize(0, row_height(option.font))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """Paint one row."""
         item = self._model.at(index)
         painter.save()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -363,26 +329,23 @@ class QueuePainter(QStyledItemDelegate):
             _paint_section(painter, option, item, item.kind not in self._model.folded)
         elif item is not None:
             place = item.place
-            looks = self._style(place.human), self._style(place.predicted)
-            _paint_item(painter, option, item, looks)
+            styles = self._style(place.human), self._style(place.predicted)
+            _paint_item(painter, option, item, styles)
         painter.restore()
 
     def _style(self, action: str | None) -> LabelStyle:
-        """How an action is drawn; unlabelled time as it is in tracks."""
         if action is None:
             return LabelStyle("", QColor(colours().unlabelled))
         return style_of(self._vocabulary(), action)
 
 
 def row_height(font: QFont) -> int:
-    """Pixels of a row: two lines, and what is left free around them."""
     return round(QFontMetricsF(font).height() * (1 + SMALL + 3 * ABOVE))
 
 
 def _paint_section(
     painter: QPainter, option: QStyleOptionViewItem, section: QueueSection, expanded: bool
 ) -> None:
-    """A section: whether it is folded, its name and how many there are; what it holds below."""
     theme, box = colours(), QRectF(option.rect)
     height = QFontMetricsF(option.font).height()
     left, right = box.left() + SIDE * height, box.right() - SIDE * height
@@ -390,8 +353,8 @@ def _paint_section(
     line.setRight(right)
     centre = QPointF(left + 0.25 * height, line.center().y())
     paint_chevron(painter, centre, height, expanded)
-    shown = len(section)
-    count = str(shown) if shown == section.total else f"{shown}/{section.total}"
+    listed = len(section)
+    count = str(listed) if listed == section.total else f"{listed}/{section.total}"
     small = smaller(option.font)
     draw_line(painter, line, count, small, theme.muted, RIGHT)
     below = QRectF(line.left(), line.bottom() + 0.5 * ABOVE * height, line.width(), SMALL * height)
@@ -411,7 +374,7 @@ def _paint_item(
     painter: QPainter,
     option: QStyleOptionViewItem,
     item: QueueItem,
-    looks: tuple[LabelStyle, LabelStyle],
+    styles: tuple[LabelStyle, LabelStyle],
 ) -> None:
     """A difference: human, arrow, model and how sure above; where and how long below."""
     theme, box, place = colours(), QRectF(option.rect), item.place
@@ -419,12 +382,12 @@ def _paint_item(
     height = QFontMetricsF(face).height()
     left, right = box.left() + SIDE * height + 0.9 * height, box.right() - SIDE * height
     line = QRectF(left, box.top() + ABOVE * height, right - left, height)
-    told = _verdict_or_probability(item)
-    room = QFontMetricsF(face).horizontalAdvance(told) + 1 if told else 0.0
-    draw_line(painter, line, told, face, theme.text, RIGHT)
-    line.setRight(right - room - (GAP * height if told else 0))
+    text = _verdict_or_probability(item)
+    room = QFontMetricsF(face).horizontalAdvance(text) + 1 if text else 0.0
+    draw_line(painter, line, text, face, theme.text, RIGHT)
+    line.setRight(right - room - (GAP * height if text else 0))
     names = (action_name(place.human), action_name(place.predicted))
-    _paint_names(painter, line, face, names, looks, (place.human, place.predicted))
+    _paint_names(painter, line, face, names, styles, (place.human, place.predicted))
     sizes = QFontMetricsF(small)
     below = QRectF(left, line.bottom() + ABOVE * height, right - left, sizes.height())
     seconds = f"{place.duration:.2f} s"
@@ -440,10 +403,9 @@ def _paint_item(
 
 
 def _verdict_or_probability(item: QueueItem) -> str:
-    """What stands at the right: how suspect, how sure, or who is right."""
     about = item.about
     if isinstance(about, StoredVerdict):
-        return verdict_name(about.verdict)
+        return VERDICT_NAMES[about.verdict]
     if about.suspicion >= SUSPECT:  # by which these are in order
         return f"{100 * about.suspicion:.0f} %"
     return "" if about.confidence is None else f"{100 * about.confidence:.0f} %"
@@ -454,10 +416,10 @@ def _paint_names(
     line: QRectF,
     face: QFont,
     names: tuple[str, str],
-    looks: tuple[LabelStyle, LabelStyle],
+    styles: tuple[LabelStyle, LabelStyle],
     actions: tuple[str | None, str | None],
 ) -> None:
-    """Swatch and name of what the human sees, an arrow, and those of what the model sees."""
+    """Swatch and name of what the human labelled, an arrow, and those of the prediction."""
     theme, metrics = colours(), QFontMetricsF(face)
     height = metrics.height()
     side, gap, arrow = round(0.72 * height), GAP * height, 1.1 * height
@@ -469,14 +431,14 @@ def _paint_names(
         if widths[0] == widths[1]:
             widths = [room / 2, room / 2]
     x = line.left()
-    for i, (name, look, width, action) in enumerate(
-        zip(names, looks, widths, actions, strict=True)
+    for i, (name, style, width, action) in enumerate(
+        zip(names, styles, widths, actions, strict=True)
     ):
         if i:
             _paint_arrow(painter, QRectF(x, line.top(), arrow, height))
             x += arrow + gap
         box = QRectF(round(x), round(line.center().y() - side / 2), side, side)
-        paint_swatch(painter, box, look)
+        paint_swatch(painter, box, style)
         x += side + gap
         ink = theme.muted if action is None else theme.text
         where = QRectF(x, line.top(), max(width, 0), height)
@@ -484,7 +446,6 @@ def _paint_names(
 
 
 def _paint_arrow(painter: QPainter, box: QRectF) -> None:
-    """From what the human sees to what the model sees."""
     pen = QPen(QColor(colours().muted), 1.3)
     pen.setCapStyle(Qt.PenCapStyle.RoundCap)
     painter.setPen(pen)
@@ -503,21 +464,7 @@ def _paint_arrow(painter: QPainter, box: QRectF) -> None:
 
 
 class QueueList(QTableView):
-    """The rows.
-
-    Parameters
-    ----------
-    model : QueueModel
-    vocabulary : callable
-        Gives the vocabulary whose colours are drawn.
-
-    Attributes
-    ----------
-    chosen : Signal
-        With the place of a row that was clicked or opened with Enter.
-    withdrawn : Signal
-        Delete was pressed: the verdict on the marked row, if there is one, is to be withdrawn.
-    """
+    """The rows; `chosen` holds an interval, `withdrawn` follows Delete."""
 
     chosen = Signal(object)
     withdrawn = Signal()
@@ -552,24 +499,21 @@ class QueueList(QTableView):
         themes().changed.connect(self.viewport().update)
 
     def changeEvent(self, event: QEvent) -> None:
-        """A larger font takes higher rows."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.FontChange:
             self._size_rows()
 
     def _size_rows(self) -> None:
-        """Make rows as high as two lines."""
         self.verticalHeader().setDefaultSectionSize(row_height(self.font()))
 
     @property
     def current(self) -> QueueItem | None:
-        """The item that is marked."""
         found = self._model.at(self.currentIndex())
         return found if isinstance(found, QueueItem) else None
 
     @property
     def _open(self) -> list[int]:
-        """The sections of which something is to be judged and not folded away."""
+        """The unfolded sections with something to judge."""
         folded = self._model.folded
         return [
             number
@@ -579,7 +523,6 @@ class QueueList(QTableView):
 
     @property
     def waiting(self) -> int:
-        """How many items are to be judged, without those that are folded away."""
         return sum(len(self._model.sections[number]) for number in self._open)
 
     def beside(self, direction: int) -> tuple[Interval, bool]:
@@ -587,20 +530,20 @@ class QueueList(QTableView):
 
         Where the marked one has gone, its place in the order counts. There must be an open item.
         """
-        here, waiting = self._position(), self.waiting
-        if here is None:
-            here = self._last - (direction > 0)
-        there = here + direction
-        return self._place(there % waiting), not 0 <= there < waiting
+        position, waiting = self._position(), self.waiting
+        if position is None:
+            position = self._last - (direction > 0)
+        target = position + direction
+        return self._place(target % waiting), not 0 <= target < waiting
 
     def after(self) -> Interval | None:
-        """Where one goes when the current item is done; None where it is the only one."""
+        """What comes after the current item; None where it is the only one."""
         if self._position() is None or self.waiting < 2:
             return None
         return self.beside(1)[0]
 
     def _position(self) -> int | None:
-        """Which of the open items is marked."""
+        """The index of the marked item among the open ones."""
         index = self.currentIndex()
         if not index.isValid():
             return None
@@ -611,7 +554,6 @@ class QueueList(QTableView):
         return item + sum(len(self._model.sections[n]) for n in before if n < marked)
 
     def _place(self, position: int) -> Interval:
-        """The place of an open item."""
         for number in self._open:
             section = self._model.sections[number]
             if position < len(section):
@@ -620,7 +562,7 @@ class QueueList(QTableView):
         raise IndexError(position)
 
     def mark(self, place: Interval | None, unfold: bool = True) -> None:
-        """Mark a place, if it stands here, and bring it into view, unfolding its section."""
+        """Mark an interval, if it is listed, and bring it into view, unfolding its section."""
         found = None if place is None else self._model.find(place)
         if found is not None and self._model.sections[found[0]].kind in self._model.folded:
             if unfold:
@@ -645,7 +587,6 @@ class QueueList(QTableView):
         return False
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Enter shows the place; letters are the window's."""
         text = event.text()
         if event.key() in ENTER_KEYS:
             self._clicked(self.currentIndex())
@@ -657,7 +598,7 @@ class QueueList(QTableView):
             super().keyPressEvent(event)
 
     def _clicked(self, index: QModelIndex) -> None:
-        """Show a place; fold or unfold a section."""
+        """Show an interval; fold or unfold a section."""
         found = self._model.at(index)
         if isinstance(found, QueueItem):
             self.chosen.emit(found.place)

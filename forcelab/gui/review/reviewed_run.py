@@ -10,29 +10,18 @@ from forcelab.vocabulary import Vocabulary
 
 
 def blind_demonstrations(document: Document) -> frozenset[str]:
-    """The demonstrations that the document's coder is assigned to code blind, and has not yet.
-
-    Raises
-    ------
-    ForcelabError
-        If the project cannot be read.
-    """
+    """The demonstrations that the coder is assigned to code blind, and has not finished."""
     if document.project is None:
         return frozenset()
     return document.project.coding.blind_to(document.author)
 
 
 def visible_outcome(document: Document) -> Outcome | None:
-    """The outcome that is reviewed, without what the coder is assigned to code blind.
+    """The reviewed run, without what the coder is assigned to code blind.
 
     Scores that are pooled over demonstrations stay as the run has them. Its remarks name segments
-    and demonstrations, so where it rests on labels that are hidden none of them is told. Such
-    labels are nobody's: how often they were edited since is not told either.
-
-    Raises
-    ------
-    ForcelabError
-        If the project cannot be read.
+    and demonstrations, so they are left out where it rests on hidden labels. Such labels have no
+    author: how often they were edited since is not counted either.
     """
     outcome, blind = document.review.run, blind_demonstrations(document)
     if outcome is None or not blind:
@@ -46,26 +35,18 @@ def visible_outcome(document: Document) -> Outcome | None:
         outcome,
         labels=tuple(replace(u, author="") if u in hidden else u for u in outcome.labels),
         remarks=() if hidden else outcome.remarks,
-        tested=tuple(one for one in outcome.tested if one.id not in blind),
-        proposals=tuple(one for one in outcome.proposals if one.id not in blind),
+        tested=tuple(reviewed for reviewed in outcome.tested if reviewed.id not in blind),
+        proposals=tuple(reviewed for reviewed in outcome.proposals if reviewed.id not in blind),
     )
 
 
 def with_keys(
     vocabulary: Vocabulary, keys: Vocabulary, *, task: str = "", apart: bool = False
 ) -> Vocabulary:
-    """The same looks, each action with the key that paints it now, or with none.
+    """The same actions, each with the key that paints it in the open demonstration, or with none.
 
-    Parameters
-    ----------
-    vocabulary : Vocabulary
-        How the actions of an outcome look.
-    keys : Vocabulary
-        Of the open demonstration: its keys are the ones that paint.
-    task : str
-        The open demonstration's.
-    apart : bool
-        Whether the outcome's actions have their task as a suffix.
+    `keys` is the vocabulary of the open demonstration, `task` its task; `apart`: the actions of the
+    run have their task as a suffix.
     """
     suffix = f"_{task}" if apart else ""
     known = {action.name + suffix: action.key for action in keys}
@@ -73,14 +54,14 @@ def with_keys(
 
 
 def reviewed_vocabulary(document: Document) -> Vocabulary:
-    """How the actions look that a document reviews; without that, those of what is open.
-
-    Raises
-    ------
-    ForcelabError
-        If the project cannot be read.
-    """
+    """The styles of the reviewed run's actions; without a run, those of the open demonstration."""
     project, outcome = document.project, document.review.run
     if project is None or outcome is None:
         return document.vocabulary
     return vocabulary_of(project, outcome)
+
+
+def untested_text(outcome: Outcome, nothing: str, further: str = "") -> str:
+    """Why a run tested no demonstration, as it has found itself, else `nothing`; then `further`."""
+    reason = outcome.remarks[0] if outcome.remarks else nothing  # the run notes it first
+    return " ".join(filter(None, (reason, further)))

@@ -21,16 +21,15 @@ from forcelab.gui.figures.text import NAMES
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, copy_text
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout
-from forcelab.gui.review.display_options import combo_box
-from forcelab.gui.review.metric_texts import (
+from forcelab.gui.review.metrics import (
+    AGREEMENT_METRICS,
+    ERROR_METRICS,
+    RELIABILITY_TIP,
     Metric,
-    agreement_metrics,
-    error_metrics,
     reliability_text,
-    reliability_tip,
 )
-from forcelab.gui.review.queue_loader import untested_text
-from forcelab.gui.review.reviewed_run import visible_outcome
+from forcelab.gui.review.reviewed_run import untested_text, visible_outcome
+from forcelab.gui.widgets import combo_box
 from forcelab.jobs import Progress
 from forcelab.recognition.intervals import METHOD, Intervals, intervals
 from forcelab.recognition.metrics import timed_counts
@@ -51,12 +50,7 @@ class Sorting:
 
 
 def compute_intervals(outcome: Outcome) -> Generator[Progress, None, dict[str, Intervals]]:
-    """The intervals of both stages: as the run has them, otherwise from its segments.
-
-    Yields
-    ------
-    Progress
-    """
+    """The intervals of both stages: as the run has them, otherwise from its segments."""
     result = {}
     for stage in STAGES:
         stored = outcome.scores.get(stage, {}).get("intervals")
@@ -64,10 +58,10 @@ def compute_intervals(outcome: Outcome) -> Generator[Progress, None, dict[str, I
             result[stage] = Intervals.from_json(stored)
             continue
         counts = []
-        for number, one in enumerate(outcome.tested, 1):
-            if stage in one.stages:
-                counts.append(timed_counts(one.human, one.stages[stage], outcome.actions))
-            yield Progress(number, len(outcome.tested), one.name)
+        for number, reviewed in enumerate(outcome.tested, 1):
+            if stage in reviewed.stages:
+                counts.append(timed_counts(reviewed.human, reviewed.stages[stage], outcome.actions))
+            yield Progress(number, len(outcome.tested), reviewed.name)
         result[stage] = intervals(counts, outcome.settings.seed)
     return result
 
@@ -87,52 +81,39 @@ def score_columns(metrics: Sequence[Metric]) -> tuple[TableColumn, ...]:
 
 def score_rows(
     outcome: Outcome,
-    seen: Sequence[Reviewed],
+    visible: Sequence[Reviewed],
     metrics: Sequence[Metric],
     found: Mapping[str, Intervals],
     sorting: Sorting,
 ) -> tuple[tuple[TableRow, ...], tuple[str, ...]]:
-    """All rows, and the ids of the demonstrations below the fixed ones.
-
-    Parameters
-    ----------
-    outcome : Outcome
-    seen : sequence of Reviewed
-        The demonstrations that the coder may see.
-    metrics : sequence of Metric
-    found : mapping of str to Intervals
-        By stage; empty while they are computed.
-    sorting : Sorting
-    """
+    """All rows, and the ids of the demonstrations below the fixed ones."""
     pairs = [(metric, stage) for metric in metrics for stage in STAGES]
     pooled = [
         metric.value(outcome.scores.get(stage, {}).get("pooled", {})) for metric, stage in pairs
     ]
     each = {
-        one.id: [
-            metric.value(scores[stage]) if stage in scores else None for metric, stage in pairs
-        ]
-        for one, scores in _scores_by_demonstration(outcome)
+        d.id: [metric.value(scores[stage]) if stage in scores else None for metric, stage in pairs]
+        for d, scores in _scores_by_demonstration(outcome)
     }
-    shown = [one for one in seen if one.id in each]
+    listed = [d for d in visible if d.id in each]
     if sorting.column is not None:
-        shown.sort(key=lambda one: _sort_key(each[one.id][sorting.column or 0], sorting.descending))
+        listed.sort(key=lambda d: _sort_key(each[d.id][sorting.column or 0], sorting.descending))
     rows = [
         _score_row("pooled", pairs, pooled, bold=True),
         _interval_row(pairs, found),
-        *(_score_row(one.name, pairs, each[one.id]) for one in shown),
+        *(_score_row(d.name, pairs, each[d.id]) for d in listed),
     ]
-    return tuple(rows), tuple(one.id for one in shown)
+    return tuple(rows), tuple(d.id for d in listed)
 
 
 def _scores_by_demonstration(
     outcome: Outcome,
 ) -> list[tuple[Reviewed, dict[str, Mapping[str, object]]]]:
-    """Each tested demonstration with its scores by stage; they stand in the order of the tested."""
+    """Each tested demonstration with its scores by stage, in the order of the run."""
     lists = {stage: outcome.scores.get(stage, {}).get("demonstrations", ()) for stage in STAGES}
     return [
-        (one, {stage: found[i] for stage, found in lists.items() if i < len(found)})
-        for i, one in enumerate(outcome.tested)
+        (reviewed, {stage: found[i] for stage, found in lists.items() if i < len(found)})
+        for i, reviewed in enumerate(outcome.tested)
     ]
 
 
@@ -143,18 +124,17 @@ def _score_row(
     *,
     bold: bool = False,
 ) -> TableRow:
-    """Numbers as texts."""
     cells = tuple(metric.text(value) for (metric, _), value in zip(pairs, values, strict=True))
     return TableRow(cells, name, bold=bold)
 
 
 def _interval_row(pairs: Sequence[tuple[Metric, str]], found: Mapping[str, Intervals]) -> TableRow:
-    """The intervals of what is pooled, and how they were made or why there are none."""
+    """The intervals of what is pooled, and how they were computed or why there are none."""
     name = "95 % interval"
     if not found:
         tip = "The intervals are being computed."
         return TableRow(("…",) * len(pairs), name, tip)
-    reason = next((one.reason for one in found.values() if one.reason), "")
+    reason = next((intervals.reason for intervals in found.values() if intervals.reason), "")
     cells = tuple(
         metric.span(found[stage][metric.path] if stage in found else None)
         for metric, stage in pairs
@@ -163,7 +143,7 @@ def _interval_row(pairs: Sequence[tuple[Metric, str]], found: Mapping[str, Inter
 
 
 def _sort_key(value: float | None, descending: bool) -> float:
-    """What is sorted by; a missing number comes last either way."""
+    """The number to sort by; a missing one comes last either way."""
     if value is None:
         return math.inf
     return -value if descending else value
@@ -184,7 +164,7 @@ class ScoresView(QWidget):
         self.intervals: dict[str, Intervals] = {}
         self.sorting = Sorting()
         self._outcome: Outcome | None = None
-        self._seen: tuple[Reviewed, ...] = ()
+        self._visible: tuple[Reviewed, ...] = ()
         self._ids: tuple[str, ...] = ()
         self.which = combo_box(
             "Scores to show",
@@ -207,11 +187,10 @@ class ScoresView(QWidget):
 
     @property
     def metrics(self) -> tuple[Metric, ...]:
-        """What is shown."""
-        return agreement_metrics() if self.which.currentData() == "rates" else error_metrics()
+        return AGREEMENT_METRICS if self.which.currentData() == "rates" else ERROR_METRICS
 
     def copy(self) -> None:
-        """Copy the table as lines of cells with tabs between them."""
+        """Copy the table as tab-separated text."""
         copy_text(self.model.as_tsv())
         self.document.show_message("The scores were copied.")
 
@@ -229,12 +208,10 @@ class ScoresView(QWidget):
     # Qt
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Catch up with what happened while it was hidden."""
         super().showEvent(event)
         self._refresh()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Nothing is computed for nobody."""
         super().hideEvent(event)
         self._jobs.cancel(INTERVALS_JOB)
         if not self.intervals:
@@ -243,7 +220,6 @@ class ScoresView(QWidget):
     # Inside
 
     def _lay_out(self) -> None:
-        """The choice above the table, and the note below it."""
         self._bar = QWidget()
         bar = QHBoxLayout(self._bar)
         bar.setContentsMargins(6, 6, 6, 4)
@@ -273,17 +249,16 @@ class ScoresView(QWidget):
         page_layout(self, self._bar, self._pages, growing=self._pages)
 
     def _refresh(self) -> None:
-        """Show the outcome as it is now."""
         if not self.isVisible():
             return
         try:
-            seen = visible_outcome(self.document)
+            visible = visible_outcome(self.document)
         except ForcelabError as error:
             self._outcome = None  # to be shown as soon as it can be read
             self._show_empty(str(error))
             return
         outcome = self.document.review.run
-        if seen is None or outcome is None or not outcome.tested:
+        if visible is None or outcome is None or not outcome.tested:
             self._jobs.cancel(INTERVALS_JOB)
             self._outcome = None
             nothing = "Nothing was trained yet. Train, and this shows how well that works."
@@ -294,13 +269,12 @@ class ScoresView(QWidget):
         if outcome is not self._outcome:
             self._outcome, self.intervals = outcome, {}
             self._jobs.run(compute_intervals(outcome), self._take, key=INTERVALS_JOB)
-        elif [d.id for d in self._seen] == [d.id for d in seen.tested]:
+        elif [d.id for d in self._visible] == [d.id for d in visible.tested]:
             return
-        self._seen = seen.tested
+        self._visible = visible.tested
         self._show()
 
     def _take(self, found: dict[str, Intervals]) -> None:
-        """Show the intervals."""
         self.intervals = found
         self._show()
 
@@ -310,12 +284,11 @@ class ScoresView(QWidget):
         self._show()
 
     def _show(self) -> None:
-        """Fill the table."""
         if self._outcome is None or not self.isVisible():
             return
         metrics = self.metrics
         rows, self._ids = score_rows(
-            self._outcome, self._seen, metrics, self.intervals, self.sorting
+            self._outcome, self._visible, metrics, self.intervals, self.sorting
         )
         self.model.show(score_columns(metrics), rows)
         self.table.fit_columns()
@@ -326,24 +299,21 @@ class ScoresView(QWidget):
             order.DescendingOrder if self.sorting.descending else order.AscendingOrder,
         )
         self.note.setText(self._note(rows[1].tip))
-        self.note.setToolTip(reliability_tip() if self._outcome.reliability else "")
+        self.note.setToolTip(RELIABILITY_TIP if self._outcome.reliability else "")
         self._bar.show()
         self._pages.say("")
 
     def _note(self, how: str) -> str:
-        """How the intervals were made, and what was done to get here."""
         outcome = self._outcome
         assert outcome is not None
-        told = f"Run {outcome.number}, seed {outcome.settings.seed}. 95 % intervals: {how}"
-        return "\n".join((told, reliability_text(outcome.reliability))).strip()
+        note = f"Run {outcome.number}, seed {outcome.settings.seed}. 95 % intervals: {how}"
+        return "\n".join((note, reliability_text(outcome.reliability))).strip()
 
     def _show_empty(self, text: str) -> None:
-        """Show a sentence in place of the table."""
         self._bar.hide()
         self._pages.say(text)
 
     def _open(self, index: QModelIndex) -> None:
-        """Open the demonstration of a row."""
         number = index.row() - POOLED_ROWS
         if 0 <= number < len(self._ids):
             self.document.open_demonstration(self._ids[number])

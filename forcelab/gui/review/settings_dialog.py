@@ -6,14 +6,13 @@ from abc import abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
 from statistics import median_low
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from PySide6.QtCore import QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QCheckBox,
-    QComboBox,
     QCompleter,
     QDialog,
     QDoubleSpinBox,
@@ -45,38 +44,29 @@ from forcelab.gui.layout import (
     page_layout,
     scroll_area,
     separator,
+    set_enabled_with_reason,
     set_tone,
 )
 from forcelab.gui.review.trainer import default_author
 from forcelab.gui.text import escape_ampersands, thousands
+from forcelab.gui.widgets import combo_box
 from forcelab.label_map import MergeMap
+from forcelab.recognition.dataset import Choice
+from forcelab.recognition.presets import PRESETS, preset
 from forcelab.recognition.setting_fields import FIELD_GROUPS, FIELDS, SettingField
-
-if TYPE_CHECKING:
-    from forcelab.recognition.dataset import Choice
-    from forcelab.recognition.settings import Settings
+from forcelab.recognition.settings import Settings
+from forcelab.signals.channels import channel_map
+from forcelab.signals.cwt import frequencies
 
 
 @dataclass(frozen=True, slots=True)
 class TrainingFacts:
-    """What the demonstrations that are trained on have in common.
+    """What the demonstrations that are trained on have in common."""
 
-    Parameters
-    ----------
-    channels : tuple of str
-        Recognition channels that all of them have.
-    rate : float
-        Their median rate in Hz; 0 without a demonstration.
-    labelled : float
-        Seconds that are labelled by whom they are trained on.
-    spellings : frozenset of str
-        All actions as they are spelt.
-    """
-
-    channels: tuple[str, ...] = ()
-    rate: float = 0.0
-    labelled: float = 0.0
-    spellings: frozenset[str] = frozenset()
+    channels: tuple[str, ...] = ()  # that all of them have
+    rate: float = 0.0  # their median rate in Hz; 0 without a demonstration
+    labelled: float = 0.0  # seconds
+    spellings: frozenset[str] = frozenset()  # all actions as they are spelt
 
     def cost(self, settings: Settings) -> tuple[int, int]:
         """Numbers that describe a time step, and labelled steps that are trained on."""
@@ -88,9 +78,7 @@ class TrainingFacts:
 
 
 def training_facts(document: Document, choice: Choice) -> TrainingFacts:
-    """The facts of what is chosen, from the list of demonstrations; opens no array."""
-    from forcelab.signals.channels import channel_map
-
+    """The facts of a choice, from the list of demonstrations; opens no array."""
     if document.project is None:
         return TrainingFacts()
     # From the store: what was painted a moment ago is not in the window's list yet.
@@ -111,7 +99,8 @@ def training_facts(document: Document, choice: Choice) -> TrainingFacts:
     )
 
 
-_PRESET_TEXTS = {
+#: Each preset in one sentence.
+PRESET_TEXTS = {
     "paper": "The published method, unchanged: to compare with what was published.",
     "released": (
         "What the authors' published code does where it differs from their text: slower movements "
@@ -125,13 +114,8 @@ _PRESET_TEXTS = {
 }
 
 
-def preset_text(name: str) -> str:
-    """What a preset is, in one sentence; empty for one that has none."""
-    return _PRESET_TEXTS.get(name, "")
-
-
 def settings_summary(settings: Settings, facts: TrainingFacts) -> str:
-    """What settings use, a line each; what is not used is left out."""
+    """The settings in use, a line each."""
     values = {field.name: getattr(settings, field.name) for field in FIELDS}
     lines = []
     for field in FIELDS:
@@ -141,22 +125,22 @@ def settings_summary(settings: Settings, facts: TrainingFacts) -> str:
         if field.name == "stride" and value == 1:
             continue  # all of them
         if field.name == "channels":
-            shown = ", ".join(value or facts.channels) or "–"
+            text = ", ".join(value or facts.channels) or "–"
         elif field.kind == "merge":
-            shown = ", ".join(f"{source} → {target}" for source, target in value.items())
+            text = ", ".join(f"{source} → {target}" for source, target in value.items())
         elif field.kind == "choice":
-            shown = dict(field.options)[value]
+            text = dict(field.options)[value]
         elif field.kind == "flag":
-            shown = "✓" if value else ""
+            text = "✓" if value else ""
         else:
-            shown = f"{value:g} {field.unit if field.unit else ''}".strip()
-        if shown:
-            lines.append(f"{field.label}: {shown}")
+            text = f"{value:g} {field.unit if field.unit else ''}".strip()
+        if text:
+            lines.append(f"{field.label}: {text}")
     return "\n".join(lines)
 
 
 class Editor(QWidget):
-    """Shows one value and lets it be changed."""
+    """Shows the value of a field and lets it be changed."""
 
     changed = Signal()
 
@@ -167,11 +151,24 @@ class Editor(QWidget):
 
     @abstractmethod
     def value(self) -> Any:
-        """What it shows, as :class:`~forcelab.recognition.settings.Settings` takes it."""
+        """The value, as :class:`~forcelab.recognition.settings.Settings` takes it."""
+
+    def set_value(self, value: Any) -> None:
+        """Show another value; emits no signal."""
+        with QSignalBlocker(self):
+            self._show(value)
 
     @abstractmethod
-    def set_value(self, value: Any) -> None:
-        """Show another value; nobody is told."""
+    def _show(self, value: Any) -> None: ...
+
+    def _lay_out(self, *controls: QWidget) -> None:
+        """Put controls beside each other; the first gets the keyboard."""
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        for control in controls:
+            row.addWidget(control)
+        row.addStretch(1)
+        self.setFocusProxy(controls[0])
 
 
 class NumberEditor(Editor):
@@ -179,46 +176,42 @@ class NumberEditor(Editor):
 
     def __init__(self, field: SettingField) -> None:
         super().__init__(field)
-        self.switch = QCheckBox("on") if field.default is not None else None
         # One that holds whole numbers only ends at 2^31.
-        self.box = QDoubleSpinBox()
-        self.box.setDecimals(field.decimals)
-        self.box.setRange(field.lowest, field.highest)
-        self.box.setSingleStep(field.step)
-        if field.unit:
-            self.box.setSuffix(f" {field.unit}")
+        self.box = QDoubleSpinBox(
+            decimals=field.decimals,
+            minimum=field.lowest,
+            maximum=field.highest,
+            singleStep=field.step,
+            suffix=f" {field.unit}" if field.unit else "",
+        )
         self.box.setAccessibleName(field.label)
         self.box.setMinimumWidth(16 * self.fontMetrics().averageCharWidth())
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        if self.switch is not None:
+        self.box.valueChanged.connect(lambda _: self.changed.emit())
+        ignore_wheel(self.box)
+        self.switch: QCheckBox | None = None
+        if field.default is None:
+            self._lay_out(self.box)
+        else:
+            self.switch = QCheckBox("on")
             self.switch.setAccessibleName(f"Use: {field.label}")
             self.switch.toggled.connect(self._switched)
-            row.addWidget(self.switch)
-        row.addWidget(self.box)
-        row.addStretch(1)
-        self.box.valueChanged.connect(lambda _: self.changed.emit())
-        self.setFocusProxy(self.switch or self.box)
-        ignore_wheel(self.box)
+            self._lay_out(self.switch, self.box)
+            self.box.hide()
         self._exact: float | None = None
-        self._switched(self.switch is None or self.switch.isChecked())
 
     def value(self) -> float | int | None:
-        """The number, or None when it is off."""
         if self.switch is not None and not self.switch.isChecked():
             return None
-        shown = self.box.value()
+        number = self.box.value()
         if self.field.kind == "whole":
-            return round(shown)
-        # What was given may have more decimals than are shown.
+            return round(number)
+        # A value that was set may have more decimals than are shown.
         exact = self._exact
         rounded = None if exact is None else round(exact, self.field.decimals)
-        return exact if exact is not None and rounded == round(shown, 9) else shown
+        return exact if exact is not None and rounded == round(number, 9) else number
 
-    def set_value(self, value: Any) -> None:
-        """Show a number, or that there is none."""
+    def _show(self, value: Any) -> None:
         self._exact = None if value is None or self.field.kind == "whole" else float(value)
-        self.blockSignals(True)
         if self.switch is not None:
             self.switch.setChecked(value is not None)
         if value is None:
@@ -227,11 +220,8 @@ class NumberEditor(Editor):
             # What was set elsewhere is shown as it is, also where the form would not lead there.
             self.box.setRange(min(value, self.field.lowest), max(value, self.field.highest))
             self.box.setValue(value)
-        self._switched(self.switch is None or self.switch.isChecked())
-        self.blockSignals(False)
 
     def _switched(self, on: bool) -> None:
-        """Show the number only where it counts."""
         self.box.setVisible(on)
         self.changed.emit()
 
@@ -241,27 +231,16 @@ class ChoiceEditor(Editor):
 
     def __init__(self, field: SettingField) -> None:
         super().__init__(field)
-        self.box = QComboBox()
-        self.box.setAccessibleName(field.label)
-        for value, name in field.options:
-            self.box.addItem(name, value)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(self.box)
-        row.addStretch(1)
-        self.setFocusProxy(self.box)
-        ignore_wheel(self.box)
+        self.box = combo_box(field.label, {name: value for value, name in field.options})
         self.box.currentIndexChanged.connect(lambda _: self.changed.emit())
+        ignore_wheel(self.box)
+        self._lay_out(self.box)
 
     def value(self) -> str:
-        """The one that is chosen."""
         return str(self.box.currentData())
 
-    def set_value(self, value: Any) -> None:
-        """Choose one."""
-        self.blockSignals(True)
+    def _show(self, value: Any) -> None:
         self.box.setCurrentIndex(max(self.box.findData(value), 0))
-        self.blockSignals(False)
 
 
 class FlagEditor(Editor):
@@ -271,21 +250,14 @@ class FlagEditor(Editor):
         super().__init__(field)
         self.box = QCheckBox("on")
         self.box.setAccessibleName(field.label)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(self.box)
-        self.setFocusProxy(self.box)
         self.box.toggled.connect(lambda _: self.changed.emit())
+        self._lay_out(self.box)
 
     def value(self) -> bool:
-        """Whether it is switched on."""
         return self.box.isChecked()
 
-    def set_value(self, value: Any) -> None:
-        """Switch it on or off."""
-        self.blockSignals(True)
+    def _show(self, value: Any) -> None:
         self.box.setChecked(bool(value))
-        self.blockSignals(False)
 
 
 class ChannelsEditor(Editor):
@@ -300,38 +272,29 @@ class ChannelsEditor(Editor):
         self._all = facts.channels
         for name in facts.channels:
             self._add(name)
-        self._given: tuple[str, ...] | None = None
+        self._names: tuple[str, ...] | None = None
 
     def value(self) -> tuple[str, ...] | None:
-        """The names, in the order in which they were given.
-
-        Raises
-        ------
-        InputError
-            If there is none.
-        """
+        """The names, in the order in which they were set; refused (InputError) without any."""
         chosen = [name for name, box in self.boxes.items() if box.isChecked()]
         if self.boxes and not chosen:
             raise InputError("A recogniser needs something to look at; choose a channel.")
-        if self._given is not None and set(chosen) == set(self._given):
-            return self._given
+        if self._names is not None and set(chosen) == set(self._names):
+            return self._names
         return None if chosen == list(self._all) else tuple(chosen)
 
-    def set_value(self, value: Any) -> None:
-        """Check those that are used; one that is not here can only be unchecked."""
-        self.blockSignals(True)
-        self._given = None if value is None else tuple(value)
-        for name in self._given or ():
+    def _show(self, value: Any) -> None:
+        """Check the channels in use; one that this task lacks can only be unchecked."""
+        self._names = None if value is None else tuple(value)
+        for name in self._names or ():
             if name not in self.boxes:
                 self._add(name)
         for name, box in self.boxes.items():
-            box.setChecked(name in self._all if self._given is None else name in self._given)
-        self.blockSignals(False)
+            box.setChecked(name in (self._all if self._names is None else self._names))
 
     def _add(self, name: str) -> None:
-        """Offer a channel."""
-        here = name in self._all
-        box = QCheckBox(escape_ampersands(name if here else f"{name} (not in this task)"))
+        in_task = name in self._all
+        box = QCheckBox(escape_ampersands(name if in_task else f"{name} (not in this task)"))
         box.setAccessibleName(f"Channel {name}")
         box.toggled.connect(lambda _: self.changed.emit())
         at = len(self.boxes)
@@ -367,14 +330,7 @@ class MergeEditor(Editor):
         self.set_value(MergeMap())
 
     def value(self) -> MergeMap:
-        """The map.
-
-        Raises
-        ------
-        InputError
-            If a line names only one of the two, a spelling stands twice, a chain of merges, or
-            a merge into no action.
-        """
+        """The map; refused (InputError) where a line lacks a side, for double or chained merges."""
         targets: dict[str, str] = {}
         for source, target in self.lines():
             if source in targets:
@@ -384,19 +340,15 @@ class MergeEditor(Editor):
         merge.check_targets()
         return merge
 
-    def set_value(self, value: Any) -> None:
-        """Show a map."""
-        self.blockSignals(True)
-        self.table.blockSignals(True)
-        self.table.setRowCount(0)
-        for source, target in (*value.items(), ("", "")):
-            self._append(source, target)
-        self.table.blockSignals(False)
+    def _show(self, value: Any) -> None:
+        with QSignalBlocker(self.table):
+            self.table.setRowCount(0)
+            for source, target in (*value.items(), ("", "")):
+                self._append(source, target)
         self._flag()
-        self.blockSignals(False)
 
     def lines(self) -> list[tuple[str, str]]:
-        """What stands in the lines that are not empty."""
+        """The lines that are not empty."""
         found = []
         for row in range(self.table.rowCount()):
             source, target = (self._text(row, column) for column in (0, 1))
@@ -405,43 +357,40 @@ class MergeEditor(Editor):
         return found
 
     def unknown(self) -> tuple[str, ...]:
-        """Spellings that nobody labelled; perhaps mistyped."""
+        """Spellings that were never labelled; perhaps mistyped."""
         sources = dict.fromkeys(source for source, _ in self.lines() if source)
         return tuple(name for name in sources if name not in self._spellings)
 
     def _append(self, source: str, target: str) -> None:
-        """Add a line."""
         row = self.table.rowCount()
         self.table.insertRow(row)
         self.table.setItem(row, 0, QTableWidgetItem(source))
         self.table.setItem(row, 1, QTableWidgetItem(target))
 
     def _text(self, row: int, column: int) -> str:
-        """What stands in a cell."""
         item = self.table.item(row, column)
         return "" if item is None else item.text().strip()
 
     def _edited(self, _item: QTableWidgetItem) -> None:
-        """Keep one empty line at the end, and tell."""
-        self.table.blockSignals(True)
+        """Keep one empty line at the end."""
         last = self.table.rowCount() - 1
         if last < 0 or self._text(last, 0) or self._text(last, 1):
-            self._append("", "")
-        self.table.blockSignals(False)
+            with QSignalBlocker(self.table):
+                self._append("", "")
         self._flag()
         self.changed.emit()
 
     def _flag(self) -> None:
-        """Mark the spellings that nobody labelled."""
+        """Mark the spellings that were never labelled."""
         unknown = self.unknown()
-        self.table.blockSignals(True)
-        for row in range(self.table.rowCount()):
-            item = self.table.item(row, 0)
-            if item is not None:
-                strange = self._text(row, 0) in unknown
-                item.setData(Qt.ItemDataRole.DecorationRole, icon("warning") if strange else None)
-                item.setToolTip("Nobody labelled this here." if strange else "")
-        self.table.blockSignals(False)
+        with QSignalBlocker(self.table):
+            for row in range(self.table.rowCount()):
+                item = self.table.item(row, 0)
+                if item is not None:
+                    warning = self._text(row, 0) in unknown
+                    sign = icon("warning") if warning else None
+                    item.setData(Qt.ItemDataRole.DecorationRole, sign)
+                    item.setToolTip("Nobody labelled this here." if warning else "")
         self.remark.setVisible(bool(unknown))
         self.remark.setText("Nobody labelled here: {}".format(", ".join(unknown)))
 
@@ -454,7 +403,6 @@ class _SpellingDelegate(QStyledItemDelegate):
         self._spellings = sorted(spellings, key=str.lower)
 
     def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QWidget:
-        """A line to write in."""
         line = QLineEdit(parent)
         line.setFrame(False)
         offered = QCompleter(self._spellings, line)
@@ -468,7 +416,7 @@ class _MergeTable(QTableWidget):
     """A table in which Delete takes lines away."""
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Empty the chosen line, or leave it to the table."""
+        """Delete removes the current line."""
         if event.key() in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace) and self.currentRow() >= 0:
             if self.currentRow() < self.rowCount() - 1:
                 row = self.currentRow()
@@ -492,18 +440,7 @@ WAVELET_PARAMETERS = {
 
 
 class SettingsForm(QWidget):
-    """All settings as fields.
-
-    Parameters
-    ----------
-    facts : Facts
-        What the demonstrations say.
-
-    Attributes
-    ----------
-    trouble : str
-        Why what is shown are no settings; empty where they are.
-    """
+    """All settings as fields; `trouble` says why they are refused."""
 
     changed = Signal()
 
@@ -517,33 +454,30 @@ class SettingsForm(QWidget):
         self._base: Settings | None = None
         self._wavelet = ""
         self._rows: dict[str, tuple[QFormLayout, QWidget]] = {}
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
         for name, fields in FIELD_GROUPS.items():
             box = QGroupBox(name)
             form = QFormLayout(box)
             form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
             form.setLabelAlignment(Qt.AlignmentFlag.AlignLeft)
-            whole.addWidget(box)
+            column.addWidget(box)
             for field in fields:
                 self._add(field, form)
-        whole.addStretch(1)
+        column.addStretch(1)
 
     def set_settings(self, settings: Settings) -> None:
-        """Show settings."""
         self._base, self.preset = settings, settings.preset
         self._wavelet = settings.wavelet
-        for name, shown in self.editors.items():
+        for name, editor in self.editors.items():
             value = getattr(settings, name)
             if name == "parameter" and value is None:
                 value = WAVELET_PARAMETERS.get(settings.wavelet)
-            shown.set_value(value)
+            editor.set_value(value)
         self._follow()
 
     def settings(self) -> Settings | None:
-        """What is shown, or None where it is refused; :attr:`trouble` says why."""
-        from forcelab.recognition.settings import Settings
-
+        """The settings, or None where they are refused; :attr:`trouble` says why."""
         for label in self.troubles.values():
             label.clear()
             label.hide()
@@ -559,13 +493,7 @@ class SettingsForm(QWidget):
         return None
 
     def values(self) -> dict[str, Any]:
-        """What the editors hold; what is not used is as it was, or left out.
-
-        Raises
-        ------
-        _RefusedError
-            If an editor holds no value.
-        """
+        """The values of the editors; what is not in use is as it was, or left out."""
         values = {name: self._value(name) for name in self.editors}
         if values["wavelet"] == "haar":
             values["parameter"] = None
@@ -576,14 +504,12 @@ class SettingsForm(QWidget):
         return values | {"preset": self.preset}
 
     def _value(self, name: str) -> Any:
-        """What one editor holds."""
         try:
             return self.editors[name].value()
         except InputError as error:
             raise _RefusedError(name, error) from error
 
     def _refuse(self, field: str, error: InputError) -> None:
-        """Say beneath a field what is wrong with it."""
         self.trouble = str(error)
         self.troubles[field].setText(self.trouble)
         self.troubles[field].show()
@@ -598,9 +524,7 @@ class SettingsForm(QWidget):
         )
 
     def _field_at_fault(self, values: dict[str, Any]) -> str:
-        """The field that is to blame: with its old value the rest would do."""
-        from forcelab.recognition.settings import Settings
-
+        """The field to blame: with its old value the settings would be accepted."""
         assert self._base is not None
         for field in FIELDS:
             try:
@@ -611,21 +535,19 @@ class SettingsForm(QWidget):
         return next((f.name for f in FIELDS if f.name in self.trouble), FIELDS[-1].name)
 
     def _add(self, field: SettingField, form: QFormLayout) -> None:
-        """Add the row of a field."""
-        shown = _editor_for(field, self.facts)
-        shown.changed.connect(self._edited)
+        editor = _editor_for(field, self.facts)
+        editor.changed.connect(self._edited)
         trouble = set_tone("trouble")
         trouble.hide()
         cell = QWidget()
-        page_layout(cell, shown, trouble, spacing=2)
+        page_layout(cell, editor, trouble, spacing=2)
         name = QLabel(field.label)
         name.setToolTip(field.tip)
         form.addRow(name, cell)
-        self.editors[field.name], self.troubles[field.name] = shown, trouble
+        self.editors[field.name], self.troubles[field.name] = editor, trouble
         self._rows[field.name] = form, cell
 
     def _edited(self) -> None:
-        """Follow what was changed."""
         wavelet = self.editors["wavelet"].value()
         if wavelet != self._wavelet and self._wavelet:
             self._wavelet = wavelet
@@ -634,7 +556,7 @@ class SettingsForm(QWidget):
             self._follow()
 
     def _follow(self) -> None:
-        """Show what is used, and say what is wrong."""
+        """Show the fields in use, and what is wrong."""
         try:
             values = self.values()
         except _RefusedError:
@@ -655,7 +577,6 @@ class _RefusedError(Exception):
 
 
 def _editor_for(field: SettingField, facts: TrainingFacts) -> Editor:
-    """The editor of a field."""
     if field.kind in ("number", "whole"):
         return NumberEditor(field)
     if field.kind == "choice":
@@ -671,28 +592,12 @@ SUMMARY_PAGE, FORM_PAGE = 0, 1
 
 
 def differs_from_preset(settings: Settings) -> bool:
-    """Whether settings differ from those of the preset that they began with."""
-    from forcelab.recognition.presets import PRESETS
-
+    """Whether settings differ from those of their preset."""
     return settings != PRESETS.get(settings.preset)
 
 
 class SettingsDialog(QDialog):
-    """Presets; one is shown as a summary, until it is changed.
-
-    Parameters
-    ----------
-    settings : Settings
-        What is shown first.
-    facts : Facts
-        What the demonstrations say; for channels, frequencies, spellings and cost.
-    parent : QWidget, optional
-
-    Attributes
-    ----------
-    chosen : Settings or None
-        What is shown; None while it is refused.
-    """
+    """Presets; one is shown as a summary, until it is changed. `chosen` is None while refused."""
 
     def __init__(
         self, settings: Settings, facts: TrainingFacts, parent: QWidget | None = None
@@ -703,20 +608,18 @@ class SettingsDialog(QDialog):
         self.setWindowTitle("Settings of the recogniser")
         self.form = SettingsForm(facts)
         self.form.changed.connect(self._form_changed)
-        self.summary = QLabel()
-        self.summary.setWordWrap(True)
-        self.summary.setTextFormat(Qt.TextFormat.PlainText)
+        self.summary = QLabel(wordWrap=True, textFormat=Qt.TextFormat.PlainText)
         self.summary.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.summary.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.summary.setAccessibleName("What the preset uses")
-        self.about = QLabel()
-        self.about.setWordWrap(True)
+        self.about = QLabel(wordWrap=True)
         self.about.setAccessibleName("What the preset is")
         self.scales, self.cost = muted_label(), muted_label()
         buttons, self.ok = dialog_buttons(self, "Use these settings")
         self._pages = QStackedWidget()
         self._pages.addWidget(self._summary_page())
-        self._pages.addWidget(self._form_page())
+        self._area = scroll_area(self.form)
+        self._pages.addWidget(self._area)
         column = QVBoxLayout(self)
         column.addLayout(self._preset_row())
         column.addWidget(self.about)
@@ -728,22 +631,15 @@ class SettingsDialog(QDialog):
         self._show_settings(settings)
 
     def sizeHint(self) -> QSize:
-        """Room for most of the form."""
         line = self.fontMetrics().height()
         return QSize(38 * line, 40 * line)
 
     # What it is made of
 
     def _preset_row(self) -> QHBoxLayout:
-        """The presets, and the way back to one."""
-        from forcelab.recognition.presets import PRESETS
-
-        self.presets = QComboBox()
-        self.presets.setAccessibleName("Preset")
-        for name in PRESETS:
-            self.presets.addItem(name, name)
-            tip = preset_text(name)
-            self.presets.setItemData(self.presets.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
+        self.presets = combo_box("Preset", {name: name for name in PRESETS})
+        for i, name in enumerate(PRESETS):
+            self.presets.setItemData(i, PRESET_TEXTS.get(name, ""), Qt.ItemDataRole.ToolTipRole)
         self.presets.activated.connect(self._preset_chosen)
         self.changed_label = set_tone("warning", "changed")
         self.change = QPushButton("&Change…")
@@ -765,7 +661,6 @@ class SettingsDialog(QDialog):
         return row
 
     def _summary_page(self) -> QWidget:
-        """What a preset uses, in words."""
         page = QWidget()
         column = QVBoxLayout(page)
         column.setContentsMargins(0, 6, 0, 6)
@@ -773,15 +668,10 @@ class SettingsDialog(QDialog):
         column.addStretch(1)
         return scroll_area(page)
 
-    def _form_page(self) -> QWidget:
-        """All fields."""
-        self._area = scroll_area(self.form)
-        return self._area
-
     # What happens
 
     def open_form(self) -> None:
-        """Let every field be changed."""
+        """Show the form, in which every field can be changed."""
         self._pages.setCurrentIndex(FORM_PAGE)
         self.change.hide()
         self.back.show()
@@ -789,15 +679,13 @@ class SettingsDialog(QDialog):
 
     def _preset_chosen(self, _at: object = None) -> None:
         """Go back to a preset as it is."""
-        from forcelab.recognition.presets import preset
-
         self._show_settings(preset(str(self.presets.currentData())))
 
     def _show_settings(self, settings: Settings) -> None:
         """Show settings: a preset as a summary, anything else in the form."""
         at = self.presets.findData(settings.preset)
         self.presets.setCurrentIndex(max(at, 0))
-        self.about.setText(preset_text(str(self.presets.currentData())))
+        self.about.setText(PRESET_TEXTS.get(self.presets.currentText(), ""))
         self.form.set_settings(settings)
         if differs_from_preset(settings):
             self.open_form()
@@ -807,9 +695,9 @@ class SettingsDialog(QDialog):
             self.back.hide()
 
     def _form_changed(self) -> None:
-        """Say what the settings come to."""
         self.chosen = self.form.settings()
-        self.ok.setEnabled(self.chosen is not None)
+        wrong = "Correct what is marked first."
+        set_enabled_with_reason(self.ok, "" if self.chosen is not None else wrong)
         if self.chosen is None:
             for label in (self.scales, self.cost):
                 label.setText("–")
@@ -821,15 +709,11 @@ class SettingsDialog(QDialog):
         self.cost.setText(self._cost(self.chosen))
 
     def _bring_into_view(self) -> None:
-        """Show the field that is refused, once its sentence has got its room."""
         label = next((label for label in self.form.troubles.values() if label.text()), None)
         if label is not None and self.isVisible():
             QTimer.singleShot(0, label, lambda: self._area.ensureWidgetVisible(label))
 
     def _scales(self, settings: Settings) -> str:
-        """How many scales there are, and which frequencies they answer to."""
-        from forcelab.signals.cwt import frequencies
-
         if settings.features == "windows":
             return self._windows(settings)
         count = len(settings.scales)
@@ -840,12 +724,10 @@ class SettingsDialog(QDialog):
         return f"{count} scales, {hertz.min():.3g} to {hertz.max():.3g} Hz at {rate:.6g} Hz"
 
     def _windows(self, settings: Settings) -> str:
-        """How many windows there are, and how long."""
         shortest, longest = (1000 * settings.windows[i] for i in (0, -1))
         return f"{len(settings.windows)} windows, {shortest:.3g} to {longest:.3g} ms"
 
     def _cost(self, settings: Settings) -> str:
-        """How much is trained on."""
         features, steps = self.facts.cost(settings)
         if not steps:
             return f"{features} features; nothing is labelled yet."

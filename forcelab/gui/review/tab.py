@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QWidget
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import page_layout
-from forcelab.gui.review.trainer import TRAINING, Trainer
+from forcelab.gui.review.trainer import MEASURING, TRAINING, Trainer
 from forcelab.gui.review.training_backend import training_progress_text
 from forcelab.gui.status_bar import BackgroundIndicator
 
@@ -21,64 +21,46 @@ if TYPE_CHECKING:
 
 
 class TrainingIndicator(BackgroundIndicator):
-    """A line in the status bar; a click on it leads to the review.
+    """A line in the status bar that leads to the review, while another workspace is in front."""
 
-    Seen while another workspace is in front: the review says it in its own bar.
-    """
-
-    def __init__(self, learning: Trainer) -> None:
+    def __init__(self, trainer: Trainer) -> None:
         super().__init__()
-        self._learning = learning
+        self._trainer = trainer
         self.setStyleSheet("padding: 0 0.5em")
         self.setToolTip("Show the review")
-        learning.changed.connect(self.refresh)
-        learning.document.tracks_changed.connect(self.refresh)
+        trainer.changed.connect(self.refresh)
+        trainer.document.tracks_changed.connect(self.refresh)
         self.refresh()
 
     def words(self) -> str:
         """How far a training is, or how many edits there were since the last one."""
-        learning = self._learning
-        if learning.training:
-            step = learning.step
+        trainer = self._trainer
+        if trainer.training:
+            step = trainer.step
             return "Training: {}".format(
                 "starting" if step is None else training_progress_text(step)
             )
-        outcome = learning.document.review.run
-        if learning.edits is None or outcome is None:
+        outcome = trainer.document.review.run
+        if trainer.edits is None or outcome is None:
             return ""
         run = f"Run {outcome.number}"
-        what = "Recogniser" if learning.kept else run
-        return f"{what}: {learning.freshness[0]}"
+        what = "Recogniser" if trainer.has_recogniser else run
+        return f"{what}: {trainer.freshness[0]}"
 
 
 WARM_UP = "warming up"
 #: Jobs that nobody waits for in front of the screen: it is complete without what they will bring.
-BACKGROUND_JOBS = frozenset({TRAINING, WARM_UP})
+BACKGROUND_JOBS = frozenset({TRAINING, MEASURING, WARM_UP})
 
 
 class ReviewTab(QWidget):
-    """Room for the Review workspace.
-
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-    label : LabelWorkspace
-        Who lends timeline and video.
-
-    Attributes
-    ----------
-    learning : Learning
-        Trains, whichever workspace is in front.
-    standing : Standing
-        Says how far that is, for the window's status bar.
-    """
+    """Room for the Review workspace; its trainer works whichever workspace is in front."""
 
     def __init__(self, document: Document, jobs: Jobs, label: LabelWorkspace) -> None:
         super().__init__()
         self.document = document
-        self.learning = Trainer(document, jobs, self)
-        self.standing = TrainingIndicator(self.learning)
+        self.trainer = Trainer(document, jobs, self)
+        self.indicator = TrainingIndicator(self.trainer)
         self._jobs = jobs
         self._label = label
         self._built: ReviewWorkspace | None = None
@@ -87,12 +69,12 @@ class ReviewTab(QWidget):
 
     @property
     def workspace(self) -> ReviewWorkspace:
-        """The workspace; the first one who asks has it built."""
+        """The workspace, built when it is first needed."""
         if self._built is None:
             # What it needs is not loaded by those who only label.
             from forcelab.gui.review.workspace import ReviewWorkspace
 
-            self._built = ReviewWorkspace(self.document, self._jobs, self.learning, self._label)
+            self._built = ReviewWorkspace(self.document, self._jobs, self.trainer, self._label)
             layout = self.layout()
             assert layout is not None
             layout.addWidget(self._built)
@@ -102,7 +84,7 @@ class ReviewTab(QWidget):
 
     def come_to_front(self, front: bool) -> None:
         """Borrow timeline and video, or give them back."""
-        self.standing.set_elsewhere(not front)
+        self.indicator.set_elsewhere(not front)
         tracks = self._label.tracks
         if front:
             self.workspace.borrow()
@@ -114,21 +96,18 @@ class ReviewTab(QWidget):
         self._label.take_back()
 
     def remember_layout(self) -> None:
-        """Keep how the room is shared out."""
         if self._built is not None:
             self._built.remember_layout()
 
     def reset_layout(self) -> None:
-        """Share out the room as at first."""
         if self._built is not None:
             self._built.reset_layout()
 
     def handlers(self) -> dict[str, Callable[[], object]]:
-        """What the commands of reviewing do, by their id in the table."""
         document = self.document
         return {
-            "train": self.learning.train,
-            "cancel_training": self.learning.cancel,
+            "train": self.trainer.train,
+            "cancel_training": self.trainer.cancel,
             "next_review": partial(self._step, 1),
             "previous_review": partial(self._step, -1),
             "accept": document.review.accept_here,
@@ -141,18 +120,16 @@ class ReviewTab(QWidget):
         }
 
     def _step(self, direction: int) -> None:
-        """Go to the next thing to review, or back to the one before."""
         self.workspace.queue.step(direction)
 
     def _undo(self) -> None:
-        """Take back the latest verdict or edit; verdicts are given by keys in any workspace."""
+        """Undo the latest verdict or edit; verdicts are given by keys in any workspace."""
         if self._built is None:
             self.document.editor.undo_everywhere()
         else:
             self._built.queue.undo()
 
     def _redo(self) -> None:
-        """Do again what was taken back last."""
         if self._built is None:
             self.document.editor.redo_everywhere()
         else:

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui.document import Document
-from forcelab.gui.layout import dialog_buttons, set_tone
+from forcelab.gui.layout import dialog_buttons, set_enabled_with_reason, set_tone
 from forcelab.gui.review.trainer import (
     OWN_MINIMUM,
     Trainer,
@@ -35,19 +35,7 @@ if TYPE_CHECKING:
 
 
 class TaskChoiceForm(QWidget):
-    """Tasks to train on, and how they are tested.
-
-    Parameters
-    ----------
-    document : Document
-    choice : Choice
-        What is shown first.
-
-    Attributes
-    ----------
-    trouble : str
-        Why what is shown cannot be chosen; empty where it can.
-    """
+    """Tasks to train on, and how they are tested; `trouble` says why this cannot be chosen."""
 
     changed = Signal()
 
@@ -69,7 +57,6 @@ class TaskChoiceForm(QWidget):
         self._follow()
 
     def choice(self) -> Choice:
-        """What is chosen, whether it can be or not."""
         from forcelab.recognition.dataset import Choice
 
         tasks = self._trained()
@@ -85,13 +72,12 @@ class TaskChoiceForm(QWidget):
     # What it is made of
 
     def _training_box(self, choice: Choice) -> QGroupBox:
-        """A box to check for each task."""
         box = QGroupBox("Train on")
         column = QVBoxLayout(box)
         self.boxes: dict[str, QCheckBox] = {}
         for task in self.tasks:
-            labelled, there = self._counts(task)
-            check = QCheckBox(f"{task_text(task)} ({labelled} of {there} labelled)")
+            labelled, count = self._counts(task)
+            check = QCheckBox(f"{task_text(task)} ({labelled} of {count} labelled)")
             check.setAccessibleName(f"Train on {task_text(task)}")
             check.setChecked(task in choice.tasks)
             check.toggled.connect(self._follow)
@@ -132,17 +118,15 @@ class TaskChoiceForm(QWidget):
         return box
 
     def _usual_folds(self, choice: Choice) -> int:
-        """In how many groups is left out as long as nobody chooses."""
+        """In how many groups demonstrations are left out unless the coder chooses."""
         author = choice.author or default_author(self.document, set(choice.tasks))
         return default_folds(self.document, choice.tasks, author)
 
     def _leave_out(self, folds: int, on: bool) -> None:
-        """Take note of how demonstrations are to be left out from now on."""
         if on:
             self._folds = folds
 
     def _actions_box(self, choice: Choice) -> QGroupBox:
-        """Whether an action that two tasks have is one."""
         self.joined = _radio_button("are one: “grab” is “grab” in every task")
         self.apart = _radio_button("stay apart, by the task as a suffix")
         self.apart.setToolTip(
@@ -157,7 +141,6 @@ class TaskChoiceForm(QWidget):
         return self._same
 
     def _coder_row(self, choice: Choice) -> QWidget:
-        """Whose labels count."""
         self._coder_box = QWidget()
         form = QFormLayout(self._coder_box)
         form.setContentsMargins(0, 0, 0, 0)
@@ -174,34 +157,34 @@ class TaskChoiceForm(QWidget):
         return self._coder_box
 
     def _coders(self) -> tuple[str, ...]:
-        """Everybody who labelled something; while blind, only the coder himself."""
+        """All coders who labelled something; while blind, only the coder himself."""
         document, project = self.document, self.document.project
         if project is None:
             return ()
         people = project.coding.coders()
-        seen = dict.fromkeys(
+        authors = dict.fromkeys(
             author
             for info in document.infos
             for author in info.labelled
             if author == document.author or not project.coding.is_blind(info.id, document.author)
         )
-        return tuple(author for author in seen if author in people)
+        return tuple(author for author in authors if author in people)
 
     def _counts(self, task: str) -> tuple[int, int]:
-        """How many demonstrations of a task are labelled, and how many there are."""
+        """Labelled demonstrations of a task, and all of them."""
         infos = [info for info in self.document.infos if info.task == task]
         return sum(bool(info.labelled) for info in infos), len(infos)
 
     # What happens
 
     def _trained(self) -> tuple[str, ...]:
-        """The tasks that are checked."""
         return tuple(task for task, box in self.boxes.items() if box.isChecked())
 
     def _follow(self, *_: object) -> None:
-        """Show what matters for what is chosen, and say what is wrong with it."""
+        """Show what matters for this choice, and what is wrong with it."""
         tasks, across = self._trained(), self.across.isChecked()
-        self.across.setEnabled(len(self.tasks) > 1)
+        several = len(self.tasks) > 1
+        set_enabled_with_reason(self.across, "" if several else "There is only one task.")
         self.test_task.setVisible(across)
         self._same.setVisible(len(tasks) > 1 and not across)
         self._coder_box.setVisible(self.coder.count() > 2)
@@ -219,9 +202,8 @@ class TaskChoiceForm(QWidget):
         test = self.test_task.currentData()
         if self.across.isChecked() and test in tasks:
             return (
-                f"'{test}' is trained on and so cannot be tested; choose another task, or "
-                "leave one "
-                "demonstration out."
+                f"'{test}' is trained on and so cannot be tested; choose another task, or leave "
+                "one demonstration out."
             )
         known = sum(self._counts(task)[0] for task in tasks)
         if not known:
@@ -258,7 +240,7 @@ class TaskChoiceDialog(QDialog):
 
     def _follow(self) -> None:
         """What cannot be trained cannot be chosen."""
-        self.ok.setEnabled(not self.form.trouble)
+        set_enabled_with_reason(self.ok, self.form.trouble)
 
 
 def choice_text(tasks: Sequence[str], test_task: str | None, apart: bool) -> str:
@@ -272,7 +254,7 @@ def choice_text(tasks: Sequence[str], test_task: str | None, apart: bool) -> str
 
 
 def _radio_button(text: str) -> QRadioButton:
-    """One of the buttons of a box, of which one is chosen."""
+    """One of the exclusive buttons of a box."""
     button = QRadioButton(text)
     button.setAccessibleName(text)
     return button
@@ -281,31 +263,31 @@ def _radio_button(text: str) -> QRadioButton:
 class TaskComboBox(ElidedComboBox):
     """The tasks of the project; below them, the page on which several are chosen."""
 
-    def __init__(self, learning: Trainer) -> None:
+    def __init__(self, trainer: Trainer) -> None:
         super().__init__()
-        self._learning = learning
+        self._trainer = trainer
         self._name = "Task to train on"
         self.set_name(self._name)
         self.activated.connect(self._chosen)
 
     def refresh(self) -> None:
-        """List the tasks that there are, the one at hand by all that is trained and tested."""
-        learning = self._learning
-        tasks = learning.tasks
+        """List the tasks; the current one shows all that is trained and tested."""
+        trainer = self._trainer
+        tasks = trainer.tasks
         if [self.itemData(i) for i in range(self.count() - 1)] != list(tasks):
             self.clear()
             for task in tasks:
                 self.addItem(task_text(task), task)
             self.addItem("Tasks and tests…", None)
         self.setEnabled(bool(tasks))
-        at = self.findData(learning.task) if tasks else -1
+        at = self.findData(trainer.task) if tasks else -1
         self.setCurrentIndex(max(at, 0) if tasks else -1)
         for index, task in enumerate(tasks):
-            here = index == at
-            self.setItemText(index, choice_text(*learning.chosen) if here else task_text(task))
+            current = index == at
+            self.setItemText(index, choice_text(*trainer.chosen) if current else task_text(task))
 
     def fit(self, roomy: bool) -> None:
-        """Show up to twice as many characters of what is chosen where there is much room."""
+        """Show up to twice as many characters where there is much room."""
         chosen = self.currentText()
         self.setToolTip(f"{self._name}: {chosen}" if chosen else "")
         self.setMinimumContentsLength(
@@ -315,19 +297,17 @@ class TaskComboBox(ElidedComboBox):
         )
 
     def _chosen(self, index: int) -> None:
-        """Turn to a task, or choose several."""
         task = self.itemData(index)
         if task is None:
             self._ask()
         else:
-            self._learning.set_task(str(task))
+            self._trainer.set_task(str(task))
         self.refresh()
 
     def _ask(self) -> None:
-        """Let the coder choose what is trained on and what is tested."""
-        learning = self._learning
-        if learning.ready:
-            dialog = TaskChoiceDialog(learning.document, learning.choice, self.window())
-            dialog.accepted.connect(lambda: learning.set_choice(dialog.form.choice()))
+        trainer = self._trainer
+        if trainer.ready:
+            dialog = TaskChoiceDialog(trainer.document, trainer.choice, self.window())
+            dialog.accepted.connect(lambda: trainer.set_choice(dialog.form.choice()))
             dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
             dialog.open()

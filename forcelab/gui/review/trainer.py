@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import inf
 from pathlib import Path
 from time import monotonic
@@ -17,7 +17,6 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import training_preferences
 from forcelab.gui.review.training_backend import (
-    BACKGROUND,
     Backend,
     RunInfo,
     SettingsAndChoice,
@@ -27,9 +26,6 @@ from forcelab.labels import Segments, is_model
 from forcelab.recognition.groups import usual_folds
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
     from forcelab.project import Project
     from forcelab.recognition.dataset import Choice
     from forcelab.recognition.settings import Settings
@@ -46,32 +42,22 @@ COMPLETE_SHARE = 0.5
 
 
 def task_text(task: str) -> str:
-    """What a task is called on the screen; demonstrations may be of none."""
+    """A task on the screen; demonstrations may be of none."""
     return task or "no task"
 
 
 def default_folds(document: Document, tasks: Sequence[str], author: str | None) -> int:
-    """In how many groups demonstrations are left out where nobody chose; 0: each by itself.
-
-    Parameters
-    ----------
-    document : Document
-    tasks : sequence of str
-        What is trained on.
-    author : str or None
-        Whose labels count; None where nobody has labelled anything.
-    """
+    """In how many groups demonstrations are left out by default; 0: each by itself."""
     labelled = (author in info.labelled for info in document.infos if info.task in tasks)
     return usual_folds(sum(labelled))
 
 
 def default_author(document: Document, tasks: set[str | None]) -> str | None:
-    """The coder's own labels, or those of who labelled most; None where nobody did.
+    """The coder's own labels, or those of the coder with the most; None where there are none.
 
-    So whoever looks at a project of others can train at once. The coder's own count from
-    :data:`OWN_MINIMUM` complete demonstrations on, or where nobody else has more. One that was only
-    begun
-    counts where nobody has any complete. Models are no coders.
+    So a coder who opens another's project can train at once. The coder's own count from
+    :data:`OWN_MINIMUM` complete demonstrations on, or where no other coder has more. One that was
+    only begun counts where nobody has any complete. Models are no coders.
     """
     own, open_one = document.author, document.demonstration
     begun: Counter[str] = Counter()
@@ -94,7 +80,7 @@ def default_author(document: Document, tasks: set[str | None]) -> str | None:
     count = complete or begun
     if not count:
         return None
-    most, number = min(count.items(), key=lambda one: (-one[1], one[0]))
+    most, number = min(count.items(), key=lambda item: (-item[1], item[0]))
     return own if count[own] >= min(OWN_MINIMUM, number) else most
 
 
@@ -107,7 +93,7 @@ AUTOMATIC_RUNS_KEPT = 3
 
 
 class _AutomaticRun(NamedTuple):
-    """A run that came by itself."""
+    """A run of an automatic training."""
 
     number: int
     proposer: str
@@ -115,17 +101,11 @@ class _AutomaticRun(NamedTuple):
 
 
 class AutomaticRuns:
-    """Lets go of older runs that came by themselves, while the window is open.
+    """Removes older automatic runs, while the window is open.
 
     After each there is a rest for as long as it took: where a training takes minutes, every edit
-    would otherwise be followed by one more, and the machine would do nothing else. A run that
-    somebody has judged, or accepted labels from, stays in the project; so does one that is looked
-    at.
-
-    Parameters
-    ----------
-    document : Document
-        Whose project keeps the runs.
+    would otherwise be followed by one more, and the machine would do nothing else. A run whose
+    predictions were judged or accepted stays in the project; so does the one that is reviewed.
     """
 
     def __init__(self, document: Document) -> None:
@@ -133,32 +113,29 @@ class AutomaticRuns:
         self.forget()
 
     def forget(self) -> None:
-        """Begin anew, as with another project."""
-        self._made: list[_AutomaticRun] = []
+        self._runs: list[_AutomaticRun] = []
         self._began = self._until = -inf
 
     @property
     def must_wait(self) -> bool:
-        """Whether none may come by itself yet."""
+        """Whether no automatic training may begin yet."""
         return monotonic() < self._until
 
     def begin(self) -> None:
-        """Take note that a training begins."""
         self._began = monotonic()
 
     def end(self) -> None:
-        """Take note that it has ended."""
         now = monotonic()
         self._until = now + (now - self._began)
 
     def trained(self, outcome: Outcome) -> None:
-        """Take note of a run, and let go of those that are too old by now."""
+        """Add a run, and remove those that are too old by now."""
         task = (*outcome.tasks, outcome.test_task)
-        self._made.append(_AutomaticRun(outcome.number, outcome.proposer, task))
-        for old in [one for one in self._made if one.task == task][:-AUTOMATIC_RUNS_KEPT]:
-            shown = self._document.review.run
-            if shown is None or shown.number != old.number:
-                self._made.remove(old)
+        self._runs.append(_AutomaticRun(outcome.number, outcome.proposer, task))
+        for old in [run for run in self._runs if run.task == task][:-AUTOMATIC_RUNS_KEPT]:
+            reviewed = self._document.review.run
+            if reviewed is None or reviewed.number != old.number:
+                self._runs.remove(old)
                 self._let_go(old)
 
     def _let_go(self, old: _AutomaticRun) -> None:
@@ -175,20 +152,7 @@ COUNT_DELAY = 1000
 
 
 class EditCounter(QObject):
-    """Counts edits, and tells when the coder made one.
-
-    Parameters
-    ----------
-    document : Document
-    count : callable
-        ``count(project, outcome)``: takes no time.
-    parent : QObject, optional
-
-    Attributes
-    ----------
-    edits : int or None
-        None where nothing is reviewed.
-    """
+    """Counts edits since the run that is reviewed, and emits `edited` when the coder made one."""
 
     counted = Signal()
     edited = Signal()
@@ -201,7 +165,7 @@ class EditCounter(QObject):
     ) -> None:
         super().__init__(parent)
         self.edits: int | None = None
-        self._document, self._of = document, count
+        self._document, self._count_edits = document, count
         self._at = 0.0
         self._track = self._painted()
         self._later = QTimer(self, singleShot=True, interval=COUNT_DELAY)
@@ -210,12 +174,10 @@ class EditCounter(QObject):
         document.review.run_changed.connect(self.count)
 
     def forget(self) -> None:
-        """Begin with nothing."""
         self._later.stop()
         self.edits = None
 
     def count(self) -> None:
-        """Count now."""
         self._at = time.monotonic()
         project, edits = self._document.project, None
         if project is not None and self._document.review.run is not None:
@@ -225,7 +187,7 @@ class EditCounter(QObject):
 
             try:
                 outcome = visible_outcome(self._document)
-                edits = None if outcome is None else self._of(project, outcome)
+                edits = None if outcome is None else self._count_edits(project, outcome)
             except ForcelabError:
                 return  # the store is busy; the next edit counts again
         if edits != self.edits:
@@ -233,7 +195,7 @@ class EditCounter(QObject):
             self.counted.emit()
 
     def _painted(self) -> tuple[str, str, Segments]:
-        """Whose track over what, and the track."""
+        """The open demonstration, its coder, and the track."""
         return self._document.id, self._document.author, self._document.editor.segments
 
     def _tracks_changed(self) -> None:
@@ -248,41 +210,18 @@ class EditCounter(QObject):
             self.edited.emit()
 
 
-#: Training by itself begins when nothing was edited for so many ms.
+#: Automatic training begins when nothing was edited for so many ms.
 QUIET_TIME = 5000
-#: The key of its job.
-TRAINING = "training"
+#: The keys of the jobs that go on behind a complete screen: of a training, and of a measurement.
+TRAINING, MEASURING = "training", "measuring recognition"
 
 
 class Trainer(QObject):
     """Trains on a snapshot of the labels in the background, while the coder goes on.
 
-    The outcome that is reviewed stays until a new one is there.
-
-    Parameters
-    ----------
-    document : Document
-        Gets the outcome, by :meth:`~forcelab.gui.document.Document.set_outcome`.
-    jobs : Jobs
-    parent : QObject, optional
-    work : Work, optional
-        What is done in the background.
-
-    Attributes
-    ----------
-    task : str
-        Whose settings and choice count, remembered for each task of each project. Demonstrations
-        of no task are of the task ``""``, so ask :attr:`ready` whether there is one.
-    trouble : str
-        Why the last training did not come about; empty where it did.
-    runs : tuple of RunInfo
-        What the project keeps that can be reviewed, the latest first.
-    step : Step or None
-        How far it is.
-    trail : list of Step
-        All steps of the training that is under way or was the last one.
-    automatic : bool
-        Whether edits are followed by a training.
+    The reviewed run stays until a new one is there. Settings and choice are remembered for each
+    task of each project; demonstrations of no task are of the task ``""``, so ask :attr:`ready`
+    whether there is one.
     """
 
     changed = Signal()
@@ -297,7 +236,7 @@ class Trainer(QObject):
         jobs: Jobs,
         parent: QObject | None = None,
         *,
-        work: Backend = BACKGROUND,
+        backend: Backend | None = None,
     ) -> None:
         super().__init__(parent)
         self.document = document
@@ -305,21 +244,20 @@ class Trainer(QObject):
         self._reset_task()
         self.jobs = jobs
         self.runs: tuple[RunInfo, ...] = ()
-        self._work = work
+        self._backend = backend or Backend()
         document.listing_changed.connect(self._listing_changed)
-        self._counter = EditCounter(document, work.edits, self)
+        self._counter = EditCounter(document, self._backend.count_edits, self)
         self._counter.counted.connect(self.changed)
         self._counter.edited.connect(self._edited)
         self._quiet = QTimer(self, singleShot=True, interval=QUIET_TIME)
         self._quiet.timeout.connect(self._train_automatically)
-        self._unasked = AutomaticRuns(document)
+        self._automatic_runs = AutomaticRuns(document)
         self._forget()
         document.project_changed.connect(self._project_changed)
         document.demonstration_changed.connect(self._demonstration_changed)
         self._project_changed()
 
     def _reset_task(self) -> None:
-        """Begin with no task."""
         self.task = ""
         self.trouble = ""
         self._settings: Settings | None = None
@@ -328,17 +266,14 @@ class Trainer(QObject):
 
     @property
     def ready(self) -> bool:
-        """Whether there is anything of the task."""
         return self._path is not None and self.task in self.tasks
 
     @property
     def tasks(self) -> tuple[str, ...]:
-        """The tasks of the project."""
         return tuple(dict.fromkeys(info.task for info in self.document.infos))
 
     @property
     def settings(self) -> Settings:
-        """How a recogniser is trained."""
         if self._settings is None:
             self._settings = training_preferences.recall_settings(self._path or Path(), self.task)
         return self._settings
@@ -357,7 +292,6 @@ class Trainer(QObject):
 
     @property
     def classifier(self) -> str:
-        """The classifier that is trained."""
         if self._settings is not None:
             return self._settings.classifier
         values = training_preferences.recall_values(self._path or Path(), self.task) or {}
@@ -371,7 +305,7 @@ class Trainer(QObject):
 
     @property
     def author(self) -> str | None:
-        """Whose labels are trained on; None where nobody has labelled anything."""
+        """Whose labels are trained on; None where nothing is labelled."""
         tasks, test, author, _, _ = self._parts
         if author:
             return author
@@ -384,7 +318,7 @@ class Trainer(QObject):
 
     @property
     def reviewed_author(self) -> str:
-        """Whose labels what is reviewed was trained on, if the next training takes another's."""
+        """Whose labels the reviewed run was trained on, if the next training takes others."""
         outcome = self.document.review.run
         if outcome is None or not self.ready or outcome.author == self.author:
             return ""
@@ -392,7 +326,7 @@ class Trainer(QObject):
 
     @property
     def settings_changed(self) -> bool:
-        """Whether the next training takes other settings than what is reviewed was trained with."""
+        """Whether the next training takes other settings than the reviewed run."""
         outcome = self.document.review.run
         return outcome is not None and self.ready and outcome.settings != self.settings
 
@@ -405,19 +339,16 @@ class Trainer(QObject):
         return choice.tasks, choice.test_task, choice.author, choice.apart, choice.folds
 
     def set_settings(self, settings: Settings) -> None:
-        """Train like this from now on."""
         self._settings = settings
         self._keep(settings)
 
     def set_choice(self, choice: Choice) -> None:
-        """Train on this from now on."""
         self._choice = choice
         self._keep(choice)
 
-    def _keep(self, given: Settings | Choice | bool) -> None:
-        """Remember what was asked for."""
+    def _keep(self, value: Settings | Choice | bool) -> None:
         if self._path is not None:
-            training_preferences.remember(self._path, self.task, given)
+            training_preferences.remember(self._path, self.task, value)
         self.trouble = ""
         self.changed.emit()
 
@@ -429,19 +360,18 @@ class Trainer(QObject):
         self.changed.emit()
 
     def dismiss(self) -> None:
-        """Take note of the trouble."""
         if self.trouble:
             self.trouble = ""
             self.changed.emit()
 
     def _refuse(self, sentence: str) -> None:
-        """Say what is missing; also where the bar that shows it is not in front."""
+        """Report what is missing; also where the bar that shows it is not in front."""
         self.trouble = sentence
         self.document.show_message(sentence, True)
         self.changed.emit()
 
-    def _given(self) -> SettingsAndChoice:
-        """What gives settings and choice; to build them loads much, so that is left to the job."""
+    def _builder(self) -> SettingsAndChoice:
+        """A function that builds settings and choice in the job, as that loads much."""
         assert self._path is not None
         task, settings = self.task, self._settings
         values = training_preferences.recall_values(self._path, task)
@@ -452,43 +382,41 @@ class Trainer(QObject):
         if folds is None and test is None:
             folds = default_folds(self.document, tasks, author)
 
-        def given() -> tuple[Settings, Choice]:
+        def build() -> tuple[Settings, Choice]:
             from forcelab.recognition.dataset import Choice
 
-            made = training_preferences.settings_of(values, task) if settings is None else settings
-            return made, Choice(tasks, test, author, apart, folds=folds)
+            used = training_preferences.settings_of(values, task) if settings is None else settings
+            return used, Choice(tasks, test, author, apart, folds=folds)
 
-        return given
+        return build
 
     def _report_author(self, author: str | None) -> None:
-        """Say that the labels of somebody else are taken."""
+        """Say that another coder's labels are taken."""
         own = self.document.author
         if author is not None and author != own:
             self.document.show_message(
                 f"{own} has labelled fewer than {OWN_MINIMUM} demonstrations of this; training on "
-                "the labels of "
-                f"{author}."
+                f"the labels of {author}."
             )
 
     def show_run(self, number: int) -> None:
-        """Review what another run of the project found."""
+        """Review another run of the project."""
         if self._path is not None:
-            work = self._work.load(self._path, number)
+            work = self._backend.load(self._path, number)
             self.jobs.run(work, self._take, self._failed_to_load, key=LOADING_RUN)
 
     def remove_run(self, number: int) -> None:
         """Remove a run of the project for good; where it is reviewed, the latest one is then."""
         if (path := self._path) is not None:
             # Without a key: the next one that is removed must not keep this one in the project.
-            work = self._work.remove(path, number)
+            work = self._backend.remove(path, number)
             self.jobs.run(work, lambda _: self._removed(path, number), self._failed_to_load)
 
     def _removed(self, path: Path, number: int) -> None:
-        """Take note that a run of a project is gone."""
         if path != self._path:
             return
-        shown = self.document.review.run
-        if shown is not None and shown.number == number:
+        reviewed = self.document.review.run
+        if reviewed is not None and reviewed.number == number:
             self.jobs.cancel(LOADING_RUN)
             self.document.review.set_run(None)
         self.document.show_message(f"Run {number} was removed.")
@@ -498,11 +426,14 @@ class Trainer(QObject):
         """Read in the background which runs there are."""
         if self._path is not None:
             self.jobs.run(
-                self._work.listed(self._path), self._listed, self._failed_to_load, key=LISTING_RUNS
+                self._backend.list_runs(self._path),
+                self._listed,
+                self._failed_to_load,
+                key=LISTING_RUNS,
             )
 
     def _listed(self, runs: tuple[RunInfo, ...]) -> None:
-        """Offer the runs; where nothing is reviewed yet, the latest one is."""
+        """Offer the runs; where none is reviewed yet, the latest one is."""
         self.runs = runs
         self.runs_changed.emit()
         if self.document.review.run is None:
@@ -519,33 +450,32 @@ class Trainer(QObject):
             key=lambda run: (None, self.task, run.tested).index(run.tested),
             default=None,
         )
-        shown = self.document.review.run
-        if run is not None and (shown is None or shown.number != run.number):
+        reviewed = self.document.review.run
+        if run is not None and (reviewed is None or reviewed.number != run.number):
             self.show_run(run.number)
-        elif run is None and shown is not None:
+        elif run is None and reviewed is not None:
             self.document.review.set_run(None)
 
     def _take(self, outcome: Outcome) -> None:
-        """Review what was read; what is trained next is of the same task."""
+        """Review a run; what is trained next is of the same task."""
         self.document.review.set_run(outcome)
         if outcome.tasks and self.task not in (*outcome.tasks, outcome.test_task):
             self._switch_task(outcome.tasks[0])
         self.changed.emit()
 
     def _failed_to_load(self, error: Exception) -> None:
-        """Say what of the project could not be read."""
         if isinstance(error, ForcelabError):
             self._refuse(str(error))
 
     def _listing_changed(self) -> None:
-        """Read what is reviewed again where it tells of a demonstration that was removed."""
+        """Read the run again where it tested a demonstration that was removed."""
         outcome = self.document.review.run
         if outcome is None or self._path is None:
             return
         there = {info.id for info in self.document.infos}
         if all(one.id in there for one in (*outcome.tested, *outcome.proposals)):
             return
-        work = self._work.load(self._path, outcome.number)
+        work = self._backend.load(self._path, outcome.number)
         self.jobs.run(work, self._take, self._failed_to_reload, key=LOADING_RUN)
 
     def _failed_to_reload(self, error: Exception) -> None:
@@ -554,31 +484,29 @@ class Trainer(QObject):
         self._failed_to_load(error)
 
     def _forget(self) -> None:
-        """Begin with nothing."""
         self._reset_task()
         self.document.review.set_training(False)
         self.step: Step | None = None
         self.step_history: list[Step] = []
         self.automatic = False
         self.runs = ()
-        self._automatic_timer = False
-        self._unasked.forget()
+        self._training_automatically = False
+        self._automatic_runs.forget()
 
     # How it stands
 
     @property
     def training(self) -> bool:
-        """Whether a training is under way."""
         return self.document.review.training
 
     @property
     def edits(self) -> int | None:
-        """How many edits were made since what is reviewed was trained; None where nothing is."""
+        """How many edits were made since the reviewed run was trained; None without one."""
         return self._counter.edits
 
     @property
-    def kept(self) -> bool:
-        """Whether the project has the recogniser of what is reviewed; an evaluation keeps none."""
+    def has_recogniser(self) -> bool:
+        """Whether the project has the recogniser of the reviewed run; an evaluation keeps none."""
         project, outcome = self.document.project, self.document.review.run
         if project is None or outcome is None:
             return False
@@ -590,9 +518,12 @@ class Trainer(QObject):
 
     @property
     def freshness(self) -> tuple[str, str]:
-        """How up to date what is reviewed is, at length and in short."""
+        """How up to date the reviewed run is, at length and in short."""
         return freshness_text(
-            self.edits, self.reviewed_author, kept=self.kept, resettled=self.settings_changed
+            self.edits,
+            self.reviewed_author,
+            kept=self.has_recogniser,
+            resettled=self.settings_changed,
         )
 
     @property
@@ -601,7 +532,7 @@ class Trainer(QObject):
         return bool(self.document.review.run is None or self.edits or self.reviewed_author)
 
     def set_automatic(self, automatic: bool) -> None:
-        """Train by itself some seconds after edits, or only when told to."""
+        """Train automatically some seconds after edits, or only when asked to."""
         if automatic == self.automatic:
             return
         self.automatic = automatic
@@ -612,7 +543,7 @@ class Trainer(QObject):
             self._quiet.stop()
 
     def set_task(self, task: str) -> None:
-        """Turn to another task: its settings, its choice, and its latest outcome."""
+        """Turn to another task: its settings, its choice, and its latest run."""
         if task == self.task or self._path is None:
             return
         self.jobs.cancel(LOADING_RUN)  # a run of the task before
@@ -624,19 +555,21 @@ class Trainer(QObject):
     def train(self) -> bool:
         """Begin a training; gives whether it began. Never are there two at once."""
         if self.training:
-            self._automatic_timer = False  # from now on somebody has asked for the one under way
+            self._training_automatically = (
+                False  # from now on somebody has asked for the one under way
+            )
             return False
         self._quiet.stop()
-        self._automatic_timer = False
+        self._training_automatically = False
         if self._path is None or not self.ready:
             self._refuse("There is nothing to train on; import demonstrations first.")
             return False
         self.step, self.step_history, self.trouble = None, [], ""
-        self._unasked.begin()
+        self._automatic_runs.begin()
         self.document.review.set_training(True)
         name = " + ".join(task or "no task" for task in self.chosen[0])
         self.jobs.run(
-            self._work.train(self._path, self._given(), name, self.step_history),
+            self._backend.train(self._path, self._builder(), name, self.step_history),
             self._trained,
             self._failed,
             self._progressed,
@@ -647,7 +580,7 @@ class Trainer(QObject):
         return True
 
     def cancel(self) -> None:
-        """Give the training up; what is reviewed stays."""
+        """Cancel the training; the reviewed run stays."""
         self._quiet.stop()
         if not self.training:
             return
@@ -657,19 +590,18 @@ class Trainer(QObject):
         self.changed.emit()
 
     def _progressed(self, step: object) -> None:
-        """Take note of how far the training is."""
         if self.step_history and step is not None and self.step is not self.step_history[-1]:
             self.step = self.step_history[-1]
             self.changed.emit()
             self.losses_changed.emit()
 
     def _trained(self, outcome: Outcome) -> None:
-        """Put the new outcome in place of the old one."""
+        """Review the new run."""
         self.step = None
-        self._unasked.end()
+        self._automatic_runs.end()
         self.document.review.set_training(False)
-        if self._automatic_timer:
-            self._unasked.trained(outcome)
+        if self._training_automatically:
+            self._automatic_runs.trained(outcome)
         if self.task in (*outcome.tasks, outcome.test_task):
             self.jobs.cancel(LOADING_RUN)
             self.document.review.set_run(outcome)
@@ -684,7 +616,6 @@ class Trainer(QObject):
             self._quiet.start()  # what was painted meanwhile
 
     def _failed(self, error: Exception) -> None:
-        """Say why it did not come about."""
         self.step = None
         self.document.review.set_training(False)
         known = isinstance(error, ForcelabError)
@@ -692,15 +623,14 @@ class Trainer(QObject):
 
     def _train_automatically(self) -> None:
         """Train after a pause, if there is something new; the longer it takes, the more seldom."""
-        if self._unasked.must_wait:
+        if self._automatic_runs.must_wait:
             self._quiet.start()
         elif self.automatic and not self.training and self._outdated:
-            self._automatic_timer = self.train()
+            self._training_automatically = self.train()
 
     # What happens to the document
 
     def _project_changed(self) -> None:
-        """Turn to another project, or to none."""
         for key in (TRAINING, LOADING_RUN, LISTING_RUNS):
             self.jobs.cancel(key)
         self._quiet.stop()
@@ -717,7 +647,7 @@ class Trainer(QObject):
         self.runs_changed.emit()
 
     def _demonstration_changed(self) -> None:
-        """Follow to the task of the open demonstration, unless it is in what is reviewed."""
+        """Follow to the task of the open demonstration, unless it is in the reviewed run."""
         demonstration, outcome = self.document.demonstration, self.document.review.run
         if demonstration is None:
             return
@@ -729,6 +659,6 @@ class Trainer(QObject):
         self.set_task(demonstration.task)
 
     def _edited(self) -> None:
-        """Train by itself when it has been quiet for a while."""
+        """Train automatically after a pause without edits."""
         if self.automatic:
             self._quiet.start()

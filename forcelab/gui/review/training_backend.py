@@ -1,4 +1,4 @@
-"""The jobs behind the trainer, what a list shows of a run, and how runs and progress are worded."""
+"""The trainer's jobs, and the texts of runs and of a training's progress."""
 
 from __future__ import annotations
 
@@ -22,118 +22,80 @@ SettingsAndChoice = Callable[[], "tuple[Settings, Choice]"]
 
 @dataclass(frozen=True, slots=True)
 class RunInfo:
-    """A run that the project keeps, as a list tells it.
-
-    Parameters
-    ----------
-    number : int
-    time : datetime
-        In UTC.
-    title : str
-        What was evaluated, such as ``"stylus"``.
-    tasks : tuple of str
-        Those trained on, and the one tested on.
-    f1 : float or None
-        Pooled segmental F1 at half overlap after the filters, from 0 to 1; None where nothing was
-        tested.
-    preset : str
-        The one that its settings began with.
-    tested : str, optional
-        The task tested on; without, each demonstration was left out once.
-    """
+    """A run that the project keeps, as it is listed."""
 
     number: int
-    time: datetime
-    title: str
-    tasks: tuple[str, ...]
-    f1: float | None
-    preset: str = ""
-    tested: str | None = None
+    time: datetime  # UTC
+    title: str  # what was evaluated, such as "stylus"
+    tasks: tuple[str, ...]  # those trained on, and the one tested on
+    f1: float | None  # pooled F1 at half overlap after the filters, 0 to 1; None: nothing tested
+    preset: str = ""  # the one that its settings began with
+    tested: str | None = None  # the task tested on; None: each demonstration was left out once
 
 
-def _remove_run(path: Path, number: int) -> Generator[object, None, None]:
-    """Remove a run; to make the store's file smaller may take seconds."""
-    from forcelab.project import Project
-
-    yield None
-    with Project.open(path) as project:
-        project.runs.remove(number)
-
-
-@dataclass(frozen=True, slots=True)
 class Backend:
-    """The jobs of the trainer; each works on what the disk holds, with a connection of its own.
+    """The jobs of the trainer; each works on what the disk holds, with a connection of its own."""
 
-    Parameters
-    ----------
-    train : callable
-        ``train(path, given, name, trail)``: makes a run, and gives its outcome. `given` gives
-        settings and choice; called there, as to build them loads much. Every step is put at the
-        end of the list `trail`, also those that nobody had time to show.
-    load : callable
-        ``load(path, number)``: gives the outcome of a run.
-    listed : callable
-        ``listed(path)``: gives every run that can be reviewed, the latest first.
-    edits : callable
-        ``edits(project, outcome)``: how many edits there were since it was trained; no job, as it
-        takes no time.
-    remove : callable
-        ``remove(path, number)``: removes a run for good.
-    """
+    def train(
+        self, path: Path, given: SettingsAndChoice, name: str, steps: list[Step]
+    ) -> Generator[object, None, Outcome]:
+        """Train in a process of its own, then read what it has stored.
 
-    train: Callable[[Path, SettingsAndChoice, str, list[Step]], Generator[object, None, Outcome]]
-    load: Callable[[Path, int], Generator[object, None, Outcome]]
-    listed: Callable[[Path], Generator[object, None, tuple[RunInfo, ...]]]
-    edits: Callable[[Project, Outcome], int]
-    remove: Callable[[Path, int], Generator[object, None, None]] = _remove_run
+        Every step is appended to `steps`, also those that come too fast to be shown.
+        """
+        from forcelab.process import run_in_process
+        from forcelab.review.training import Step, reviewing
 
+        yield None
+        job = run_in_process(reviewing, path, *given(), name)
+        try:
+            while True:
+                try:
+                    step = next(job)
+                except StopIteration as end:
+                    number: int = end.value
+                    break
+                if isinstance(step, Step) and (not steps or step is not steps[-1]):
+                    steps.append(step)
+                yield step
+        finally:
+            job.close()
+        return (yield from self.load(path, number))
 
-def _train(
-    path: Path, given: SettingsAndChoice, name: str, trail: list[Step]
-) -> Generator[object, None, Outcome]:
-    """Train in a process of its own, then read what it has stored."""
-    from forcelab.process import elsewhere
-    from forcelab.review.training import Step, reviewing
+    def load(self, path: Path, number: int) -> Generator[object, None, Outcome]:
+        """Read what a run found."""
+        from forcelab.project import Project
+        from forcelab.review.run_result import load
 
-    yield None
-    job = elsewhere(reviewing, path, *given(), name)
-    try:
-        while True:
-            try:
-                step = next(job)
-            except StopIteration as end:
-                number: int = end.value
-                break
-            if isinstance(step, Step) and (not trail or step is not trail[-1]):
-                trail.append(step)
-            yield step
-    finally:
-        job.close()
-    return (yield from _load_run(path, number))
+        yield None
+        with Project.open(path) as project:
+            return load(project, number)
 
+    def list_runs(self, path: Path) -> Generator[object, None, tuple[RunInfo, ...]]:
+        """Read which runs can be reviewed, the latest first."""
+        from forcelab.project import Project
 
-def _load_run(path: Path, number: int) -> Generator[object, None, Outcome]:
-    """Read what a run found."""
-    from forcelab.project import Project
-    from forcelab.review.run_result import load
+        yield None
+        with Project.open(path) as project:
+            runs = project.runs.summaries("evaluate")
+        return tuple(_run_info(run) for run in reversed(runs))
 
-    yield None
-    with Project.open(path) as project:
-        return load(project, number)
+    def remove(self, path: Path, number: int) -> Generator[object, None, None]:
+        """Remove a run for good; to make the store's file smaller may take seconds."""
+        from forcelab.project import Project
 
+        yield None
+        with Project.open(path) as project:
+            project.runs.remove(number)
 
-def _list_runs(path: Path) -> Generator[object, None, tuple[RunInfo, ...]]:
-    """Read which runs there are."""
-    from forcelab.project import Project
+    def count_edits(self, project: Project, outcome: Outcome) -> int:
+        """Edits of the labels that an outcome rests on; no job, as it takes no time."""
+        from forcelab.review.run_result import edits_since
 
-    yield None
-    with Project.open(path) as project:
-        runs = project.runs.summaries("evaluate")
-    return tuple(_run_info(run) for run in reversed(runs))
+        return edits_since(project, outcome)
 
 
 def _run_info(run: RunSummary) -> RunInfo:
-    """A run as the list tells it."""
     choice = run.settings.get("choice", {})
     tasks = [*choice.get("tasks", ()), choice.get("test_task")]
     return RunInfo(
@@ -147,67 +109,39 @@ def _run_info(run: RunSummary) -> RunInfo:
     )
 
 
-def _count_edits(project: Project, outcome: Outcome) -> int:
-    """How many edits were made of the labels that an outcome rests on."""
-    from forcelab.review.run_result import edits_since
-
-    return edits_since(project, outcome)
-
-
-#: What the window uses.
-BACKGROUND = Backend(_train, _load_run, _list_runs, _count_edits)
-
-
 def freshness_text(
     edits: int | None, coder: str = "", *, kept: bool = True, resettled: bool = False
 ) -> tuple[str, str]:
-    """How up to date what is reviewed is, at length and in short.
+    """How up to date the reviewed run is, at length and in short.
 
-    Parameters
-    ----------
-    edits : int or None
-        Edits and new demonstrations since it was trained; None where nothing is.
-    coder : str, optional
-        Whose labels it was trained on, where the next training takes another coder's.
-    kept : bool
-        Whether there is a recogniser; an evaluation leaves none.
-    resettled : bool
-        Whether the next training takes other settings.
+    `edits` counts edits and new demonstrations since; `coder` is whose labels it was trained on
+    where the next training takes another's, `resettled` whether that takes other settings, `kept`
+    whether there is a recogniser (an evaluation leaves none).
     """
     if edits is None:
         return "not trained yet", ""
     if coder:
-        told = "trained on the labels of {0}"
-        return told.format(coder), f"trained on {coder}"
-    if not edits and kept and resettled:
-        told = "trained with other settings"
-        return told, "other settings"
-    if not edits and kept:
-        return "up to date", ""
-    if not edits:
-        told = "up to date, no recogniser kept"
-        if resettled:
-            told = "of other settings, no recogniser kept"
-        return told, "no recogniser kept"
-    trained = "this recogniser was trained"
-    since = trained if kept else "this run"
-    told = "{0} edits or new demonstrations since {1}"
-    short = "{0} changes since"
-    if edits == 1:
-        told = "{0} edit or new demonstration since {1}"
-        short = "{0} change since"
-    return told.format(edits, since), short.format(edits)
+        return f"trained on the labels of {coder}", f"trained on {coder}"
+    if edits:
+        changes = f"{edits} change{'' if edits == 1 else 's'} since"
+        return f"{changes} {'training' if kept else 'this run'}", changes
+    if kept:
+        return (
+            ("trained with other settings", "other settings") if resettled else ("up to date", "")
+        )
+    age = "of other settings" if resettled else "up to date"
+    return f"{age}, no recogniser kept", "no recogniser kept"
 
 
-def run_text(kept: RunInfo) -> str:
+def run_text(run: RunInfo) -> str:
     """A run in a list: its number, what, how, how good, and when."""
-    here = kept.time.astimezone()
-    now = datetime.now(here.tzinfo)
-    day = "" if here.date() == now.date() else "%d %b " if here.year == now.year else "%d %b %Y "
-    when = here.strftime(f"{day}%H:%M")
-    score = "" if kept.f1 is None else f" · F1 {100 * kept.f1:.0f} %"
-    preset = f" · {kept.preset}" if kept.preset else ""
-    return f"{kept.number}: {kept.title}{preset}{score} · {when}"
+    local = run.time.astimezone()
+    now = datetime.now(local.tzinfo)
+    day = "" if local.date() == now.date() else "%d %b " if local.year == now.year else "%d %b %Y "
+    when = local.strftime(f"{day}%H:%M")
+    score = "" if run.f1 is None else f" · F1 {100 * run.f1:.0f} %"
+    preset = f" · {run.preset}" if run.preset else ""
+    return f"{run.number}: {run.title}{preset}{score} · {when}"
 
 
 def training_progress_text(step: Step, *, short: bool = False) -> str:

@@ -34,7 +34,7 @@ WIDEST_AUTHOR = 180
 
 
 class AuthorLabel(ElidedLabel):
-    """Names the coder whose labels are trained on, where it might be another."""
+    """Names the coder whose labels are trained on, where there are several."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -43,20 +43,20 @@ class AuthorLabel(ElidedLabel):
         self.setAccessibleName("Whose labels are trained on")
 
     def show_coder(self, whose: str | None) -> None:
-        """Name a coder; nothing where nobody else has labelled."""
+        """Name a coder; nothing where no other coder has labelled."""
         document = self._document
         listed = (name for info in document.infos for name in info.labelled)
         # The list does not tell yet of whoever has just begun to label.
         people = {name for name in (*listed, *document.other_tracks) if not is_model(name)}
         several = whose is not None and bool({*people, document.author} - {whose})
-        self.set_text(f"Labels of {whose}" if several else "")
+        self.set_text(f"Labels by {whose}" if several else "")
 
     def sizeHint(self) -> QSize:
         """The text, or the beginning of a long one."""
         return QSize(min(self.long_width, WIDEST_AUTHOR), super().sizeHint().height())
 
     def minimumSizeHint(self) -> QSize:
-        """All of what is hinted, so that no neighbour cuts it."""
+        """All of the hint, so that no neighbour cuts it."""
         return self.sizeHint()
 
 
@@ -67,49 +67,47 @@ RUN_CHARACTERS = 24
 class RunComboBox(ElidedComboBox):
     """The runs, the latest first."""
 
-    def __init__(self, document: Document, learning: Trainer) -> None:
+    def __init__(self, document: Document, trainer: Trainer) -> None:
         super().__init__()
-        self.document, self.learning = document, learning
+        self.document, self.trainer = document, trainer
         self._name = "Which run is reviewed"
         self.set_name(self._name)
         self.setMinimumContentsLength(RUN_CHARACTERS)
         self.activated.connect(self._chosen)
-        learning.runs_changed.connect(self.refresh)
+        trainer.runs_changed.connect(self.refresh)
         document.review.run_changed.connect(self._show_reviewed)
         self.refresh()
 
     def refresh(self) -> None:
-        """List the runs that there are."""
         self.clear()
-        for kept in self.learning.runs:
+        for kept in self.trainer.runs:
             self.addItem(run_text(kept), kept.number)
-        self.setEnabled(bool(self.learning.runs))
+        set_enabled_with_reason(self, "" if self.trainer.runs else "Nothing was trained yet.")
         self.setPlaceholderText("no run yet")
-        texts = map(run_text, self.learning.runs)
+        texts = map(run_text, self.trainer.runs)
         widest = max(map(self.fontMetrics().horizontalAdvance, texts), default=0)
         self.view().setMinimumWidth(widest + 2 * self.fontMetrics().height())
         self._show_reviewed()
 
     def _show_reviewed(self) -> None:
-        """Show which run is reviewed."""
         outcome = self.document.review.run
         self.setCurrentIndex(-1 if outcome is None else self.findData(outcome.number))
         how = "A right click removes it." if outcome is not None else ""
         self.setToolTip("\n".join(filter(None, (self._name, self.currentText(), how))))
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """What can be done with the run that is reviewed."""
         menu = QMenu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         action = menu.addAction("Remove this run…", self.ask_removal)
         project = self.document.project
-        action.setEnabled(
-            self.currentIndex() >= 0 and project is not None and not project.read_only
-        )
+        reason = "" if self.currentIndex() >= 0 else "No run is reviewed."
+        if project is None or project.read_only:
+            reason = "The project can only be read."
+        set_enabled_with_reason(action, reason)
         menu.popup(event.globalPos())
 
     def ask_removal(self) -> None:
-        """Ask whether the run that is reviewed is to be removed, and say what goes with it."""
+        """Ask whether to remove the reviewed run, and say what goes with it."""
         from forcelab.gui.removal_dialog import removal_of_run
 
         project, number = self.document.project, self.currentData()
@@ -121,18 +119,17 @@ class RunComboBox(ElidedComboBox):
             self.document.show_message(str(error), True)
             return
         if not uses:
-            self.learning.list_runs()  # somebody else was faster
+            self.trainer.list_runs()  # somebody else was faster
             return
         dialog = removal_of_run(self.currentText(), uses[0], self.window())
-        dialog.accepted.connect(lambda: self.learning.remove_run(number))
+        dialog.accepted.connect(lambda: self.trainer.remove_run(number))
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.open()
 
     def _chosen(self, index: int) -> None:
-        """Review another run."""
         number = self.itemData(index)
         if number is not None:
-            self.learning.show_run(int(number))
+            self.trainer.show_run(int(number))
         self._show_reviewed()  # until it is there, and where it cannot be read
 
 
@@ -147,9 +144,9 @@ class TrainingBar(QWidget):
 
     compare_requested = Signal()
 
-    def __init__(self, document: Document, learning: Trainer) -> None:
+    def __init__(self, document: Document, trainer: Trainer) -> None:
         super().__init__()
-        self.document, self.learning = document, learning
+        self.document, self.trainer = document, trainer
         self.setAccessibleName("Training")
         self._build_row()
         self._row = QHBoxLayout()
@@ -160,17 +157,17 @@ class TrainingBar(QWidget):
             self.author,
             self.automatic,
             self.settings,
-            self.standing,
+            self.freshness,
             self.progress,
-            self.told,
+            self.step_text,
             self.cancel,
             self.runs,
             self.compare,
         )
         for widget in (*self._parts, self.overflow_button):
             self._row.addWidget(widget)
-        self._row.setStretchFactor(self.standing, 1)
-        self._row.setStretchFactor(self.told, 1)
+        self._row.setStretchFactor(self.freshness, 1)
+        self._row.setStretchFactor(self.step_text, 1)
         column = QVBoxLayout(self)
         column.setContentsMargins(BAR_MARGIN, 4, BAR_MARGIN, 4)
         column.setSpacing(3)
@@ -178,8 +175,8 @@ class TrainingBar(QWidget):
         column.setSizeConstraint(QVBoxLayout.SizeConstraint.SetNoConstraint)
         column.addLayout(self._row)
         column.addWidget(self.trouble_row)
-        learning.changed.connect(self.refresh)
-        learning.runs_changed.connect(self._count_runs)
+        trainer.changed.connect(self.refresh)
+        trainer.runs_changed.connect(self._count_runs)
         document.listing_changed.connect(self.refresh)
         document.project_changed.connect(self.refresh)
         document.tracks_changed.connect(self._show_labels)
@@ -191,31 +188,30 @@ class TrainingBar(QWidget):
     # What it is made of
 
     def _build_row(self) -> None:
-        """All that stands in the row."""
-        self.task = TaskComboBox(self.learning)
+        self.task = TaskComboBox(self.trainer)
         self.train = QPushButton("Train")
-        self.train.clicked.connect(self.learning.train)
+        self.train.clicked.connect(self.trainer.train)
         self.author = AuthorLabel(self.document)
         self.automatic = QCheckBox("Train automatically")
         self.automatic.setToolTip("Train five seconds after the last edit")
         self.automatic.setAccessibleName("Train automatically after edits")
-        self.automatic.toggled.connect(self.learning.set_automatic)
+        self.automatic.toggled.connect(self.trainer.set_automatic)
         self.settings = QPushButton()
         self.settings.setToolTip("How a recogniser is trained")
         self.settings.clicked.connect(self.open_settings)
-        self.standing = ElidedLabel()
-        self.standing.setAccessibleName("How the recogniser stands")
+        self.freshness = ElidedLabel()
+        self.freshness.setAccessibleName("How the recogniser stands")
         self.progress = QProgressBar()
         self.progress.setTextVisible(False)
         self.progress.setFixedWidth(110)
         self.progress.setMaximumHeight(8)
         self.progress.setAccessibleName("Progress of the training")
-        self.told = ElidedLabel()
-        self.told.setAccessibleName("What the training does")
+        self.step_text = ElidedLabel()
+        self.step_text.setAccessibleName("What the training does")
         self.cancel = QPushButton("Cancel")
         self.cancel.setAccessibleName("Cancel the training")
-        self.cancel.clicked.connect(self.learning.cancel)
-        self.runs = RunComboBox(self.document, self.learning)
+        self.cancel.clicked.connect(self.trainer.cancel)
+        self.runs = RunComboBox(self.document, self.trainer)
         self.compare = QPushButton("Compare…")
         self.compare.setAccessibleName("Compare two runs")
         self.compare.clicked.connect(self.compare_requested)
@@ -235,14 +231,13 @@ class TrainingBar(QWidget):
         self._build_trouble_row()
 
     def _build_trouble_row(self) -> None:
-        """The row in which a refusal stands."""
         self.trouble = set_tone("trouble")
         self.trouble.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.dismiss = QToolButton()
         self.dismiss.setIcon(icon("cross"))
         self.dismiss.setToolTip("Dismiss")
         self.dismiss.setAccessibleName("Dismiss this message")
-        self.dismiss.clicked.connect(self.learning.dismiss)
+        self.dismiss.clicked.connect(self.trainer.dismiss)
         self.trouble_row = QWidget()
         row = QHBoxLayout(self.trouble_row)
         row.setContentsMargins(0, 0, 0, 0)
@@ -252,7 +247,6 @@ class TrainingBar(QWidget):
     # Showing
 
     def sizeHint(self) -> QSize:
-        """Wide, as high as its rows."""
         return QSize(900, super().sizeHint().height())
 
     def minimumSizeHint(self) -> QSize:
@@ -260,7 +254,6 @@ class TrainingBar(QWidget):
         return QSize(360, super().minimumSizeHint().height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show what has room."""
         super().resizeEvent(event)
         self._fit()
 
@@ -271,47 +264,46 @@ class TrainingBar(QWidget):
             self._fit()
 
     def refresh(self) -> None:
-        """Show how it stands."""
-        learning = self.learning
+        trainer = self.trainer
         now = QApplication.focusWidget()
         held = now is not None and self.isAncestorOf(now)
         self.task.refresh()
         self.automatic.blockSignals(True)
-        self.automatic.setChecked(learning.automatic)
+        self.automatic.setChecked(trainer.automatic)
         self.automatic.blockSignals(False)
-        set_enabled_with_reason(self.train, self._why_not_trainable(training=learning.training))
+        set_enabled_with_reason(self.train, self._why_not_trainable(training=trainer.training))
         self._show_labels()
         self._show_preset()
         self._show_progress()
-        self.trouble.setText(learning.trouble)
-        self.trouble_row.setVisible(bool(learning.trouble))
+        self.trouble.setText(trainer.trouble)
+        self.trouble_row.setVisible(bool(trainer.trouble))
         self._fit()
         if held and QApplication.focusWidget() is not now:  # which is hidden from now on
-            (self.cancel if learning.training else self.train).setFocus()
+            (self.cancel if trainer.training else self.train).setFocus()
 
     def _why_not_trainable(self, *, training: bool = False) -> str:
         """Why nothing can be trained now; empty where it can."""
         if training:
             return "A training goes on; wait for it or cancel it."
         none = "There is nothing to train on yet; import demonstrations and label them."
-        return "" if self.learning.ready else self.learning.trouble or none
+        return "" if self.trainer.ready else self.trainer.trouble or none
 
     def _show_labels(self) -> None:
-        """Name the coder whose labels are trained on, among several, and what was trained on."""
-        learning = self.learning
-        before = self.author.text, self.standing.text
-        self.author.show_coder(learning.author if learning.ready else None)
-        stands = learning.freshness
-        self.standing.set_text(*stands)
-        if (self.author.text, self.standing.text) != before:
+        """Name the coder whose labels are trained on, and how old the run is."""
+        trainer = self.trainer
+        before = self.author.text, self.freshness.text
+        self.author.show_coder(trainer.author if trainer.ready else None)
+        stands = trainer.freshness
+        self.freshness.set_text(*stands)
+        if (self.author.text, self.freshness.text) != before:
             self._name_keys()
             self._fit()
 
     def _show_preset(self) -> None:
-        """Print what it is trained with on the button that changes it."""
+        """Name the preset on the button that changes it."""
         name = "Settings…"
-        if self.learning.ready:
-            preset, changed = self.learning.preset_used
+        if self.trainer.ready:
+            preset, changed = self.trainer.preset_used
             told = "Settings: {0}, changed…" if changed else "Settings: {0}…"
             name = told.format(preset)
         self.settings.setText(name)
@@ -319,25 +311,24 @@ class TrainingBar(QWidget):
         set_enabled_with_reason(self.settings, self._why_not_trainable())
 
     def _show_progress(self) -> None:
-        """Show how far the training is."""
-        step, training = self.learning.step, self.learning.training
+        step, training = self.trainer.step, self.trainer.training
         self.progress.setRange(0, 0 if step is None else max(step.total, 1))
         if step is not None:
             self.progress.setValue(min(step.done, step.total))
         if not training:
-            self.told.set_text("")
+            self.step_text.set_text("")
         elif step is None:
-            self.told.set_text("starting")
+            self.step_text.set_text("starting")
         else:
-            self.told.set_text(
+            self.step_text.set_text(
                 training_progress_text(step), training_progress_text(step, short=True)
             )
 
     def _fit(self) -> None:
-        """Hide what has no room, the least needed first; how it stands is always seen."""
-        training = self.learning.training
+        """Hide what has no room, the least needed first; progress and freshness always show."""
+        training = self.trainer.training
         self.task.fit(roomy=self.width() >= ROOMY_WIDTH)
-        texts = [self.standing, self.told] if training else [self.standing]
+        texts = [self.freshness, self.step_text] if training else [self.freshness]
         needed: list[QWidget] = [self.task]
         needed += [self.progress, self.cancel] if training else [self.train]
         optional: list[QWidget] = [self.runs]
@@ -364,32 +355,33 @@ class TrainingBar(QWidget):
         self.overflow_button.setVisible(len(shown) < len(optional))
 
     def _fill_menu(self) -> None:
-        """Offer what is not in the row."""
+        """Offer what has no room in the row."""
+        for submenu in self._menu.findChildren(QMenu):  # which clear() would leave
+            submenu.deleteLater()
         self._menu.clear()
         if self.automatic.isHidden():
             action = self._menu.addAction("Train automatically after edits")
             action.setCheckable(True)
-            action.setChecked(self.learning.automatic)
-            action.toggled.connect(self.learning.set_automatic)
+            action.setChecked(self.trainer.automatic)
+            action.toggled.connect(self.trainer.set_automatic)
         if self.settings.isHidden():
             self._menu.addAction("Settings…", self.open_settings)
-        if self.runs.isHidden() and self.learning.runs:
+        if self.runs.isHidden() and self.trainer.runs:
             runs = self._menu.addMenu("Review another run")
-            for kept in self.learning.runs:
+            for kept in self.trainer.runs:
                 shown = runs.addAction(escape_ampersands(run_text(kept)))
                 shown.triggered.connect(
-                    lambda _checked=False, number=kept.number: self.learning.show_run(number)
+                    lambda _checked=False, number=kept.number: self.trainer.show_run(number)
                 )
         if self.compare.isHidden():
             self._menu.addAction("Compare two runs…", self.compare_requested.emit)
 
     def _count_runs(self) -> None:
-        """Two runs can be compared, one cannot."""
         few = "Train a second time, with other settings or labels, and compare then."
-        set_enabled_with_reason(self.compare, "" if len(self.learning.runs) > 1 else few)
+        set_enabled_with_reason(self.compare, "" if len(self.trainer.runs) > 1 else few)
 
     def _name_keys(self) -> None:
-        """Say the key where one looks for it, and whose labels are meant."""
+        """Show the key and the coder in the tip."""
         key, whose = keys().shown("train"), self.author.text
         text = "Train on the labels as they are now"
         text = f"{text}. {whose}" if whose else text
@@ -397,21 +389,20 @@ class TrainingBar(QWidget):
         self.train.setAccessibleName(text)
 
     def open_settings(self) -> None:
-        """Let the coder choose how recognisers are trained."""
-        learning = self.learning
-        if not learning.ready:
+        trainer = self.trainer
+        if not trainer.ready:
             return
         from forcelab.gui.review.settings_dialog import (
             SettingsDialog,  # loads much
             training_facts,
         )
 
-        facts = training_facts(learning.document, learning.choice)
-        dialog = SettingsDialog(learning.settings, facts, self.window())
+        facts = training_facts(trainer.document, trainer.choice)
+        dialog = SettingsDialog(trainer.settings, facts, self.window())
 
         def take() -> None:
             if dialog.chosen is not None:
-                learning.set_settings(dialog.chosen)
+                trainer.set_settings(dialog.chosen)
 
         dialog.accepted.connect(take)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -419,5 +410,4 @@ class TrainingBar(QWidget):
 
 
 def _width_needed(widget: QWidget) -> int:
-    """The pixels that a widget needs in the row."""
     return max(widget.minimumWidth(), widget.sizeHint().width())

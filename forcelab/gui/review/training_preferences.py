@@ -65,9 +65,9 @@ def recall_choice(project: Path, task: str) -> Choice:
 def recall_choice_values(
     project: Path, task: str
 ) -> tuple[tuple[str, ...], str | None, str | None, bool, int | None]:
-    """The parts of a :class:`~forcelab.recognition.dataset.Choice`, without loading that.
+    """Tasks, the one tested on, author, whether actions stay apart, and the number of groups.
 
-    Tasks, the one tested on, author, whether actions stay apart, and groups that are left out.
+    The parts of a :class:`~forcelab.recognition.dataset.Choice`, without loading that.
     """
     values = _recall_json(project, task, "choice") or {}
     try:
@@ -84,12 +84,12 @@ def recall_choice_values(
 
 
 def recall_automatic(project: Path) -> bool:
-    """Whether a project is trained by itself."""
+    """Whether a project is trained automatically."""
     return settings.flag(f"{_project_section(project)}/automatic")
 
 
 def remember(project: Path, task: str, given: Settings | Choice | bool) -> None:
-    """Keep one of them for the next time."""
+    """Store settings or choice of a task, or whether the project is trained automatically."""
     if isinstance(given, bool):
         settings.store(f"{_project_section(project)}/automatic", given)
         return
@@ -105,7 +105,7 @@ def remember(project: Path, task: str, given: Settings | Choice | bool) -> None:
 
 
 def _recall_json(project: Path, task: str, name: str) -> dict[str, Any] | None:
-    """A remembered object; None where there is none or it is broken."""
+    """A stored object; None where there is none or it is broken."""
     text = settings.text(_task_key(project, task, name))
     try:
         values = json.loads(text) if text else None
@@ -115,12 +115,11 @@ def _recall_json(project: Path, task: str, name: str) -> dict[str, Any] | None:
 
 
 def _project_section(project: Path) -> str:
-    """Where the settings keep what belongs to a project."""
     return "training/" + _without_separators(str(project.resolve()))
 
 
 def _task_key(project: Path, task: str, name: str) -> str:
-    """Where the settings keep what belongs to a task; a task may be called anything."""
+    """The key of a value of a task, which may be called anything."""
     return f"{_project_section(project)}/task {_without_separators(task)}/{name}"
 
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from forcelab.gui.review.loss_plot import LossView
     from forcelab.gui.review.proposals import ProposalsView
     from forcelab.gui.review.scores import ScoresView
+    from forcelab.gui.review.tradeoff import TradeoffView
 
 __all__ = ["ReviewWorkspace"]
 
@@ -40,35 +41,26 @@ LEAST_SIZE = (276, 192)
 
 
 class ReviewWorkspace(QWidget):
-    """Pairs at the top, the place that is examined below them, lists and video beside.
+    """Pairs at the top, the examined interval below them, lists and video beside.
 
     The timeline and the video are those of the Label workspace, borrowed while this one is in
     front: whatever can be done there can be done here, and nothing is decoded or computed twice.
 
-    Each list is loaded and built when it is first wanted: all of them at once would hold up the
-    window for half a second, when the queue is what one sees.
-
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-    learning : Learning
-        Trains, and says how far that is.
-    label : LabelWorkspace
-        Who lends timeline and video.
+    Each list is loaded and built when it is first shown: all of them at once would hold up the
+    window for half a second, when only the queue is visible.
     """
 
     def __init__(
-        self, document: Document, jobs: Jobs, learning: Trainer, label: LabelWorkspace
+        self, document: Document, jobs: Jobs, trainer: Trainer, label: LabelWorkspace
     ) -> None:
         super().__init__()
         self.document = document
         self._jobs = jobs
         self._label = label
-        self.bar = TrainingBar(document, learning)
+        self.bar = TrainingBar(document, trainer)
         self.pairs = PairsView(document, jobs)
         self.queue = QueueView(document, jobs)
-        self._learning = learning
+        self._trainer = trainer
         self.lists = OverflowTabs()
         self.lists.setObjectName("narrow")
         self.lists.setMinimumSize(*LEAST_SIZE)
@@ -81,6 +73,7 @@ class ReviewWorkspace(QWidget):
             "proposals": "Proposals",
             "coders": "Coders",
             "loss": "Training",
+            "tradeoff": "Accuracy and speed",
         }
         self._rooms = {name: _placeholder() for name in titles}
         for name, title in titles.items():
@@ -113,74 +106,76 @@ class ReviewWorkspace(QWidget):
         timeline.show()
         self._demonstration_changed()
 
+    def show_list(self, name: str) -> None:
+        """Bring a list to the front, such as ``"queue"`` or ``"tradeoff"``."""
+        self.lists.setCurrentIndex(tuple(self._rooms).index(name))
+
     def restore_layout(self) -> None:
-        """Share out the room as when the window was last closed."""
         for name, splitter in self._splitters.items():
             if state := settings.data(f"review/{name}"):
                 splitter.restoreState(QByteArray(state))
 
     def remember_layout(self) -> None:
-        """Keep how the room is shared out."""
         for name, splitter in self._splitters.items():
             settings.store(f"review/{name}", bytes(splitter.saveState().data()))
 
     def reset_layout(self) -> None:
-        """Share out the room as at first."""
         for splitter, shares in (
             (self._left, BELOW_SHARES),
             (self._right, LIST_SHARES),
             (self._whole, BESIDE_SHARES),
         ):
             _set_shares(splitter, shares)
+        if "tradeoff" in vars(self):
+            self.tradeoff.reset_layout()
 
     # The lists
 
     @cached_property
     def confusion(self) -> ConfusionView:
-        """Which actions are taken for which."""
         from forcelab.gui.review.confusion import ConfusionView
 
         return self._fill("confusion", ConfusionView(self.document, self._jobs))
 
     @cached_property
     def scores(self) -> ScoresView:
-        """The metrics."""
         from forcelab.gui.review.scores import ScoresView
 
         return self._fill("scores", ScoresView(self.document, self._jobs))
 
     @cached_property
     def why(self) -> ExplanationView:
-        """What speaks for and against an action."""
         from forcelab.gui.review.explanation import ExplanationView
 
         return self._fill("why", ExplanationView(self.document, self._jobs))
 
     @cached_property
     def proposals(self) -> ProposalsView:
-        """What to label next."""
         from forcelab.gui.review.proposals import ProposalsView
 
         return self._fill("proposals", ProposalsView(self.document, self._jobs))
 
     @cached_property
     def coders(self) -> AgreementView:
-        """How far coders agree."""
         from forcelab.gui.review.agreement import AgreementView
 
         return self._fill("coders", AgreementView(self.document, self._jobs))
 
     @cached_property
     def loss(self) -> LossView:
-        """How a training goes."""
         from forcelab.gui.review.loss_plot import LossView
 
-        return self._fill("loss", LossView(self.document, self._learning))
+        return self._fill("loss", LossView(self.document, self._trainer))
+
+    @cached_property
+    def tradeoff(self) -> TradeoffView:
+        from forcelab.gui.review.tradeoff import TradeoffView
+
+        return self._fill("tradeoff", TradeoffView(self._trainer))
 
     # Inside
 
     def _fill(self, name: str, page: Page) -> Page:
-        """Put a list into its tab."""
         layout = self._rooms[name].layout()
         assert layout is not None
         layout.addWidget(page)
@@ -197,11 +192,10 @@ class ReviewWorkspace(QWidget):
 
     @property
     def _splitters(self) -> dict[str, QSplitter]:
-        """What the user can move, by the name it is remembered under."""
+        """The splitters by the name they are remembered under."""
         return {"left": self._left, "right": self._right, "whole": self._whole}
 
     def _compare(self) -> None:
-        """Set two runs of the project beside each other."""
         from forcelab.gui.review.comparison_dialog import ComparisonDialog
 
         dialog = ComparisonDialog(self.document, self._jobs, self)
@@ -223,7 +217,7 @@ class ReviewWorkspace(QWidget):
 
 
 def _placeholder() -> QWidget:
-    """Room for a widget that is there at times only."""
+    """Room for a widget that is not always there."""
     holder = QWidget()
     page_layout(holder)
     return holder
@@ -232,7 +226,6 @@ def _placeholder() -> QWidget:
 def _splitter(
     orientation: Qt.Orientation, parts: tuple[QWidget, QWidget], shares: tuple[int, int]
 ) -> QSplitter:
-    """Two widgets that share some room."""
     splitter = QSplitter(orientation, childrenCollapsible=False)
     for i, (part, share) in enumerate(zip(parts, shares, strict=True)):
         splitter.addWidget(part)
@@ -242,5 +235,5 @@ def _splitter(
 
 
 def _set_shares(splitter: QSplitter, shares: tuple[int, int]) -> None:
-    """Give each part its share, however large the whole is."""
+    """Give each part its share, however large the splitter is."""
     splitter.setSizes([1000 * share for share in shares])

@@ -116,8 +116,8 @@ def test_a_new_clock_of_the_first_camera_leaves_the_choice(document):
 
 
 def test_damaged_stamps_leave_the_first_video(document, folder):
-    said = []
-    document.message_shown.connect(lambda sentence, trouble: said.append((sentence, trouble)))
+    messages = []
+    document.message_shown.connect(lambda sentence, trouble: messages.append((sentence, trouble)))
     two = document.project.demonstrations.load("two")
     stamps = folder / "demonstrations" / two.id / STAMPS
     whole = stamps.read_bytes()
@@ -126,7 +126,7 @@ def test_damaged_stamps_leave_the_first_video(document, folder):
     cameras = CameraSelection(document)
     stamps.write_bytes(whole)
     assert (cameras.all, cameras.video) == ((), document.demonstration.video)
-    ((sentence, trouble),) = said
+    ((sentence, trouble),) = messages
     assert trouble
     assert "damaged" in sentence
 
@@ -140,7 +140,7 @@ def test_nothing_steps_by_the_frames_of_a_camera_that_is_not_shown(document, unt
     gone = VideoReference(cameras.video.path.with_name("gone.mp4"), ClockMap())
     cameras.all = (cameras.all[0], Camera("right", gone))
     cameras.show(1)
-    until(lambda: panel.troubled)
+    until(lambda: panel.failed)
     assert document.view.frame_times is None
     panel.close_video()
     panel.close()

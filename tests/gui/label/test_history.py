@@ -8,7 +8,7 @@ from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtTest import QTest
 
 from forcelab.gui.label import history as history_module
-from forcelab.gui.label.history import EditState, HistoryView, clock, edit_states
+from forcelab.gui.label.history import EditState, HistoryView, edit_states, time_of_edit
 from forcelab.project.tracks import TrackStore
 
 DONE, UNDONE, ABANDONED = EditState.DONE, EditState.UNDONE, EditState.ABANDONED
@@ -35,26 +35,26 @@ def rows(view):
     view.refresh()
     model = view.model
     return [
-        (model.rows[row].what.split()[0], model.standing(row)) for row in range(model.rowCount())
+        (model.rows[row].what.split()[0], model.state_of(row)) for row in range(model.rowCount())
     ]
 
 
 def by_stacks(edits):
     """What has become of edits, as two stacks have it."""
-    undo, redo, found = [], [], {}
+    undo, redo, states = [], [], {}
     for edit in edits:
         if edit.kind == "undo":
             redo.append(undo.pop())
-            found[redo[-1]] = UNDONE
+            states[redo[-1]] = UNDONE
         elif edit.kind == "redo":
             undo.append(redo.pop())
-            found[undo[-1]] = DONE
+            states[undo[-1]] = DONE
         else:
-            found.update(dict.fromkeys(redo, ABANDONED))
+            states.update(dict.fromkeys(redo, ABANDONED))
             undo.append(edit.id)
             redo.clear()
-            found[edit.id] = DONE
-    return found
+            states[edit.id] = DONE
+    return states
 
 
 def test_newest_first_and_what_became_of_it(document, view):
@@ -121,14 +121,14 @@ def test_enter_is_a_double_click_and_what_was_left_behind_is_said(document, view
 def test_buttons_say_what_they_would_do(document, view, until):
     assert not view.undo.isEnabled()
     assert not view.redo.isEnabled()
-    assert "Nothing was edited" in view._pages.note.text()
+    assert "No edits yet" in view.pages.note.text()
     paint(document, 2)
     until(view.undo.isEnabled)
     view.undo.click()
     view.refresh()
     assert view.undo.toolTip().startswith("Undo: a0")
     assert view.redo.toolTip().startswith("Redo: a1")
-    assert view._reach.text() == "1 undone"
+    assert view.reach.text() == "1 undone"
     view.redo.click()
     view.refresh()
     assert not view.redo.isEnabled()
@@ -149,7 +149,7 @@ def test_hidden_it_reads_nothing(app, document, monkeypatch):
         asked.clear()
         paint(document, 1, first=5)
         assert asked == []
-        assert not view._soon.isActive()
+        assert not view._refresh_timer.isActive()
         assert view.model.rowCount() == 0
 
 
@@ -186,9 +186,10 @@ def test_another_coder_has_another_history(document, view):
 def test_time_of_day_today_and_else_the_date(document):
     paint(document, 1)
     time = document.editor.history()[-1].time
-    assert clock(time) == f"{time.astimezone():%H:%M:%S}"
+    assert time_of_edit(time) == f"{time.astimezone():%H:%M:%S}"
     assert (
-        clock(time.replace(year=2020)) == f"{time.replace(year=2020).astimezone():%Y-%m-%d %H:%M}"
+        time_of_edit(time.replace(year=2020))
+        == f"{time.replace(year=2020).astimezone():%Y-%m-%d %H:%M}"
     )
 
 
@@ -222,5 +223,5 @@ def test_an_edit_that_is_not_listed_any_more_is_not_gone_to(document, view, monk
     paint(document, 3)
     view.refresh()
     paint(document, 6, first=3)
-    view._chosen(view.model.index(2))
+    view.list.doubleClicked.emit(view.model.index(2))
     assert len(document.editor.segments) == 9

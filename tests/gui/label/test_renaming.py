@@ -121,7 +121,10 @@ def test_what_is_only_predicted_is_not_renamed(view, document):
     document.other_tracks = {}
     document.vocabulary = document.vocabulary.with_actions("slip")
     assert rename(view, "slip", "slide") == []
-    assert document.told[-1] == ("'slip' is only predicted: train again, and it is gone.", True)
+    assert document.told[-1] == (
+        "'slip' is only predicted; it disappears when you train again.",
+        True,
+    )
 
 
 def test_another_window_follows(app, tmp_path):

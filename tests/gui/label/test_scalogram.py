@@ -69,11 +69,11 @@ def open_panel(panel, until):
 
 @pytest.fixture
 def ran(jobs, monkeypatch):
-    """The jobs that were begun."""
-    begun = []
+    """The jobs that were started."""
+    started = []
     run = jobs.run
-    monkeypatch.setattr(jobs, "run", lambda *a, **k: begun.append(a) or run(*a, **k))
-    return begun
+    monkeypatch.setattr(jobs, "run", lambda *a, **k: started.append(a) or run(*a, **k))
+    return started
 
 
 def colour(panel, time, hertz):
@@ -159,7 +159,7 @@ def test_colours_do_not_jump_while_panning(open_panel, document, until):
 @pytest.fixture
 def long_from_little(monkeypatch):
     """Few samples make a long recording, of several chunks, that is worth a file."""
-    monkeypatch.setattr(scalogram_module, "CACHED_SCALOGRAMS", 1 << 12)
+    monkeypatch.setattr(scalogram_module, "LEAST_CACHED_SAMPLES", 1 << 12)
     monkeypatch.setattr(signals, "LONG", 1 << 12)
     monkeypatch.setattr(signals, "CHUNK", 1 << 12)
     monkeypatch.setattr(scalogram, "CHUNK", 1 << 12)
@@ -168,27 +168,27 @@ def long_from_little(monkeypatch):
 @pytest.mark.usefixtures("long_from_little")
 def test_a_long_recording_is_coarse_first_and_says_so(panel, document, until, monkeypatch):
     document.look(tone(60_000))
-    seen, heard, compute = [], threading.Event(), scalogram_module.compute
+    pictures, arrived, compute = [], threading.Event(), scalogram_module.compute
 
-    def watched(wish, view):
+    def watched(request, view):
         """The job, which waits with the fine picture until the coarse one was delivered."""
-        made = []
+        results = []
 
         def relayed():
-            made.append((yield from compute(wish, view)))
+            results.append((yield from compute(request, view)))
 
         for step in relayed():
             yield step
             if getattr(step, "picture", None) is not None:
-                assert heard.wait(PATIENCE)
-        return made[0]
+                assert arrived.wait(PATIENCE)
+        return results[0]
 
     monkeypatch.setattr(scalogram_module, "compute", watched)
-    panel._asking.came.connect(lambda picture: (seen.append(picture), heard.set()))
+    panel._loader.loaded.connect(lambda picture: (pictures.append(picture), arrived.set()))
     panel.show()
     until(lambda: panel.settled and panel.picture is not None)
-    assert seen[0].coarse
-    assert "coarse" in reading.readout_note(seen[0], 0.0)
+    assert pictures[0].coarse
+    assert "coarse" in reading.readout_note(pictures[0], 0.0)
     assert not panel.picture.coarse
     assert "largest of 150 samples" in reading.readout_note(panel.picture, panel._range()[1])
 
@@ -372,12 +372,12 @@ def test_the_next_session_begins_with_what_was_kept(in_project, jobs, until, mon
     document = in_project()
     monkeypatch.setattr(Source, "read", None)  # nothing of the recording is looked at
     panel = ScalogramPanel(document, jobs)
-    seen = []
-    panel._asking.came.connect(seen.append)
+    pictures = []
+    panel._loader.loaded.connect(pictures.append)
     panel.resize(88 + 400 + 8, 160)
     panel.show()
     until(lambda: panel.settled and panel.picture is not None and not jobs.busy)
-    assert not any(picture.coarse for picture in seen)
+    assert not any(picture.coarse for picture in pictures)
     np.testing.assert_allclose(panel.picture.values, shown, atol=0.001)
     assert file.read_bytes() == written
     panel.close()
@@ -392,11 +392,11 @@ def test_nothing_is_kept_of_what_was_not_shown_to_the_end(in_project, jobs, unti
     until(lambda: panel.picture is not None)
     panel.hide()
     until(lambda: not jobs.busy)
-    kept = files(document)
+    cached = files(document)
     panel.set_channel("fx1")
     QTest.qWait(scalogram_module.LOADING_DELAY_MS + 20)
     assert panel.settled
-    assert files(document) == kept, "of the other channel, which nobody saw, there is none"
+    assert files(document) == cached, "of the other channel, which nobody saw, there is none"
     panel.close()
 
 
@@ -414,7 +414,7 @@ def test_a_project_that_may_not_be_changed_stays_as_it_is(in_project, jobs, unti
 
 @pytest.mark.usefixtures("long_from_little")
 def test_of_what_is_soon_computed_nothing_is_kept(in_project, jobs, until, monkeypatch):
-    monkeypatch.setattr(scalogram_module, "CACHED_SCALOGRAMS", 60_001)
+    monkeypatch.setattr(scalogram_module, "LEAST_CACHED_SAMPLES", 60_001)
     document = in_project()
     panel = ScalogramPanel(document, jobs)
     panel.resize(88 + 400 + 8, 160)
@@ -432,11 +432,11 @@ def test_a_spike_without_a_colour_of_its_own_is_told_where_it_is_seen(panel, doc
     document.look(Demonstration("foam 3", "foam", stray.times, signals, stray.channels))
     panel.set_channel("fz1")
     panel.show()
-    told = "spikes share the last colour"
-    for start, seen in ((at / 1000 - 2, True), (60.0, False)):
+    note = "spikes share the last colour"
+    for start, noted in ((at / 1000 - 2, True), (60.0, False)):
         document.view.set_span(start, start + 4)
         until(lambda: panel.settled and panel.picture is not None)
-        assert (told in reading.readout_note(panel.picture, panel._range()[1])) == seen
+        assert (note in reading.readout_note(panel.picture, panel._range()[1])) == noted
 
 
 def test_glitches_that_were_left_out_are_told(panel, document, until):
@@ -457,11 +457,11 @@ def test_glitches_that_were_left_out_are_told(panel, document, until):
 @pytest.mark.usefixtures("long_from_little")
 def test_an_exact_picture_does_not_wait_for_what_is_not_seen(panel, document, monkeypatch):
     document.look(tone(60_000))
-    wish = ScalogramRequest(document.demonstration, "fz1", (2.0, 4.0), 80, 400, False)
+    request = ScalogramRequest(document.demonstration, "fz1", (2.0, 4.0), 80, 400, False)
     built = []
     build = scalogram.Tiles._build
     monkeypatch.setattr(scalogram.Tiles, "_build", lambda *a: built.append(a) or build(*a))
-    for step in compute(wish, None):
+    for step in compute(request, None):
         if getattr(step, "picture", None) is not None and not step.picture.coarse:
             break
     assert not built

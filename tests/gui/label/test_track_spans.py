@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forcelab.gui.label.track_rows import track_spans
+from forcelab.gui.label.track_spans import track_spans
 from forcelab.labels import Segment
 
 

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication
 
 from forcelab.gui.figures import text
 from forcelab.gui.key_events import is_reserved_key
-from forcelab.gui.label import tracks
+from forcelab.gui.label import track_menus, tracks
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.view_state import Snap
 from forcelab.labels import Segment
@@ -226,10 +226,10 @@ def test_without_a_brush_a_drag_marks_a_range_and_asks_what_with(document, hand,
 
 
 def test_what_to_do_with_a_marked_range_is_said_and_an_action_can_be_new(document, hand, panel):
-    said = []
-    document.message_shown.connect(lambda sentence, _: said.append(sentence))
+    messages = []
+    document.message_shown.connect(lambda sentence, _: messages.append(sentence))
     hand.drag(3.5, 4.25)
-    assert said == ["Choose an action for the marked range, here or under Actions."]
+    assert messages == ["Choose an action for the marked range, here or under Actions."]
     entries = {action.text(): action for action in panel.menu.actions()}
     assert "Erase the range" not in entries, "there is nothing in it"
     entries["Another action…"].trigger()
@@ -438,10 +438,10 @@ def test_the_menu_of_anothers_track_copies(document, panel):
 
 
 def test_the_menu_asks_for_a_segment_to_be_played(panel):
-    heard = []
-    panel.play_requested.connect(lambda start, end: heard.append((start, end)))
+    requests = []
+    panel.play_requested.connect(lambda start, end: requests.append((start, end)))
     menu_of(panel, 1.5)["Play it"].trigger()
-    assert heard == [(1.0, 2.0)]
+    assert requests == [(1.0, 2.0)]
 
 
 def test_the_longest_gap_is_asked_for_and_filled(document, panel):
@@ -470,12 +470,12 @@ def test_an_action_picked_by_its_key_in_the_menu(document, hand, panel):
 
 def test_a_menu_does_not_keep_its_panel(document):
     document.view.set_range(3.2, 3.7)
-    for made in (
+    for menu_of in (
         lambda panel: panel.menu_at(panel.rows()[0], 1.5),
-        lambda panel: tracks.range_menu(panel, document),
+        lambda panel: track_menus.range_menu(panel, document),
     ):
         panel = TrackPanel(document)
-        panel.menu, gone = made(panel), weakref.ref(panel)
+        panel.menu, gone = menu_of(panel), weakref.ref(panel)
         del panel
         gc.collect()
         assert gone() is None
@@ -531,12 +531,12 @@ def test_a_change_of_another_author_does_not_end_a_drag(document, hand):
 
 def test_words_under_the_pointer_and_for_screen_readers(document, panel):
     def words(time, y):
-        return panel.words_at(QPointF(Hand(panel, y).at(time)))
+        return panel.tooltip_at(QPointF(Hand(panel, y).at(time)))
 
     assert words(1.5, 20) == "Ann: grab 1.000–2.000 s (1.000 s)"
     assert words(7.5, OTHER_ROW) == "Ines: hold 7.030–8.000 s (0.970 s)"
     assert words(4.0, 20) == ""
-    assert panel.words_at(QPointF(20, OTHER_ROW)) == "Ines"
+    assert panel.tooltip_at(QPointF(20, OTHER_ROW)) == "Ines"
     document.select(1)
     assert panel.accessibleDescription() == "hold 2.000–3.000 s (1.000 s)"
     document.select(None)
@@ -546,11 +546,11 @@ def test_words_under_the_pointer_and_for_screen_readers(document, panel):
 def test_the_pointer_tells_who_proposed_a_segment(document, panel):
     document.editor.accept((Segment(4.0, 5.0, "hold"),), "model paper 12")
     at = QPointF(Hand(panel, 20).at(4.5))
-    assert panel.words_at(at) == ("Ann: hold 4.000–5.000 s (1.000 s)\nproposed by model paper 12")
+    assert panel.tooltip_at(at) == ("Ann: hold 4.000–5.000 s (1.000 s)\nproposed by model paper 12")
     document.editor.move_edge(document.editor.index_of(Segment(4.0, 5.0, "hold")), "start", 4.2)
-    assert panel.words_at(at).endswith("proposed by model paper 12, changed since")
+    assert panel.tooltip_at(at).endswith("proposed by model paper 12, changed since")
     document.editor.relabel(document.editor.index_of(Segment(4.2, 5.0, "hold")), "release")
-    assert "proposed" not in panel.words_at(at)
+    assert "proposed" not in panel.tooltip_at(at)
 
 
 def test_an_empty_track_says_how_to_begin_until_the_first_stroke(app):
@@ -568,7 +568,7 @@ def test_an_empty_track_says_how_to_begin_until_the_first_stroke(app):
 
         empty = inks()
         document.begin_stroke("hold", document.view.bounds[0])
-        begun = inks()
+        painted = inks()
         document.cancel_stroke()
         again = inks()
         hand = Hand(panel)
@@ -578,6 +578,6 @@ def test_an_empty_track_says_how_to_begin_until_the_first_stroke(app):
         dragged = inks()
         hand.release(0.5)
         assert empty == again > 3
-        assert begun < empty
+        assert painted < empty
         assert dragged < empty
         panel.close()

@@ -10,7 +10,8 @@ from PySide6.QtTest import QTest
 
 from forcelab.errors import InputError
 from forcelab.gui import settings, theme
-from forcelab.gui.label.playback import SPEEDS, Player, Transport
+from forcelab.gui.label.playback import SPEEDS, Player
+from forcelab.gui.label.transport import Transport
 from forcelab.project import Project
 from forcelab.project.tracks import TrackStore
 
@@ -109,7 +110,7 @@ def test_a_time_being_typed_is_not_overwritten_by_playback(bar, document):
     document.view.seek(2.0)
     assert bar.time.text() == "7.5"
     QTest.keyClick(bar.time, Qt.Key.Key_Escape)
-    bar.time._leave()
+    bar.time.editingFinished.emit()
     assert bar.time.text() == "2.000"
 
 
@@ -126,11 +127,11 @@ def test_snapping_goes_both_ways_and_the_reaction_time_is_remembered(bar, docume
 def test_it_says_since_when_all_is_stored(bar, document, until):
     document.editor.paint(9.0, 9.5, "grab")
     when = document.editor.history()[-1].time.astimezone()
-    until(lambda: bar.stored.text == f"Stored {when:%H:%M:%S}")
+    until(lambda: bar.saved.text == f"Stored {when:%H:%M:%S}")
     document.open_demonstration("02")
-    until(lambda: bar.stored.text == "All stored")
+    until(lambda: bar.saved.text == "All stored")
     document.close()
-    until(lambda: bar.stored.text == "")
+    until(lambda: bar.saved.text == "")
 
 
 def test_an_edit_that_the_disk_refused_is_told_until_one_is_stored(
@@ -142,30 +143,30 @@ def test_an_edit_that_the_disk_refused_is_told_until_one_is_stored(
     with monkeypatch.context() as patched:
         patched.setattr(TrackStore, "edit", full)
         assert not document.editor.paint(9.0, 9.5, "grab")
-    assert (bar.stored.text, bar.stored.trouble) == ("Not stored", "The disk is full.")
-    assert bar.stored.toolTip() == "The disk is full."
+    assert (bar.saved.text, bar.saved.trouble) == ("Not stored", "The disk is full.")
+    assert bar.saved.toolTip() == "The disk is full."
     assert not document.editor.paint(5.0, 4.0, "grab")  # wrong, but no trouble with the store
     assert document.editor.paint(9.0, 9.5, "grab")
-    until(lambda: bar.stored.text.startswith("Stored "))
-    assert bar.stored.trouble == ""
+    until(lambda: bar.saved.text.startswith("Stored "))
+    assert bar.saved.trouble == ""
 
 
 def test_trouble_stays_when_others_paint_and_not_the_coder(app, bar, document, until, monkeypatch):
-    until(lambda: bar.stored.text.startswith("Stored "))
+    until(lambda: bar.saved.text.startswith("Stored "))
     document.store_failed.emit("The disk is full.")
     with Project.open(document.project.path) as other:
         other.tracks.edit(document.id, "Ben", (), document.editor.segments, "painted")
     document.refresh()
-    bar.stored.look()
-    assert bar.stored.trouble == "The disk is full."
+    bar.saved.refresh()
+    assert bar.saved.trouble == "The disk is full."
     document.editor.paint(9.0, 9.5, "grab")
-    until(lambda: bar.stored.text.startswith("Stored "))
+    until(lambda: bar.saved.text.startswith("Stored "))
 
 
 def test_a_mistake_is_no_trouble_of_the_store(bar, document):
     assert not document.editor.move_edge(0, "start", 3.0)
     assert document.told[-1][1]
-    assert bar.stored.trouble == ""
+    assert bar.saved.trouble == ""
 
 
 def test_narrow_it_stands_in_two_rows_and_cuts_nothing(app, bar, document):
@@ -192,7 +193,7 @@ def test_without_a_demonstration_nothing_can_be_moved(bar, document):
 
 
 def test_everything_has_a_name_for_screen_readers(bar):
-    widgets = [*bar.buttons.values(), bar.speed, bar.time, bar.reaction, bar.stored]
+    widgets = [*bar.buttons.values(), bar.speed, bar.time, bar.reaction, bar.saved]
     assert all(widget.accessibleName() for widget in widgets)
 
 

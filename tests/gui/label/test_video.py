@@ -106,7 +106,7 @@ def on_screen(panel):
     rows = np.frombuffer(shot.constBits(), np.uint8).reshape(shot.height(), -1)
     pixels = rows[:, : 3 * shot.width()].reshape(shot.height(), -1, 3)
     ratio = shot.width() / panel.width()
-    box = panel._picture_box()
+    box = panel.picture_box()
     row = pixels[round(box.center().y() * ratio), :, 0]
     middles = box.left() + (np.arange(films.BITS) + 0.5) * box.width() / films.BITS
     return int(sum(1 << bit for bit in range(films.BITS) if row[round(middles[bit] * ratio)] > 128))
@@ -134,7 +134,7 @@ def test_steps_onto_the_frames_own_times_show_these_frames(panel, document, vide
     for number in [*range(100, 112), *range(112, 100, -1)]:
         document.view.seek(float(document.view.frame_times[number]))
         wait(lambda: panel.settled)
-        assert panel.shown_index == number == number_of(panel._image)
+        assert panel.shown_index == number == number_of(panel.image)
 
 
 def test_of_many_requests_the_newest_wins(panel, document, video):
@@ -198,7 +198,7 @@ def test_before_the_first_frame_is_said_when_the_video_begins(panel, document, v
 
 def test_without_a_video_there_is_no_thread_and_no_panel(panel, document):
     document.show(None)
-    assert not panel.wanted
+    assert not panel.has_video
     assert panel.isHidden()
     assert panel.settled
     assert panel._frames is None
@@ -250,7 +250,7 @@ def test_what_cannot_be_shown_is_said_in_the_panel(
     document.show(path)
     wait(lambda: panel.message)
     assert panel.settled
-    assert panel.troubled
+    assert panel.failed
     assert path.name in panel.message
     assert panel.message.count(". ") == 0
     assert panel.grab().toImage().height() > 0
@@ -259,7 +259,7 @@ def test_what_cannot_be_shown_is_said_in_the_panel(
     document.show(video, id_="b")
     document.view.seek(4.0)
     wait(lambda: panel.shown_index >= 0)
-    assert not panel.troubled
+    assert not panel.failed
 
 
 def test_a_video_that_is_cut_short_is_shown_as_far_as_it_goes(panel, document, tmp_path):
@@ -307,18 +307,18 @@ def test_zoom_keeps_the_point_under_the_pointer_and_double_click_fits(panel, doc
     document.show(video)
     document.view.seek(3.0)
     wait(lambda: panel.shown_index >= 0)
-    whole = panel._picture_box()
+    whole = panel.picture_box()
     about = QPointF(90, 80)
     panel.zoom_by(4.0, about)
-    box = panel._picture_box()
+    box = panel.picture_box()
     assert box.width() == pytest.approx(4 * whole.width())
     assert (about.x() - box.left()) / 4 == pytest.approx(about.x() - whole.left())
     QTest.mousePress(panel, Qt.MouseButton.LeftButton, pos=QPointF(200, 80).toPoint())
     QTest.mouseMove(panel, QPointF(150, 80).toPoint())
     QTest.mouseRelease(panel, Qt.MouseButton.LeftButton, pos=QPointF(150, 80).toPoint())
-    assert panel._picture_box().left() == pytest.approx(box.left() - 50)
+    assert panel.picture_box().left() == pytest.approx(box.left() - 50)
     QTest.mouseDClick(panel, Qt.MouseButton.LeftButton, pos=QPointF(150, 80).toPoint())
-    assert panel._picture_box() == whole
+    assert panel.picture_box() == whole
 
 
 def test_the_frame_can_be_copied(panel, document, video):
@@ -355,11 +355,11 @@ def test_neighbours_are_decoded_while_nothing_is_asked_for(app, video, monkeypat
     frames = VideoFrames()
     frames.frame_ready.connect(lambda number, _: ready.append(number))
     frames.open(video)
-    frames.want(150)
+    frames.request_frame(150)
     wait(lambda: ready == [150])
-    wait(lambda: frames.want(151, 1) is not None)
+    wait(lambda: frames.request_frame(151, 1) is not None)
     wait(lambda: all(readers[0].kept(number) is not None for number in range(148, 164)))
-    wait(lambda: frames.want(152, 1) is not None)
+    wait(lambda: frames.request_frame(152, 1) is not None)
     breathe()
     # What was given at once is not told again; of the first neighbour it depends on who was first.
     assert ready in ([150], [150, 151])
@@ -418,7 +418,7 @@ def test_a_video_that_was_left_keeps_no_pictures_and_one_that_was_deleted_ends(a
     frames.open(video)
     decoder = frames._decoder
     wait(lambda: decoder._sketches is not None and len(decoder._sketches) > 0)
-    frames.leave()
+    frames.abandon()
     wait(lambda: not decoder.thread.is_alive())
     assert decoder._sketches is None
     frames.open(video)
@@ -438,7 +438,7 @@ def test_after_a_rest_a_jump_shows_a_coarse_picture_of_the_right_frame_first(
     for cursor in (9.0, 2.0, 8.0, 4.0):
         document.view.seek(cursor)
         wait(lambda: panel.settled)
-        assert panel.shown_index == expected(ODD, cursor) == number_of(panel._image)
+        assert panel.shown_index == expected(ODD, cursor) == number_of(panel.image)
     assert all(number_of(image) == number for number, image in coarse)
     assert panel._sharp
 

@@ -1,11 +1,12 @@
-"""The Label workspace: what it looks for in a demonstration that is opened."""
+"""The Label workspace: contact events, lending of views, and what gives way in a low window."""
 
 import numpy as np
 import pytest
+from PySide6.QtWidgets import QWidget
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
-from forcelab.gui.label.workspace import LabelWorkspace
+from forcelab.gui.label.workspace import LabelWorkspace, Timeline
 from forcelab.project import Project
 
 
@@ -77,3 +78,98 @@ def test_the_lists_keep_their_width_while_the_timeline_is_lent(app, workspace, p
     app.processEvents()
     assert workspace.centralWidget().isVisible()
     assert workspace.segments.width() == pytest.approx(before, abs=2)
+
+
+class Part(QWidget):
+    def __init__(self, height):
+        super().__init__()
+        self.setMinimumSize(100, height)
+
+    def set_compact(self, _):
+        pass
+
+    def least_height(self, **_):
+        return self.minimumHeight()
+
+
+@pytest.fixture
+def parts():
+    heights = {"ruler": 20, "tracks": 50, "force": 80, "scalogram": 60, "overview": 40, "bar": 30}
+    return {name: Part(height) for name, height in heights.items()}
+
+
+@pytest.fixture
+def timeline(app, parts):
+    window = QWidget()  # the timeline itself would not become lower than what it shows
+    window.resize(500, 500)
+    timeline = timeline_in(window, parts)
+    window.show()
+    yield timeline
+    window.close()
+
+
+def timeline_in(window, parts):
+    panels = (parts["force"], parts["scalogram"])
+    timeline = Timeline(
+        parts["ruler"], parts["tracks"], panels, (0, 5, 3), parts["overview"], parts["bar"]
+    )
+    timeline.setParent(window)
+    return timeline
+
+
+def shown_parts(timeline, parts, height):
+    timeline.resize(400, height)
+    assert timeline.height() == height
+    return "".join(name[0] for name, part in parts.items() if not part.isHidden())
+
+
+def test_in_a_low_window_the_least_needed_give_way_and_come_back(timeline, parts):
+    assert timeline.minimumSizeHint().height() == 100
+    heights = (400, 290, 230, 100, 230, 290, 400)
+    assert [shown_parts(timeline, parts, height) for height in heights] == [
+        "rtfsob", "rtfsb", "rtfb", "rtb", "rtfb", "rtfsb", "rtfsob"
+    ]  # fmt: skip
+
+
+def test_what_is_not_wanted_leaves_its_room_to_others(timeline, parts):
+    timeline.set_shown(parts["force"], False)
+    assert shown_parts(timeline, parts, 240) == "rtsob"
+    timeline.set_shown(parts["force"], True)
+    assert shown_parts(timeline, parts, 240) == "rtfb"
+    timeline.set_shown(parts["tracks"], False)
+    assert "t" not in shown_parts(timeline, parts, 400)
+
+
+def test_a_part_that_grows_takes_the_room_of_others(timeline, parts, until):
+    assert shown_parts(timeline, parts, 400) == "rtfsob"
+    parts["tracks"].setMinimumHeight(160)
+    until(parts["overview"].isHidden)
+    assert shown_parts(timeline, parts, 400) == "rtfsb"
+
+
+class Rows(Part):
+    """A first panel that can do with less."""
+
+    def __init__(self):
+        super().__init__(10)
+        self.compact = False
+
+    def set_compact(self, compact):
+        self.compact = compact
+
+    def least_height(self, *, compact):
+        return 30 if compact else 50
+
+
+def test_tracks_are_compact_where_the_first_panel_would_have_no_room_else(app, parts):
+    rows = parts["tracks"] = Rows()
+    window = QWidget()
+    window.resize(500, 500)
+    timeline = timeline_in(window, parts)
+    window.show()
+    assert timeline.minimumSizeHint().height() == 80
+    shown = [
+        (shown_parts(timeline, parts, height), rows.compact) for height in (200, 180, 100, 200)
+    ]
+    assert shown == [("rtfb", False), ("rtfb", True), ("rtb", True), ("rtfb", False)]
+    window.close()

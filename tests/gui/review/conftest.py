@@ -57,14 +57,13 @@ def work(document):
 
 
 @pytest.fixture
-def learning(document, jobs, work, until, monkeypatch):
+def trainer(document, jobs, work, until, monkeypatch):
     """The trainer of `document`, which is to be one that may be changed."""
-    from forcelab.gui.review import trainer
     from forcelab.gui.review.trainer import Trainer
 
-    monkeypatch.setattr(trainer, "COUNT_DELAY", 50)
-    learning = Trainer(document, jobs, work=work)
+    monkeypatch.setattr("forcelab.gui.review.trainer.COUNT_DELAY", 50)
+    trainer = Trainer(document, jobs, backend=work)
     until(lambda: not jobs.busy)
-    yield learning
-    learning.cancel()
+    yield trainer
+    trainer.cancel()
     document.close()

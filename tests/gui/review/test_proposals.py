@@ -280,7 +280,7 @@ def test_nothing_is_ranked_while_hidden(document, jobs):
     view = ProposalsView(document, jobs)
     document.review.set_run(outcome_of(document.project))
     assert not jobs.busy
-    assert view._shown is None
+    assert view._outcome is None
     view.deleteLater()
 
 

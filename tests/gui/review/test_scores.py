@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 
-from forcelab.gui.review.metric_texts import agreement_metrics, error_metrics
+from forcelab.gui.review.metrics import AGREEMENT_METRICS, ERROR_METRICS
 from forcelab.gui.review.scores import ScoresView
 from forcelab.recognition.intervals import METRICS, Intervals, intervals, look_up
 from forcelab.recognition.metrics import timed_counts
@@ -35,7 +35,7 @@ def column(view, number):
 
 
 def test_every_metric_of_the_scores_is_shown_with_its_own_explanation():
-    shown_ = (*agreement_metrics(), *error_metrics())
+    shown_ = (*AGREEMENT_METRICS, *ERROR_METRICS)
     assert tuple(sorted(metric.path for metric in shown_)) == tuple(sorted(METRICS))
     assert all(metric.tip.endswith(".") for metric in shown_)
 

@@ -99,12 +99,12 @@ def rows(segments):
 
 def test_the_pairs_on_screen_are_those_of_evaluate(study, windows, until, tmp_path):
     window = windows(study, "review")
-    learning = window.review.learning
-    learning.set_settings(FAST)
+    trainer = window.review.trainer
+    trainer.set_settings(FAST)
     before, children = set(threading.enumerate()), multiprocessing.active_children()
-    assert learning.train()
-    until(lambda: not learning.training)
-    assert not learning.trouble
+    assert trainer.train()
+    until(lambda: not trainer.training)
+    assert not trainer.trouble
     until(lambda: not window.jobs.busy)
     entries = {entry.id: entry for entry in window.review.workspace.pairs.area.entries}
     asked = ("--task", "foam", "--classifier", "naive-bayes", "--max-scale", "32", "--jobs", "1")
@@ -203,14 +203,14 @@ def test_a_demonstration_without_video_has_no_room_for_one(study, windows, until
 
 def test_another_task_has_its_own_outcome(study, windows, until):
     window = windows(study, "review")
-    learning = window.review.learning
+    trainer = window.review.trainer
     pairs = window.review.workspace.pairs
     assert len(pairs.area.entries) == 4
-    learning.set_task("soft")
+    trainer.set_task("soft")
     until(lambda: window.settled)
     assert window.document.review.run is None
     assert not pairs.area.entries
-    learning.set_task("foam")
+    trainer.set_task("foam")
     until(lambda: window.document.review.run is not None and not window.jobs.busy)
     assert len(pairs.area.entries) == 4
 
@@ -260,8 +260,9 @@ from forcelab.gui.window import Window
 window = Window("Ada", remembering=False)
 window.show()
 window.begin(Start(project=Path({str(study)!r}), demonstration="foam 02"))
-end = time.monotonic() + 30
-while not (window.settled and window.document.review.run) and time.monotonic() < end:
+# Of its own time: on a machine with much else to do 30 s may pass before it has had one.
+end = time.process_time() + 10
+while not (window.settled and window.document.review.run) and time.process_time() < end:
     app.processEvents()
     time.sleep(0.001)
 runs = len(window.document.project.runs.all())
@@ -369,10 +370,10 @@ def test_without_recordings_it_says_what_comes_first(tmp_path, windows, until):
 
 def test_every_workspace_fits_a_full_hd_screen_at_twice_the_size(study, windows, until):
     window = windows(study, "review")
-    learning = window.review.learning
-    learning.set_settings(FAST)
-    assert learning.train()
-    until(lambda: not learning.training and not window.jobs.busy)
+    trainer = window.review.trainer
+    trainer.set_settings(FAST)
+    assert trainer.train()
+    until(lambda: not trainer.training and not window.jobs.busy)
     lists = window.review.workspace.lists
     for place in range(lists.count()):
         lists.setCurrentIndex(place)
@@ -396,3 +397,15 @@ def test_arrows_move_in_the_list_that_has_the_keyboard_and_elsewhere_the_cursor(
     window.label.tracks.setFocus()
     QTest.keyClick(window.label.tracks, Qt.Key.Key_Right)
     assert document.view.cursor > cursor
+
+
+def test_accuracy_and_speed_is_a_page_that_its_key_and_the_old_name_open(windows, study):
+    window = windows(study, "tradeoff")
+    lists = window.review.workspace.lists
+    assert window.commands["workspace_review"].isChecked()
+    assert lists.tabText(lists.currentIndex()) == "Accuracy and speed"
+    assert window.review.workspace.tradeoff.isVisible()
+    lists.setCurrentIndex(0)
+    window.show_workspace("label")
+    window.commands["workspace_tradeoff"].trigger()
+    assert window.review.workspace.tradeoff.isVisible()

@@ -1,0 +1,355 @@
+"""How tracks look: segments with the names of their actions, outlines, plates, origin marks.
+
+A track of ten thousand segments costs little more than its pixels: segments too narrow for a line
+between them or for a texture are brought onto columns of pixels first, all at once.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import takewhile
+from operator import attrgetter
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFont, QImage, QPainter, QPen, QPolygonF
+
+from forcelab.gui.document import Document
+from forcelab.gui.figures import text
+from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.figure import Theme
+from forcelab.gui.figures.tracks import LabelStyle, action_style, paint_track, plate
+from forcelab.gui.label.track_spans import track_spans
+from forcelab.gui.theme import Colours
+from forcelab.labels import Segments
+from forcelab.project import Origin
+from forcelab.vocabulary import Vocabulary
+
+_start, _end = attrgetter("start"), attrgetter("end")
+
+#: In place of omitted letters.
+ELLIPSIS = "…"
+#: Letters beside that sign: with fewer, it would take the room of those that tell the name.
+LEAST_LETTERS = 3
+
+
+@lru_cache(maxsize=4096)
+def short_name(name: str, names: tuple[str, ...], size: float, room: int) -> tuple[str, float]:
+    """As much of an action's name as fits into `room` pixels at a font `size`, and its width.
+
+    A beginning that other names have too tells nothing: ``slip transition`` beside ``slip`` is
+    ``slip tra…``, then ``s…tra``, then ``st``; never ``sl``.
+    """
+    face, full = text.font(size), text.printable(name)
+    if (wide := text.width(full, face)) <= room:
+        return full, wide
+    others = [text.printable(other) for other in names if other != name]
+    common = max((_common_letters(full, other) for other in others), default=0)
+    common += len(full[common:]) - len(full[common:].lstrip())
+    short = text.elided(full, face, room)
+    shown = len(short) - len(ELLIPSIS)
+    if shown < LEAST_LETTERS or (common >= LEAST_LETTERS and shown <= common):
+        short = _cut_inside(full, common, face, room) if common >= LEAST_LETTERS else ""
+    if not short:
+        candidates = abbreviations(tuple(dict.fromkeys((*names, name))))[name]
+        short = next((sign for sign in candidates if text.width(sign, face) <= room), "")
+    return short, text.width(short, face)
+
+
+@lru_cache(maxsize=256)
+def abbreviations(names: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
+    """Two letters and one letter of each name; none where another name has the same.
+
+    A later name does not change the sign of an earlier one, unless that begins like it.
+    """
+    shown = {name: text.printable(name) for name in names}
+    pairs: dict[str, str] = {}
+    later = []
+    for name, full in shown.items():
+        if full[:2] not in pairs.values():
+            pairs[name] = full[:2]
+        else:
+            later.append(name)
+    for name in later:
+        full = shown[name]
+        tail = full[max(_common_letters(full, o) for n, o in shown.items() if n != name) :]
+        candidates = (full[0] + letter for letter in (*tail, *full[1:]) if not letter.isspace())
+        pairs[name] = next((pair for pair in candidates if pair not in pairs.values()), "")
+    initials = [full[:1] for full in shown.values()]
+    return {
+        name: tuple(filter(None, (pairs[name], full[:1] if initials.count(full[:1]) == 1 else "")))
+        for name, full in shown.items()
+    }
+
+
+def _cut_inside(name: str, common: int, face: QFont, room: int) -> str:
+    """The first letter, and what follows after the `common` beginning; empty if it has no room."""
+    tail = name[common:]
+    for count in range(len(tail), 0, -1):
+        short = f"{name[0]}{ELLIPSIS}{tail[:count].rstrip()}"
+        if text.width(short, face) <= room:
+            return short
+    return ""
+
+
+def _common_letters(a: str, b: str) -> int:
+    """How many letters two names begin with alike."""
+    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(a, b, strict=False)))
+
+
+#: Room that the mark of a proposed segment takes at the end of a cell, in pixels.
+MARK = 14
+#: Corners of the mark around its middle.
+_DIAMOND = ((0.0, -3.5), (3.5, 0.0), (0.0, 3.5), (-3.5, 0.0))
+
+
+def origin_text(origin: Origin | None) -> str:
+    """Which model proposed a segment; empty where none did."""
+    if origin is None:
+        return ""
+    if origin.changed:
+        return f"proposed by {origin.proposer}, changed since"
+    return f"proposed by {origin.proposer}"
+
+
+def paint_proposed(painter: QPainter, box: QRectF, ink: str, changed: bool) -> None:
+    """Mark at the end of a box that a model proposed a segment; hollow if it was changed since."""
+    middle = QPointF(box.right() - MARK / 2, box.center().y())
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(QPen(QColor(ink), 1.2))
+    painter.setBrush(Qt.GlobalColor.transparent if changed else QColor(ink))
+    painter.drawPolygon(QPolygonF([middle + QPointF(*corner) for corner in _DIAMOND]))
+    painter.restore()
+
+
+#: Room left of and right of a name inside its segment, in pixels.
+PADDING = 4.0
+#: Below this contrast to the ground (WCAG 2.2) a segment gets a line around it.
+LEAST_CONTRAST = 1.6
+#: From what is dragged, and from the pointer's arrow, to the plate beside it, in pixels.
+PLATE_DISTANCE, ARROW = 8.0, 20.0
+#: Segments narrower than this many pixels are drawn as columns of pixels.
+NARROW = 3.0
+
+
+def styles_of(vocabulary: Vocabulary, used: Iterable[str], theme: Theme) -> dict[str, LabelStyle]:
+    """How each action is drawn; grey where another author's action is not in the vocabulary."""
+    styles = {action.name: action_style(action) for action in vocabulary}
+    for name in used:
+        styles.setdefault(name, LabelStyle("", QColor(theme.muted)))
+    return styles
+
+
+def visible(segments: Segments, start: float, end: float) -> Segments:
+    """The segments that reach into ``[start, end]``, found in O(log n)."""
+    first = bisect_right(segments, start, key=_end)
+    last = bisect_left(segments, end, key=_start)
+    return segments[first:last]
+
+
+def narrow_columns(
+    segments: Segments, start: float, pixel: float, count: int, widest: float
+) -> tuple[Segments, NDArray[np.int64], tuple[str, ...]]:
+    """Bring the segments shorter than `widest` (s) onto `count` columns of `pixel` s from `start`.
+
+    A segment gets the columns whose middle it covers, but at least one. Where several crowd in one
+    column, the action that is the rarest among the narrow segments is seen: it must not be lost.
+    Gives the wide segments, for each column an index into the names (-1 where no narrow segment
+    is; shape (count,)), and these names of actions.
+    """
+    columns = np.full(count, -1, dtype=np.int64)
+    spans = track_spans(segments)
+    is_narrow = spans.ends - spans.starts < widest
+    if not is_narrow.any():
+        return segments, columns, ()
+    wide = tuple(segments[i] for i in np.flatnonzero(~is_narrow).tolist())
+    codes = spans.codes[is_narrow]
+    # Rare ones come last: of several values written to one place the last one stays.
+    order = np.argsort(-np.bincount(codes)[codes], kind="stable")
+    codes = codes[order]
+    left, right = (
+        (times[is_narrow][order] - start) / pixel for times in (spans.starts, spans.ends)
+    )
+    first, last = np.ceil(left - 0.5), np.ceil(right - 0.5)
+    single = last <= first
+    first[single] = np.floor((left[single] + right[single]) / 2)
+    last[single] = first[single] + 1
+    for step in range(int((last - first).max())):
+        place = first + step
+        inside = (place < last) & (place >= 0) & (place < count)
+        columns[place[inside].astype(np.int64)] = codes[inside]
+    return wide, columns, spans.names
+
+
+def paint_row(
+    painter: QPainter,
+    box: QRectF,
+    axis: Axis,
+    segments: Segments,
+    *,
+    vocabulary: Vocabulary,
+    theme: Colours,
+    size: float,
+) -> None:
+    """Draw one author's visible segments with the actions' names in them, `size` pixels high.
+
+    More segments than can be told apart cost little.
+    """
+    device = painter.device()
+    ratio = 1.0 if device is None else device.devicePixelRatio()
+    count = max(1, round(box.width() * ratio))
+    pixel = (axis.end - axis.start) / count
+    wide, columns, names = narrow_columns(
+        segments, axis.start, pixel, count, NARROW * ratio * pixel
+    )
+    styles = styles_of(vocabulary, (*names, *(s.action for s in wide)), theme)
+    # Lines between segments lie on light colours in either theme.
+    on_track = replace(theme, text=theme.on_unlabelled)
+    edge = QPen(QColor(theme.on_unlabelled), 1.0)
+    ground = QColor(theme.unlabelled)
+    faint = {
+        name
+        for name, style in styles.items()
+        if text.contrast(style.colour, ground) < LEAST_CONTRAST
+    }
+    inks = {name: text.ink_on(style.colour) for name, style in styles.items()}
+    face, known = text.font(size), vocabulary.names
+
+    def inscribe(painter: QPainter, bar: QRectF, action: str, style: LabelStyle) -> None:
+        width = bar.width()
+        if action in faint:
+            painter.setPen(edge)
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawRect(bar.adjusted(0.5, 0.5, -0.5, -0.5))
+        if width < 2 * PADDING or bar.height() < size:  # the letters would be cut
+            return
+        name, needed = short_name(action, known, size, int(width - 2 * PADDING))
+        if name:
+            middle = bar.center()
+            line = QRectF(bar.left(), middle.y() - size * 0.7, width, size * 1.4)
+            plate(painter, line.intersected(bar), needed + PADDING, style)
+            text.draw_text(
+                painter, middle.x() - needed / 2, middle.y(), name, face=face, ink=inks[action]
+            )
+
+    paint_track(painter, box, axis, wide, styles=styles, theme=on_track, inscribe=inscribe)
+    if names:
+        palette = [styles[name].colour.rgba() for name in names]
+        painter.drawImage(box, _strip(columns, np.array([*palette, 0], dtype=np.uint32)))
+
+
+def _strip(columns: NDArray[np.int64], palette: NDArray[np.uint32]) -> QImage:
+    """One line of pixels in the colours of the palette, whose last one stands for -1."""
+    pixels = np.ascontiguousarray(palette[columns])
+    image = QImage(
+        pixels.data, len(pixels), 1, 4 * len(pixels), QImage.Format.Format_ARGB32_Premultiplied
+    )
+    return image.copy()  # of its own: the array's memory goes
+
+
+def outline(painter: QPainter, bar: QRectF, theme: Colours) -> None:
+    """Draw a frame that is seen on every action's colour: accent outside, white inside."""
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    for inset, colour, thickness in ((0.0, theme.accent, 2.0), (2.0, "#ffffff", 1.0)):
+        shrunk = inset + thickness / 2
+        if bar.width() < 2 * shrunk + 1 and inset:
+            continue
+        pen = QPen(QColor(colour), thickness)
+        pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
+        painter.setPen(pen)
+        painter.drawRect(bar.adjusted(shrunk, shrunk, -shrunk, -shrunk))
+
+
+def _plate_box(label: str) -> QRectF:
+    return QRectF(0, 0, text.width(label, text.font(10)) + 10, 16)
+
+
+def plate_beside(bar: QRectF, label: str, pointer: float, within: QRectF) -> QPointF:
+    """The middle of a plate about a dragged bar that covers neither it nor the pointer (pixels).
+
+    Where the bar leaves no room `within`, the plate lies at the end farther from the pointer.
+    """
+    wide, y = _plate_box(label).width(), bar.center().y()
+    before = min(bar.left() - PLATE_DISTANCE, pointer - PLATE_DISTANCE) - wide / 2
+    behind = max(bar.right() + PLATE_DISTANCE, pointer + ARROW) + wide / 2
+    fits_before = before - wide / 2 >= within.left()
+    fits_behind = behind + wide / 2 <= within.right()
+    at_the_end = abs(pointer - bar.right()) <= abs(pointer - bar.left())
+    if fits_before and (at_the_end or not fits_behind):
+        return QPointF(before, y)
+    if fits_behind:
+        return QPointF(behind, y)
+    ends = within.left() + wide / 2, within.right() - wide / 2
+    return QPointF(max(ends, key=lambda x: abs(x - pointer)), y)
+
+
+def draw_plate(painter: QPainter, at: QPointF, label: str, theme: Colours, within: QRectF) -> None:
+    """Write a label on a small plate centred on a point, kept within a box."""
+    face = text.font(10)
+    room = _plate_box(label)
+    room.moveCenter(at)
+    room.moveLeft(max(min(room.left(), within.right() - room.width()), within.left()))
+    painter.setPen(QPen(QColor(theme.frame), 1))
+    painter.setBrush(QColor(theme.background))
+    painter.drawRoundedRect(room.adjusted(0.5, 0.5, -0.5, -0.5), 3, 3)
+    middle = room.center()
+    text.draw_text(
+        painter, middle.x(), middle.y(), label, face=face, ink=QColor(theme.text), align=0.5
+    )
+
+
+#: Heights in pixels: of the coder's row at least and at most, of another author's row, of the
+#: space between rows and around them, and of names in them.
+OWN, OWN_MOST, OTHER, BETWEEN, AROUND = 34.0, 64.0, 18.0, 4.0, 5.0
+OWN_NAME, OTHER_NAME = 12.0, 10.0
+#: The same where room is short: the coder's row, and what the others share, in pixels. Two of them
+#: keep their names; more become lower, down to a stripe of colours each.
+OWN_COMPACT, OTHERS_COMPACT, STRIPE = 26.0, 30.0, 7.0
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One author's track on screen."""
+
+    author: str
+    segments: Segments
+    box: QRectF
+    own: bool
+
+
+class RowLayout:
+    """Where each author's row lies in a panel; compact where room is short."""
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.compact = False
+
+    def rows(self, plot: QRectF) -> tuple[Row, ...]:
+        """The tracks from top to bottom, the coder's own first."""
+        document, others = self.document, self.document.other_tracks
+        least, pitch = OWN_COMPACT if self.compact else OWN, OTHER + BETWEEN
+        room = plot.height() - 2 * AROUND
+        if others and self.compact:
+            pitch = min(max((room - least) / len(others), STRIPE), pitch)
+        between = min(BETWEEN, pitch / 5)
+        high = min(max(room - len(others) * pitch, least), OWN_MOST)
+        box = QRectF(plot.left(), AROUND, plot.width(), high)
+        rows = [Row(document.author, document.editor.segments, box, True)]
+        for author, segments in others.items():
+            top = rows[-1].box.bottom() + between
+            box = QRectF(plot.left(), top, plot.width(), pitch - between)
+            rows.append(Row(author, segments, box, False))
+        return tuple(rows)
+
+    def least_height(self, *, compact: bool) -> int:
+        """How high the rows are at least, in pixels."""
+        count = len(self.document.other_tracks)
+        if not compact:
+            return round(OWN + 2 * AROUND + count * (OTHER + BETWEEN))
+        shared = max(min(count, 2) * OTHERS_COMPACT / 2, count * STRIPE)
+        return round(OWN_COMPACT + 2 * AROUND + shared)

@@ -1,0 +1,455 @@
+"""The transport: the bar that controls playback, and the readouts in it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from PySide6.QtCore import QEvent, QRectF, QSize, Qt, QTimer
+from PySide6.QtGui import (
+    QColor,
+    QKeyEvent,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QResizeEvent,
+    QShowEvent,
+)
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QComboBox,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QSizePolicy,
+    QSpinBox,
+    QToolButton,
+    QWidget,
+)
+
+from forcelab.errors import ForcelabError
+from forcelab.gui import settings
+from forcelab.gui.document import Document
+from forcelab.gui.icons import icon, paint_icon
+from forcelab.gui.label.history import time_of_edit
+from forcelab.gui.label.playback import SPEEDS, Player
+from forcelab.gui.layout import set_enabled_with_reason
+from forcelab.gui.theme import colours, themes
+
+#: The time of the last edit is looked up when nothing was painted for so many ms.
+PAUSE = 120
+
+
+class SavedIndicator(QWidget):
+    """Says that all labels are stored; or, in the colour of trouble, that an edit was not.
+
+    An edit that could not be stored is not on screen either, so that what the coder sees is always
+    stored; the trouble stays until an edit is stored again. Where text has no room only the icon is
+    shown.
+    """
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self.document = document
+        self.trouble = ""
+        self.text = ""
+        self._newest = 0  # the number of the last edit that is known to be stored
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        self._refresh_timer = QTimer(self, singleShot=True, interval=PAUSE)
+        self._refresh_timer.timeout.connect(self.refresh)
+        document.tracks_changed.connect(self._refresh_timer.start)
+        document.demonstration_changed.connect(self._refresh_timer.start)
+        document.store_failed.connect(self.fail)
+        themes().changed.connect(self.update)
+        self.refresh()
+
+    def fail(self, sentence: str) -> None:
+        """Show that the last edit was not stored, and why."""
+        self.trouble = sentence
+        self._refresh_timer.stop()
+        self._show_text("Not stored", sentence)
+
+    def refresh(self) -> None:
+        """Read when the last edit was stored."""
+        document = self.document
+        if document.project is None or not document.id:
+            self._show_text("", "")
+            return
+        try:
+            last = document.project.tracks.history(document.id, document.author, latest=1)
+        except ForcelabError as error:
+            self.fail(str(error))
+            return
+        newest = last[0].id if last else 0
+        if self.trouble and newest == self._newest:
+            return
+        self.trouble, self._newest = "", newest
+        text = f"Stored {time_of_edit(last[0].time)}" if last else "All stored"
+        self._show_text(text, "Every edit is stored before it is shown; there is nothing to save.")
+
+    def sizeHint(self) -> QSize:
+        height = self.fontMetrics().height() + 6
+        width = self.fontMetrics().horizontalAdvance(self.text)
+        return QSize(height + width + 6 if self.text else 0, height)
+
+    def minimumSizeHint(self) -> QSize:
+        height = self.fontMetrics().height() + 6
+        return QSize(height if self.text else 0, height)
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        self.updateGeometry()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        if not self.text:
+            return
+        theme = colours()
+        with QPainter(self) as painter:
+            side = self.fontMetrics().height()
+            sign = QRectF(2, (self.height() - side) / 2, side, side)
+            ink = QColor(theme.trouble if self.trouble else theme.muted)
+            paint_icon(painter, sign, "warning" if self.trouble else "stored", ink)
+            room = QRectF(self.rect()).adjusted(side + 6, 0, 0, 0)
+            if room.width() >= self.fontMetrics().horizontalAdvance(self.text):
+                painter.setPen(ink)
+                painter.drawText(room, Qt.AlignmentFlag.AlignVCenter, self.text)
+
+    def _show_text(self, text: str, about: str) -> None:
+        before = self.sizeHint()
+        self.text = text
+        self.setToolTip(about)
+        self.setAccessibleName(f"{text}. {about}" if about else text)
+        if self.sizeHint() != before:  # each stroke says a time: the window is not laid out anew
+            self.updateGeometry()
+        self.update()
+
+
+class TimeEdit(QLineEdit):
+    """The cursor's time, which can be typed over to jump."""
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self._document = document
+        self.setAccessibleName("Time in seconds; type one to jump there")
+        self.setToolTip("Time of the cursor; type another one to jump there")
+        self.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.setFixedWidth(self.fontMetrics().horizontalAdvance("00000.000") + 16)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.returnPressed.connect(self._jump)
+        self.editingFinished.connect(self._leave)
+
+    def show_cursor(self) -> None:
+        """Show the cursor's time, unless a time is being typed."""
+        if not self.isModified():
+            self.setText(f"{self._document.view.cursor:.3f}")
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Escape discards what was typed."""
+        if event.key() == Qt.Key.Key_Escape:
+            self.clearFocus()
+        else:
+            super().keyPressEvent(event)
+
+    def _jump(self) -> None:
+        typed = self.text().strip()
+        try:
+            self._document.view.seek(_seconds(typed))
+        except ValueError:
+            self._document.show_message(
+                f"'{typed}' is no time; type seconds such as 12.5, or 1:05.2.", True
+            )
+        self.clearFocus()
+
+    def _leave(self) -> None:
+        self.setModified(False)
+        self.show_cursor()
+
+
+class FrameCounter(QWidget):
+    """A text that changes with every frame: it is drawn anew, and nothing around it.
+
+    A label asks for another layout of its window each time, which takes longer than all panels.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._text, self._wide = "", 0
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Preferred)
+
+    def text(self) -> str:
+        return self._text
+
+    def say(self, text: str, widest: str = "") -> None:
+        """Show a text in the width of `widest`, so that nothing moves."""
+        wide = self.fontMetrics().horizontalAdvance(widest) + 2 if widest else 0
+        if wide != self._wide:
+            self._wide = wide
+            self.updateGeometry()
+        if text != self._text:
+            self._text = text
+            self.setAccessibleName(text)
+            self.update()
+
+    def sizeHint(self) -> QSize:
+        return QSize(self._wide, self.fontMetrics().height())
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        with QPainter(self) as painter:
+            painter.setPen(self.palette().color(self.foregroundRole()))
+            middle = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+            painter.drawText(self.rect(), middle, self._text)
+
+
+class Readout(QLabel):
+    """A text that is cut where it has no room, and claims none."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._text = ""
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+
+    def say(self, text: str) -> None:
+        self._text = text
+        self.setToolTip(text)
+        self._cut()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._cut()
+
+    def _cut(self) -> None:
+        end = Qt.TextElideMode.ElideRight
+        self.setText(self.fontMetrics().elidedText(self._text, end, self.width()))
+
+
+def _seconds(typed: str) -> float:
+    """Seconds from ``12.5``, ``12.5 s``, ``1:05.2`` or ``1:00:05``."""
+    total = 0.0
+    for part in typed.removesuffix("s").split(":"):
+        total = total * 60 + float(part)
+    if not math.isfinite(total):
+        raise ValueError(typed)
+    return total
+
+
+#: From this width on, in average characters, everything stands in one row.
+ONE_ROW_WIDTH = 150
+
+
+class Transport(QWidget):
+    """The bar below the panels."""
+
+    def __init__(self, document: Document, player: Player) -> None:
+        super().__init__()
+        self.document, self.player = document, player
+        self.setAccessibleName("Transport")
+        self.buttons: dict[str, QToolButton] = {}
+        self.speed = QComboBox()
+        self.speed.addItems([_speed_text(speed) for speed in SPEEDS])
+        self.speed.setToolTip("Speed of playback")
+        self.speed.setAccessibleName("Speed of playback")
+        self.speed.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.speed.activated.connect(lambda at: document.view.set_speed(SPEEDS[at]))
+        self.time = TimeEdit(document)
+        self.length = QLabel()
+        self.frame = FrameCounter()
+        self.range = Readout()
+        self.range.setAccessibleName("Marked range")
+        self.reaction = QSpinBox()
+        self.saved = SavedIndicator(document)
+        self._rows = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
+        self._rows.setContentsMargins(6, 3, 6, 3)
+        self._rows.setSpacing(4)
+        self._line = QFrame()
+        self._line.setFrameShape(QFrame.Shape.VLine)
+        self._line.setForegroundRole(QPalette.ColorRole.Mid)
+        self._groups = self._playback_row(), self._labelling_row()
+        self._rows.addLayout(self._groups[0])
+        self._rows.addWidget(self._line)
+        self._rows.addLayout(self._groups[1], 1)
+        document.view.cursor_moved.connect(self._show_time)
+        document.demonstration_changed.connect(self._update)
+        document.view.frame_times_changed.connect(self._show_time)
+        document.view.range_changed.connect(self._show_range)
+        document.view.playing_changed.connect(self._show_playing)
+        document.view.snapping_changed.connect(self._show_snapping)
+        player.loop_changed.connect(self.buttons["loop"].setChecked)
+        self._update()
+
+    def sizeHint(self) -> QSize:
+        return self._rows.sizeHint()
+
+    def minimumSizeHint(self) -> QSize:
+        wide = max(group.minimumSize().width() for group in self._groups)
+        return QSize(wide + 12, self._rows.minimumSize().height())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Use one row where there is room for it, else two."""
+        super().resizeEvent(event)
+        wide = self.width() >= ONE_ROW_WIDTH * self.fontMetrics().averageCharWidth()
+        directions = QBoxLayout.Direction
+        direction = directions.LeftToRight if wide else directions.TopToBottom
+        if direction != self._rows.direction():
+            self._rows.setDirection(direction)
+            self._line.setVisible(wide)
+            self.updateGeometry()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Show what changed while it was hidden."""
+        super().showEvent(event)
+        self._update()
+
+    # Layout
+
+    def _playback_row(self) -> QHBoxLayout:
+        """Buttons that move the cursor, the speed and the time."""
+        document, player = self.document, self.player
+        row = QHBoxLayout()
+        row.setSpacing(1)
+        self._button(row, "start", "To the start", partial(self._to_end, 0))
+        self._button(row, "step-back", "Step back", lambda: document.view.step(-1), repeat=True)
+        self._button(row, "play", "Play", player.toggle)
+        self._button(
+            row, "step-forward", "Step forward", lambda: document.view.step(1), repeat=True
+        )
+        self._button(row, "end", "To the end", partial(self._to_end, 1))
+        loop = self._button(row, "loop", "Loop", lambda: None)
+        loop.setCheckable(True)
+        loop.toggled.connect(player.set_loop)
+        row.addSpacing(3)
+        row.addWidget(self.speed)
+        row.addSpacing(6)
+        row.addWidget(self.time)
+        row.addSpacing(4)
+        row.addWidget(self.length)
+        row.addSpacing(8)
+        row.addWidget(self.frame)
+        row.addStretch(1)
+        for label in (self.length, self.frame):
+            label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        return row
+
+    def _labelling_row(self) -> QHBoxLayout:
+        """Snapping, reaction time, the marked range, and whether all is stored."""
+        row = QHBoxLayout()
+        row.setSpacing(4)
+        snap = self._button(
+            row,
+            "magnet",
+            "Snap to contacts, edges, frames and samples (hold Ctrl while dragging not to)",
+            lambda: None,
+        )
+        snap.setCheckable(True)
+        snap.toggled.connect(self.document.view.set_snapping)
+        self.reaction.setRange(0, round(settings.LONGEST_MS))
+        self.reaction.setSingleStep(10)
+        self.reaction.setPrefix("Reaction ")
+        self.reaction.setSuffix(" ms")
+        self.reaction.setToolTip(
+            "How late you press keys during playback; labels are put that much earlier"
+        )
+        self.reaction.setAccessibleName("Reaction time in milliseconds")
+        self.reaction.setValue(round(settings.reaction_ms()))
+        self.reaction.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.reaction.setKeyboardTracking(False)
+        self.reaction.lineEdit().returnPressed.connect(self.reaction.clearFocus)
+        self.reaction.setButtonSymbols(QSpinBox.ButtonSymbols.NoButtons)
+        self.reaction.valueChanged.connect(
+            lambda milliseconds: settings.store("labelling/reaction_ms", milliseconds)
+        )
+        row.addWidget(self.reaction)
+        row.addSpacing(6)
+        row.addWidget(self.range, 1)
+        row.addWidget(self.saved)
+        return row
+
+    def _button(
+        self,
+        row: QHBoxLayout,
+        name: str,
+        text: str,
+        verb: Callable[[], object],
+        *,
+        repeat: bool = False,
+    ) -> QToolButton:
+        """Add a button with an icon; a click leaves the keyboard where it is."""
+        button = QToolButton()
+        button.setIcon(icon(name))
+        button.setIconSize(QSize(18, 18))
+        button.setToolTip(text)
+        button.setAccessibleName(text)
+        button.setAutoRaise(True)
+        button.setAutoRepeat(repeat)
+        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        button.clicked.connect(lambda _=False: verb())
+        self.buttons[name] = button
+        row.addWidget(button)
+        return button
+
+    def _to_end(self, which: int) -> None:
+        self.document.view.seek(self.document.view.bounds[which])
+
+    # Updates
+
+    def _update(self) -> None:
+        is_open = self.document.demonstration is not None
+        moving = (button for name, button in self.buttons.items() if name not in ("loop", "magnet"))
+        for widget in (*moving, self.speed, self.time):
+            set_enabled_with_reason(widget, "" if is_open else "Open a demonstration first.")
+        self.length.setText(f"/ {self.document.view.bounds[1]:.3f} s" if is_open else "")
+        self._show_playing()
+        self._show_snapping()
+        self._show_range()
+        self._show_time()
+
+    def _show_time(self) -> None:
+        """Show the cursor's time and frame."""
+        if not self.isVisible():
+            return
+        self.time.show_cursor()
+        frames = self.document.view.frame_times
+        if frames is None or not len(frames):
+            self.frame.say("")
+            return
+        # A cursor within float dust of a frame is on that frame.
+        number = int(np.searchsorted(frames, self.document.view.cursor + 1e-9, side="right"))
+        # As wide as the last one, so that nothing moves during playback.
+        widest = "0" * len(str(len(frames)))
+        self.frame.say(f"frame {number or '–'}", f"frame {widest}")
+        self.frame.setToolTip(f"{number} of {len(frames)} video frames")
+
+    def _show_range(self) -> None:
+        """Show the marked range, or its start while the end is not marked."""
+        document = self.document
+        if document.view.range is not None:
+            start, end = document.view.range
+            text = f"range {start:.3f}–{end:.3f} s ({end - start:.3f} s)"
+        elif document.view.range_start is not None:
+            text = f"range from {document.view.range_start:.3f} s"
+        else:
+            text = ""
+        self.range.say(text)
+
+    def _show_playing(self) -> None:
+        """Show whether and how fast the demonstration plays."""
+        playing, speed = self.document.view.playing, self.document.view.speed
+        play = self.buttons["play"]
+        play.setIcon(icon("pause" if playing else "play"))
+        text = "Pause" if playing else "Play"
+        play.setToolTip(text)
+        play.setAccessibleName(text)
+        if speed in SPEEDS:
+            self.speed.setCurrentIndex(SPEEDS.index(speed))
+        else:
+            self.speed.setCurrentIndex(-1)
+            self.speed.setPlaceholderText(_speed_text(speed))
+
+    def _show_snapping(self) -> None:
+        self.buttons["magnet"].setChecked(self.document.view.snapping)
+
+
+def _speed_text(speed: float) -> str:
+    return f"{speed:g}×"

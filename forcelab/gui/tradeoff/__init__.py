@@ -1,1 +1,0 @@
-"""The Trade-off workspace: how well settings recognise, against what they cost."""

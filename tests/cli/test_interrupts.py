@@ -1,0 +1,52 @@
+"""Being told to stop ends a command as Ctrl+C does."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import psutil
+import pytest
+
+from forcelab.cli.interrupts import uninterrupted
+
+
+def heard():
+    """Signals end what is started here also where the tests run under nohup, which ignores one."""
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
+def test_a_signal_ends_a_command_with_a_sentence_and_nothing_half_done(tmp_path):
+    command = [sys.executable, "-m", "forcelab", "simulate", "--task", "LEGO", "--count", "6"]
+    running = subprocess.Popen(
+        [*command, "--seed", "3", "--out", "new.forcelab", "--no-video"],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=heard,  # noqa: PLW1509 - no thread of the tests holds what it needs
+    )
+    process, deadline = psutil.Process(running.pid), time.monotonic() + 60
+    while not process.children() and time.monotonic() < deadline:
+        time.sleep(0.05)  # until it shares the work
+    time.sleep(0.5)
+    running.send_signal(signal.SIGTERM)
+    _, result = running.communicate(timeout=60)
+    assert result == "forcelab: stopped; nothing was left half done.\n"
+    assert running.returncode == 128 + signal.SIGTERM
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_must_not_be_cut_is_done_before_ctrl_c_is_heard():
+    done = []
+    before = signal.getsignal(signal.SIGINT)
+
+    def interrupted():
+        with uninterrupted():
+            signal.raise_signal(signal.SIGINT)
+            done.append("all")
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert done == ["all"]
+    assert signal.getsignal(signal.SIGINT) is before
