@@ -107,13 +107,13 @@ def test_what_is_added_during_an_import_is_imported_after_it(document, open_on, 
 def test_without_files_enter_asks_for_them_and_then_imports_them(
     open_on, tmp_path, until, monkeypatch
 ):
-    asked = []
-    monkeypatch.setattr(import_dialog, "ask_files", lambda *_: asked.append(1) or [FOAM])
+    questions = []
+    monkeypatch.setattr(import_dialog, "ask_files", lambda *_: questions.append(1) or [FOAM])
     dialog = open_on()
     for _ in range(2):
         QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
     until(lambda: "1 demonstration imported" in dialog._report_label.text())
-    assert len(asked) == 1
+    assert len(questions) == 1
     dialog.add_files([tmp_path / "next.csv"])
     assert dialog._report.isHidden()  # it told of what is imported already
 
@@ -199,17 +199,17 @@ def test_clocks_that_are_not_wanted_do_not_stand_still(open_on, tmp_path):
 
 
 def test_files_are_looked_for_where_the_last_ones_were_chosen(dialog, tmp_path, monkeypatch):
-    asked = []
+    questions = []
 
     def choose(_parent, _title, folder):
-        asked.append(Path(folder))
+        questions.append(Path(folder))
         return [str(FOAM)], ""
 
     monkeypatch.setattr("PySide6.QtWidgets.QFileDialog.getOpenFileNames", choose)
     settings.remember_project(tmp_path / "study.forcelab")
     dialog._choose()
     dialog._choose()
-    assert asked == [tmp_path, FOAM.parent]
+    assert questions == [tmp_path, FOAM.parent]
 
 
 def test_labels_are_the_files_own_unless_a_coder_is_chosen(document, dialog, until):
@@ -228,10 +228,10 @@ def test_a_task_that_differs_by_case_alone_is_asked_about(
 ):
     with Project.open(document.project.path) as other:
         other.demonstrations.add(demonstration())  # of task foam
-    asked = []
+    questions = []
 
     def press(box):
-        asked.append((box.text(), [button.text() for button in box.buttons()]))
+        questions.append((box.text(), [button.text() for button in box.buttons()]))
         box.buttons()[answer].click()
 
     monkeypatch.setattr(QMessageBox, "exec", press)
@@ -240,7 +240,7 @@ def test_a_task_that_differs_by_case_alone_is_asked_about(
     dialog._task.setCurrentText(" Foam ")
     dialog._go.click()
     until(lambda: "1 demonstration imported" in dialog._report_label.text())
-    assert asked == [("'foam' already exists.", ["Use 'foam'", "Add 'Foam'"])]
+    assert questions == [("'foam' already exists.", ["Use 'foam'", "Add 'Foam'"])]
     assert sorted(document.project.demonstrations.tasks()) == list(tasks)
 
 
