@@ -1,81 +1,224 @@
-"""The desktop program: one application, one window, and pictures of it without a display."""
+"""The desktop program: one application and its window, or a picture of it without a display."""
 
 from __future__ import annotations
 
+import logging
 import os
+import signal
+import socket
 import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from types import FrameType
 
+import shiboken6
+from PySide6.QtCore import (
+    QBuffer,
+    QEventLoop,
+    QIODevice,
+    QMessageLogContext,
+    QSize,
+    QSocketNotifier,
+    QThread,
+    QTimer,
+    QtMsgType,
+    qInstallMessageHandler,
+)
+from PySide6.QtGui import QPixmap
+from PySide6.QtWidgets import QApplication, QWidget
+
+from forcelab import __version__
+from forcelab.errors import InputError
+from forcelab.gui import settings, theme
+from forcelab.gui.exception_hook import ExceptionHook
 from forcelab.gui.launch_options import LaunchOptions
-from forcelab.gui.qt_check import require_qt
+from forcelab.gui.layout import resize_on_screen
+from forcelab.gui.window import Window
+from forcelab.io import write_atomically
+from forcelab.runtime import collect_garbage, collect_garbage_rarely, switch_threads_often
 
-__all__ = ["has_display", "run"]
+__all__ = ["quiet_qt", "run"]
 
-#: Seconds that a picture waits for everything in it to be there.
-SHUTDOWN_TIMEOUT = 60.0
+#: Width and height of the window in pixels, unless others are requested.
+SIZE = (1280, 800)
+#: Seconds that a picture waits for everything in it.
+DRAWING_TIMEOUT = 60.0
+#: What asks a program to end; Windows has no SIGHUP.
+SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
+#: Milliseconds after which a signal that came before the event loop is looked at again.
+POLL_MS = 20
+#: Seconds that the process waits, without a window, for threads that have not ended with it.
+SHUTDOWN_TIMEOUT = 5.0
+#: How long nothing may have changed before the window counts as settled, in seconds.
+SETTLE_ROUNDS = 0.25
 
 
-def run(start: LaunchOptions) -> int:
-    """Run the program until its window is closed.
+def run(options: LaunchOptions) -> int:
+    """Run the program until its window is closed; returns its exit status.
 
-    Raises
-    ------
-    InputError
-        If libraries that Qt needs are missing. With a screenshot: if what it is to show is not
-        there, or the file cannot be written.
+    With a screenshot it draws that and ends: InputError if what it is to show does not exist, or
+    the file cannot be written. Qt must be known to start (:mod:`forcelab.gui.qt_check`).
     """
-    if start.screenshot is not None or not has_display():
-        if start.screenshot is None:
-            from forcelab.errors import InputError
-
-            raise InputError(
-                "There is no display to open a window on; start forcelab on a desktop, or draw a "
-                "picture with --screenshot FILE.png."
-            )
-        os.environ["QT_QPA_PLATFORM"] = "offscreen"
-    require_qt()
-    from PySide6.QtCore import QSize
-    from PySide6.QtWidgets import QApplication
-
-    from forcelab import __version__
-    from forcelab.gui import settings, theme
-    from forcelab.gui.exception_hook import ExceptionHook
-    from forcelab.gui.layout import resize_on_screen
-    from forcelab.gui.shutdown import quit_on_signals, shut_down
-    from forcelab.gui.window import Window
-    from forcelab.runtime import collect_garbage, collect_garbage_rarely, switch_threads_often
-
     running = QApplication.instance()
     application = running if isinstance(running, QApplication) else QApplication(sys.argv[:1])
     application.setApplicationName("forcelab")
     application.setApplicationDisplayName("forcelab")
     application.setApplicationVersion(__version__)
     choices: dict[str, theme.Choice] = {"light": "light", "dark": "dark"}
-    chosen = start.theme or settings.text("window/theme")
-    theme.use_theme(application, choices.get(chosen, "system"))
-    if start.screenshot is not None:
-        from forcelab.gui.screenshot import draw, quiet_qt
-
+    choice = options.theme or settings.text("window/theme")
+    theme.use_theme(application, choices.get(choice, "system"))
+    if options.screenshot is not None:
         quiet_qt()
-        draw(Window(start.author, remembering=False), start, start.screenshot, SHUTDOWN_TIMEOUT)
+        draw(Window(options.author, remembering=False), options, options.screenshot)
         return 0
     with quit_on_signals(application) as windows:
-        window = Window(start.author)
+        window = Window(options.author)
         windows.append(window)
         collect_garbage_rarely()
         window.document.demonstration_changed.connect(collect_garbage)
         switch_threads_often()
         ExceptionHook(window, lambda sentence: window.document.show_message(sentence, True))
-        resize_on_screen(window, QSize(1280, 800))
+        resize_on_screen(window, QSize(*SIZE))
         window.restore_layout()
-        if start.size is not None:  # what is asked for counts for more than what was last time
-            window.resize(*start.size)
+        if options.size is not None:  # what is requested counts for more than the last layout
+            window.resize(*options.size)
         window.show()
-        window.begin(start)
+        window.begin(options)
         return shut_down(window, int(application.exec()))
 
 
-def has_display() -> bool:
-    """Whether windows can be seen here."""
-    if not sys.platform.startswith("linux") or os.environ.get("QT_QPA_PLATFORM"):
-        return True
-    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+@contextmanager
+def quit_on_signals(application: QApplication) -> Iterator[list[QWidget]]:
+    """Within the block, signals close the yielded windows; the program exits with 128 + number.
+
+    An exception, as Python would raise, is of no use in an event loop: Qt prints it and goes on.
+    While a window is built it is worse: raised in a method that Qt calls, it leaves Qt without what
+    that should have returned, and the program crashes. So the block begins before that, and a
+    signal that comes too early waits for the event loop. The application's event loop ends, and
+    that of any dialog.
+    """
+    windows: list[QWidget] = []
+
+    def leave(number: int) -> None:
+        if QThread.currentThread().loopLevel() == 0:
+            QTimer.singleShot(POLL_MS, partial(leave, number))
+            return
+        for window in windows:
+            window.close()
+        application.exit(128 + number)
+
+    def request_leave(number: int, _: FrameType | None) -> None:
+        # Python hears of it wherever it happens to be; the window is closed from the event loop.
+        QTimer.singleShot(0, partial(leave, number))
+
+    known = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
+    # One that is ignored already stays so: that is how nohup keeps a program alive.
+    before = {number: signal.getsignal(number) for number in known}
+    handled = {number: was for number, was in before.items() if was is not signal.SIG_IGN}
+    for number in handled:
+        signal.signal(number, request_leave)
+    try:
+        with _on_wakeup():
+            yield windows
+    finally:
+        for number, was in handled.items():
+            signal.signal(number, was)
+
+
+def shut_down(window: Window, status: int) -> int:
+    """Delete a closed window before the interpreter goes; returns the exit status.
+
+    Left to the interpreter's end, its parts go in no particular order, when half of what they call
+    is gone already. A thread that is still at work then, deep in a library, would crash: with one
+    that does not end in time the process ends at once. All labels are stored, and the layout is.
+    """
+    if not window.at_rest(SHUTDOWN_TIMEOUT):
+        logging.shutdown()
+        for stream in (sys.stdout, sys.stderr):
+            if stream is not None:  # as where there is no console
+                stream.flush()
+        os._exit(status)
+    shiboken6.delete(window)
+    return status
+
+
+@contextmanager
+def _on_wakeup() -> Iterator[None]:
+    """Within the block, a signal wakes the event loop.
+
+    Python only handles signals while it runs, and in a window where nothing moves that is when
+    somebody next touches it.
+    """
+    ours, pythons = socket.socketpair()
+    with ours, pythons:
+        ours.setblocking(False)
+        pythons.setblocking(False)
+        notifier = QSocketNotifier(ours.fileno(), QSocketNotifier.Type.Read)
+        notifier.activated.connect(lambda: ours.recv(4096))
+        before = signal.set_wakeup_fd(pythons.fileno(), warn_on_full_buffer=False)
+        try:
+            yield
+        finally:
+            signal.set_wakeup_fd(before)
+            notifier.setEnabled(False)
+
+
+def settle(window: Window, patience: float) -> None:
+    """Wait until the window is complete; InputError after `patience` seconds."""
+    deadline = time.monotonic() + patience
+    quiet_since = time.monotonic()
+    while time.monotonic() - quiet_since < SETTLE_ROUNDS:
+        QApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 20)
+        if not window.settled:
+            quiet_since = time.monotonic()
+        if time.monotonic() > deadline:
+            raise InputError(f"The window was not complete after {patience:g} s; try once more.")
+        time.sleep(0.002)
+
+
+def quiet_qt() -> None:
+    """Drop the message that Qt prints for every window drawn without a display."""
+
+    def print_message(_kind: QtMsgType, _context: QMessageLogContext, text: str) -> None:
+        if "propagateSizeHints" not in text:
+            print(text, file=sys.stderr)
+
+    qInstallMessageHandler(print_message)
+
+
+def draw(window: Window, options: LaunchOptions, path: Path) -> None:
+    """Draw the window into a PNG.
+
+    Raises InputError if what it is to show does not exist, or the file cannot be written.
+    """
+    try:
+        image = _image(window, options, path)
+    finally:
+        window.close()
+    buffer = QBuffer()
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    image.save(buffer, "PNG")
+    write_atomically(path, bytes(buffer.data().data()))
+
+
+def _image(window: Window, options: LaunchOptions, path: Path) -> QPixmap:
+    """The window when it is complete."""
+    if path.suffix.lower() != ".png":
+        raise InputError(f"A screenshot is a .png, not '{path.name}'; change the suffix.")
+    errors: list[str] = []
+
+    def collect(message: str, error: bool) -> None:
+        if error:
+            errors.append(message)
+
+    window.document.message_shown.connect(collect)
+    window.resize(*(options.size or SIZE))
+    window.show()
+    opened = window.begin(options)
+    if errors and not opened:  # what else is said, as of a crash, is in the picture
+        raise InputError(errors[0])
+    settle(window, DRAWING_TIMEOUT)
+    return window.grab()

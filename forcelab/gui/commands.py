@@ -9,22 +9,10 @@ __all__ = ["COMMANDS", "GROUPS", "Command"]
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Something the window can be told to do.
+    """A command of the window.
 
-    Parameters
-    ----------
-    id : str
-        Never changes; the coder's own keys are remembered under it.
-    text : str
-        What the menu says.
-    keys : tuple of str
-        The default keys, as Qt spells them, such as ``"Ctrl+Left"``.
-    group : str
-        One of :data:`GROUPS`, in English.
-    repeats : bool
-        Whether it is repeated while its key is held.
-    checkable : bool
-        Whether it switches something on and off.
+    The coder's own keys are stored under `id`, which never changes. `keys` are the defaults as Qt
+    spells them, such as ``"Ctrl+Left"``; a command that `repeats` does so while its key is held.
     """
 
     id: str
@@ -39,7 +27,7 @@ def _group(name: str, *rows: tuple[str, ...]) -> tuple[Command, ...]:
     """The commands of a group.
 
     A row is an id, a text, the default keys with blanks between them, and where it applies
-    ``"repeats"`` or ``"switch"``.
+    ``"repeats"`` or ``"switch"`` (checkable).
     """
     return tuple(
         Command(id_, text, tuple(keys.split()), name, "repeats" in how, "switch" in how)
@@ -77,8 +65,8 @@ _VIEW = _group(
     ("theme_dark", "Dark theme", "", "switch"),
     ("theme_system", "Same theme as system", "", "switch"),
 )
-_TIME = _group(
-    "Time",
+_PLAYBACK = _group(
+    "Playback",
     ("step_back", "One video frame back", "Left", "repeats"),
     ("step_forward", "One video frame forward", "Right", "repeats"),
     ("leap_back", "Larger step back", "Ctrl+Left", "repeats"),
@@ -87,9 +75,6 @@ _TIME = _group(
     ("pan_right", "Show later time", "Shift+Right", "repeats"),
     ("to_start", "To the start", "Ctrl+Home"),
     ("to_end", "To the end", "Ctrl+End"),
-)
-_PLAYING = _group(
-    "Playing",
     ("play", "Play or pause", "Space"),
     ("play_segment", "Play the current segment", "Shift+Space"),
     ("slower", "Slower", "End -"),
@@ -194,7 +179,7 @@ _HELP = _group(
 
 #: Every command there is, in the order of menus and help.
 COMMANDS: tuple[Command, ...] = (
-    _FILE + _VIEW + _TIME + _PLAYING + _LABELLING + _SEGMENTS + _REVIEW + _CAPTURE + _HELP
+    _FILE + _VIEW + _PLAYBACK + _LABELLING + _SEGMENTS + _REVIEW + _CAPTURE + _HELP
 )
 #: The groups, in order.
 GROUPS: tuple[str, ...] = tuple(dict.fromkeys(command.group for command in COMMANDS))

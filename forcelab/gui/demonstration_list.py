@@ -103,7 +103,6 @@ class RowPainter(QStyledItemDelegate):
         return QSize(0, round(height * (1 + SMALL + 3 * ABOVE)))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """Paint one row."""
         item = self._model.at(index)
         painter.save()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -117,10 +116,10 @@ class RowPainter(QStyledItemDelegate):
 
 
 def _paint_group(painter: QPainter, option: QStyleOptionViewItem, group: TaskGroup) -> None:
-    """A task: whether it is folded, its name, and how many of it are done."""
+    """A task: its chevron, its name, and how many of its demonstrations are done."""
     theme, box = colours(), QRectF(option.rect)
-    face = QFont(option.font)
-    face.setBold(True)
+    font = QFont(option.font)
+    font.setBold(True)
     height = QFontMetricsF(option.font).height()
     expanded = bool(option.state & QStyle.StateFlag.State_Open)
     left, right = box.left() + SIDE * height, box.right() - SIDE * height
@@ -138,16 +137,16 @@ def _paint_group(painter: QPainter, option: QStyleOptionViewItem, group: TaskGro
     )
     name = group.task or "No task"
     where = QRectF(left, box.top(), right - room - GAP * height - left, box.height())
-    draw_line(painter, where, name, face, theme.text, elide=NAMES)
+    draw_line(painter, where, name, font, theme.text, elide=NAMES)
 
 
 def _paint_row(
     painter: QPainter, option: QStyleOptionViewItem, row: DemonstrationRow, is_open: bool
 ) -> None:
-    """A demonstration: name and marks above; bar, percent and the other authors below."""
+    """A demonstration: name and icons above; bar, percent and the other authors below."""
     theme, box = colours(), QRectF(option.rect)
-    face = QFont(option.font)
-    face.setBold(is_open)
+    font = QFont(option.font)
+    font.setBold(is_open)
     height = QFontMetricsF(option.font).height()
     left, right = box.left() + SIDE * height + 0.9 * height, box.right() - SIDE * height
     top = box.top() + ABOVE * height
@@ -158,7 +157,7 @@ def _paint_row(
         paint_icon(painter, where, mark, QColor(ink))
         edge -= side + GAP * height
     where = QRectF(left, top, edge - left, height)
-    draw_line(painter, where, row.info.name, face, theme.text, elide=NAMES)
+    draw_line(painter, where, row.info.name, font, theme.text, elide=NAMES)
 
     small = smaller(option.font)
     sizes = QFontMetricsF(small)
@@ -186,7 +185,7 @@ def _paint_row(
 
 
 def _marks(row: DemonstrationRow, theme: Colours) -> list[tuple[str, str]]:
-    """The icons of a demonstration with their inks, from the right."""
+    """The icons of a demonstration and their colours, from the right."""
     marks = [("video", theme.muted)] if row.info.has_video else []
     if row.done:
         marks.append(("check", theme.text))
@@ -200,7 +199,7 @@ def _marks(row: DemonstrationRow, theme: Colours) -> list[tuple[str, str]]:
 
 
 def _paint_bar(painter: QPainter, bar: QRectF, share: float, theme: Colours) -> None:
-    """How far a demonstration is labelled."""
+    """The labelled share as a bar."""
     radius = bar.height() / 2
     painter.setPen(Qt.PenStyle.NoPen)
     rest = translucent(theme.frame, 0.6)
@@ -214,13 +213,13 @@ def _paint_bar(painter: QPainter, bar: QRectF, share: float, theme: Colours) -> 
 
 
 #: Where the settings keep what the list is sorted by.
-ORDER_TEXTS = "list/order"
+ORDER_KEY = "list/order"
 #: Letters of what is shown that are always seen.
 NARROW_WIDTH = 4
 
 
 class Search(QLineEdit):
-    """The search; Escape empties it and leaves it, Down leaves it for what was found."""
+    """The search field; Escape clears and leaves it, Down leaves it for the list."""
 
     leaving = Signal()
 
@@ -229,7 +228,6 @@ class Search(QLineEdit):
         return event.key() == Qt.Key.Key_Escape
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Escape and Down; everything else edits."""
         if event.key() in (Qt.Key.Key_Down, Qt.Key.Key_Escape):
             if event.key() == Qt.Key.Key_Escape:
                 self.clear()
@@ -239,7 +237,7 @@ class Search(QLineEdit):
 
 
 class OrderButton(QToolButton):
-    """The choice of what the list is sorted by, which is remembered."""
+    """The choice of the list's order, which is remembered."""
 
     changed = Signal()
 
@@ -255,7 +253,7 @@ class OrderButton(QToolButton):
         }
         menu = QMenu(self)
         self._choices = QActionGroup(menu)
-        stored = settings.text(ORDER_TEXTS)
+        stored = settings.text(ORDER_KEY)
         for order, name in names.items():
             choice = menu.addAction(name)
             choice.setData(order)
@@ -268,25 +266,23 @@ class OrderButton(QToolButton):
 
     @property
     def order(self) -> ListOrder:
-        """What the list is sorted by."""
+        """The chosen order."""
         chosen: ListOrder = self._choices.checkedAction().data()
         return chosen
 
     def _chosen(self, choice: QAction) -> None:
-        """Sort by something else from now on."""
-        settings.store(ORDER_TEXTS, str(choice.data()))
+        settings.store(ORDER_KEY, str(choice.data()))
         self._show_order()
         self.changed.emit()
 
     def _show_order(self) -> None:
-        """Say what the list is sorted by."""
         self.setAccessibleName("Order of the demonstrations")
         chosen = self._choices.checkedAction().text()
         self.setToolTip(f"Order within each task: {chosen}")
 
 
 class ListTools(QWidget):
-    """What stands above the list: search, what is shown, how many, and in which order."""
+    """What stands above the list: search, filter, count and order."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -302,12 +298,12 @@ class ListTools(QWidget):
         names: dict[ListFilter, str] = {
             "all": "All",
             "unlabelled": "Not labelled by me",
-            "begun": "Begun, not done",
+            "begun": "Started, not done",
             "assigned": "Assigned to me, to do",
             "done": "Done by me",
         }
-        for what, name in names.items():
-            self.shown.addItem(name, what)
+        for filter_, name in names.items():
+            self.shown.addItem(name, filter_)
         choice = QHBoxLayout()
         choice.addWidget(self.shown, 1)
         choice.addWidget(self.count)
@@ -320,10 +316,10 @@ class ListTools(QWidget):
 
 
 class DemonstrationTree(QTreeView):
-    """The view; opens with Enter, and its menu with the menu key."""
+    """The view; Enter opens a row, the menu key its menu."""
 
     opening = Signal(QModelIndex)
-    menu_asked = Signal(QPoint)
+    menu_requested = Signal(QPoint)
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -341,17 +337,17 @@ class DemonstrationTree(QTreeView):
         self.setTabKeyNavigation(False)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Enter opens; the menu key shows the menu at the row and not at the pointer."""
+        """Enter opens; the menu key shows the menu at the row instead of the pointer."""
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self.opening.emit(self.currentIndex())
         elif event.key() == Qt.Key.Key_Menu:
-            self.menu_asked.emit(self.visualRect(self.currentIndex()).center())
+            self.menu_requested.emit(self.visualRect(self.currentIndex()).center())
         else:
             super().keyPressEvent(event)
 
 
 class EmptyNote(QWidget):
-    """What is shown where there is no demonstration: why, and what to do."""
+    """What is shown instead of an empty list: why it is empty, and what to do."""
 
     importing = Signal()
     showing_all = Signal()
@@ -375,13 +371,13 @@ class EmptyNote(QWidget):
         column.addStretch(2)
 
     def say(self, has_project: bool, has_demonstrations: bool, search: str = "") -> None:
-        """Say what is missing; `search` is what was searched for in vain."""
+        """Say what is missing; `search` is the text searched for in vain."""
         self._import.setVisible(has_project and not has_demonstrations)
         self._all.setVisible(has_demonstrations)
         if has_demonstrations and search:
-            text = f"Among those shown, no name, task, note or id has '{search}' in it."
+            text = f"No demonstration shown has '{search}' in its name, task, notes or id."
         elif has_demonstrations:
-            text = "No demonstration is of this kind."
+            text = "No demonstration matches this filter."
         elif has_project:
             text = (
                 "This project has no demonstrations yet. Import them: tables (CSV, TSV), ROS "
@@ -404,10 +400,10 @@ class DemonstrationMenu(QObject):
         self._document, self._window = document, parent
         self._left: dict[str, str] = {}  # by id, the task that a demonstration was taken from
 
-    def made_for(
+    def menu_for(
         self, item: DemonstrationRow | TaskGroup, several: Sequence[DemonstrationRow] = ()
     ) -> QMenu:
-        """The menu of a demonstration, of several, or of a task; once closed it deletes itself."""
+        """The menu of a demonstration, of several, or of a task; deletes itself once closed."""
         menu = QMenu(self._window)
         menu.aboutToHide.connect(menu.deleteLater)
         project = self._document.project
@@ -424,11 +420,11 @@ class DemonstrationMenu(QObject):
     # Verbs
 
     def assign(self, ids: list[str], author: str) -> bool:
-        """Assign demonstrations to a coder, blind; gives whether that could be done."""
+        """Assign demonstrations to a coder, blind."""
         return self._each(ids, lambda project, id_: project.coding.assign(id_, author))
 
     def unassign(self, ids: list[str], author: str) -> bool:
-        """Take a coder's assignments of some demonstrations back."""
+        """Withdraw a coder's assignments."""
         return self._each(ids, lambda project, id_: project.coding.unassign(id_, author))
 
     def set_done(self, ids: list[str], done: bool) -> bool:
@@ -438,16 +434,15 @@ class DemonstrationMenu(QObject):
         return self._each(ids, lambda project, id_: project.coding.set_done(id_, author, done))
 
     def rename(self, id_: str, name: str) -> bool:
-        """Give a demonstration another name."""
         return self._each([id_], lambda project, id_: project.demonstrations.rename(id_, name))
 
     def set_note(self, id_: str, text: str) -> bool:
-        """Write the coder's note on a demonstration; ``""`` takes it away."""
+        """Write the coder's note on a demonstration; ``""`` removes it."""
         author = self._document.author
         return self._each([id_], lambda project, id_: project.coding.set_note(id_, author, text))
 
     def set_task(self, ids: list[str], task: str) -> bool:
-        """Put demonstrations into another task; the menu of each offers the way back."""
+        """Move demonstrations to another task; the menu of each offers the way back."""
         old = {info.id: info.task for info in self._document.infos}
 
         def carry_out(project: Project, id_: str) -> None:
@@ -460,7 +455,7 @@ class DemonstrationMenu(QObject):
         return done
 
     def remove(self, heads: Mapping[str, Mapping[str, int]]) -> bool:
-        """Remove demonstrations for good, by their ids, with the labels that have these heads."""
+        """Remove demonstrations for good: by id, the track heads the coder has agreed to lose."""
         return self._do(heads, lambda project: project.demonstrations.remove_all(heads))
 
     def attach_video(self, id_: str, path: Path) -> bool:
@@ -483,7 +478,7 @@ class DemonstrationMenu(QObject):
     # Inside
 
     def _fill(self, menu: QMenu, row: DemonstrationRow) -> None:
-        """The menu of a demonstration."""
+        """The menu of one demonstration."""
         info, document = row.info, self._document
         first = menu.addAction("Open", lambda: document.open_demonstration(info.id))
         first.setData("open")
@@ -494,15 +489,15 @@ class DemonstrationMenu(QObject):
         else:
             menu.addAction("Mark as done", lambda: self._ask_done([info.id]))
         menu.addAction("Assign for blind coding…", lambda: self._ask_assign([info.id]))
-        for one in row.assignments:
-            taking = f"Withdraw the assignment ({escape_ampersands(one.author)})"
-            menu.addAction(taking, self._taking([info.id], one.author))
+        for assignment in row.assignments:
+            text = f"Withdraw the assignment ({escape_ampersands(assignment.author)})"
+            menu.addAction(text, self._withdrawing([info.id], assignment.author))
         menu.addSeparator()
         menu.addAction("Note…", lambda: self.ask_note(row))
         menu.addAction("Rename…", lambda: self._ask_name(row))
         video = "Replace video…" if info.has_video else "Attach video…"
         menu.addAction(video, lambda: self.ask_video(info))
-        menu.addAction("Task…", lambda: self._ask_task([row]))
+        menu.addAction("Move to another task…", lambda: self._ask_task([row]))
         before = self._left.get(info.id, info.task)
         if before != info.task:
             back = "Back to task '{}'".format(escape_ampersands(before) or "No task")
@@ -511,7 +506,7 @@ class DemonstrationMenu(QObject):
         menu.addAction("Remove from the project…", lambda: self._ask_remove([row]))
 
     def _fill_many(self, menu: QMenu, rows: Sequence[DemonstrationRow]) -> None:
-        """The menu of several demonstrations: what is of use to all of them at once."""
+        """The menu of several demonstrations: what applies to all of them."""
         ids = [row.info.id for row in rows]
         done = [row.info.id for row in rows if row.done]
         undone = [row.info.id for row in rows if not row.done]
@@ -521,17 +516,17 @@ class DemonstrationMenu(QObject):
         if done:
             text = f"Mark {len(done)} as not done"
             menu.addAction(text, lambda: self.set_done(done, False))
-        text = f"Assign {len(ids)} blind…"
+        text = f"Assign {len(ids)} for blind coding…"
         menu.addAction(text, lambda: self._ask_assign(ids))
         held: dict[str, list[str]] = {}
         for row in rows:
-            for one in row.assignments:
-                held.setdefault(one.author, []).append(row.info.id)
+            for assignment in row.assignments:
+                held.setdefault(assignment.author, []).append(row.info.id)
         for author, of in held.items():
             text = f"Withdraw {len(of)} assignments ({escape_ampersands(author)})"
             if len(of) == 1:
                 text = f"Withdraw the assignment ({escape_ampersands(author)})"
-            menu.addAction(text, self._taking(of, author))
+            menu.addAction(text, self._withdrawing(of, author))
         menu.addSeparator()
         text = f"Move {len(ids)} to another task…"
         menu.addAction(text, lambda: self._ask_task(rows))
@@ -539,8 +534,8 @@ class DemonstrationMenu(QObject):
         text = f"Remove {len(ids)} from the project…"
         menu.addAction(text, lambda: self._ask_remove(rows))
 
-    def _taking(self, ids: list[str], author: str) -> Callable[[], object]:
-        """A call that takes these assignments back."""
+    def _withdrawing(self, ids: list[str], author: str) -> Callable[[], object]:
+        """A call that withdraws these assignments."""
         return lambda: self.unassign(ids, author)
 
     def _each(self, ids: list[str], verb: Callable[[Project, str], object]) -> bool:
@@ -548,7 +543,7 @@ class DemonstrationMenu(QObject):
         return self._do(ids, lambda project: [verb(project, id_) for id_ in ids])
 
     def _do(self, ids: Collection[str], verb: Callable[[Project], object]) -> bool:
-        """Change demonstrations of the project, and let everybody see it."""
+        """Change demonstrations, then read them again; returns whether that succeeded."""
         project = self._document.project
         if project is None:
             return False
@@ -558,24 +553,23 @@ class DemonstrationMenu(QObject):
             self._document.show_message(str(error), True)
             return False
         finally:
-            here = self._document.id in ids
-            self._document.reread() if here else self._document.refresh_listing()
+            is_open = self._document.id in ids
+            self._document.reread() if is_open else self._document.refresh_listing()
         return True
 
     def _ask_done(self, ids: list[str]) -> None:
-        """Mark demonstrations as done, once the coder agrees to what that shows of others."""
+        """Mark as done, once the coder agrees to see what others labelled."""
         if confirm_reveal(self._document, ids, self._window):
             self.set_done(ids, True)
 
     def _ask_assign(self, ids: list[str]) -> None:
-        """Ask to whom demonstrations are assigned."""
         project, document = self._document.project, self._document
         if project is None:
             return
         names = list(dict.fromkeys([document.author, *project.coding.people()]))
         name, agreed = QInputDialog.getItem(
             self._window,
-            "Assign blind",
+            "Assign for blind coding",
             (
                 "Until it is done, the coder sees nobody else's labels or notes, and no "
                 "predictions.\nCoder:"
@@ -586,12 +580,11 @@ class DemonstrationMenu(QObject):
         )
         coder = settle_name(self._window, name, names) if agreed else ""
         if agreed and self.assign(ids, coder):  # of which nothing is seen but by that coder
-            one = "The demonstration is assigned to {1}."
+            single = "The demonstration is assigned to {1}."
             many = "{0} demonstrations are assigned to {1}."
-            document.show_message((one if len(ids) == 1 else many).format(len(ids), coder))
+            document.show_message((single if len(ids) == 1 else many).format(len(ids), coder))
 
     def _ask_name(self, row: DemonstrationRow) -> None:
-        """Ask for a demonstration's new name."""
         name, agreed = QInputDialog.getText(
             self._window,
             "Rename demonstration",
@@ -603,7 +596,7 @@ class DemonstrationMenu(QObject):
             self.rename(row.info.id, name)
 
     def ask_note(self, row: DemonstrationRow) -> QInputDialog | None:
-        """Ask for the coder's note on a demonstration; nothing waits for the answer."""
+        """Edit the coder's note on a demonstration in a dialog that blocks nothing."""
         if not self._do((), Project.refuse_read_only):
             return None
         author = self._document.author
@@ -627,14 +620,13 @@ class DemonstrationMenu(QObject):
         return dialog
 
     def _ask_task(self, rows: Sequence[DemonstrationRow]) -> None:
-        """Ask into which task demonstrations belong."""
         project = self._document.project
         if project is None:
             return
         tasks = list(dict.fromkeys([rows[0].info.task, *project.demonstrations.tasks()]))
-        title = f"Task of {rows[0].info.name}"
+        title = f"Move {rows[0].info.name} to another task"
         if len(rows) > 1:
-            title = f"Task of these {len(rows)}"
+            title = f"Move {len(rows)} to another task"
         task, agreed = QInputDialog.getItem(
             self._window,
             title,
@@ -648,7 +640,7 @@ class DemonstrationMenu(QObject):
             self.set_task([row.info.id for row in rows], name)
 
     def _ask_remove(self, rows: Sequence[DemonstrationRow]) -> None:
-        """Ask whether demonstrations are to go, and say what goes with them."""
+        """Remove demonstrations, once the coder agrees to what goes with them."""
         from forcelab.gui.removal_dialog import confirm_removal
 
         agreed: dict[str, dict[str, int]] = {}
@@ -665,13 +657,12 @@ class DemonstrationMenu(QObject):
                 agreed.update(heads)
 
         if self._do((), ask) and agreed and self.remove(agreed):
-            told = f"'{rows[0].info.name}' was removed."
+            message = f"'{rows[0].info.name}' was removed."
             if len(rows) > 1:
-                told = f"{len(rows)} demonstrations were removed."
-            self._document.show_message(told)
+                message = f"{len(rows)} demonstrations were removed."
+            self._document.show_message(message)
 
     def ask_video(self, info: DemonstrationInfo) -> None:
-        """Ask for a video of a demonstration."""
         path = ask_file(
             self._window,
             f"Video of {info.name}",
@@ -687,22 +678,11 @@ class DemonstrationMenu(QObject):
 #: The share of the open demonstration is added up when nothing was painted for so many ms.
 PAUSE = 100
 #: Keys that with a click choose several demonstrations, and open none.
-CHOOSING_TEXT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
+SELECTING_KEYS = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
 
 
 class DemonstrationList(QWidget):
-    """Demonstrations to open, to assign and to put right.
-
-    Parameters
-    ----------
-    document : Document
-        What is open.
-
-    Attributes
-    ----------
-    importing : Signal
-        Somebody wants to import recordings into the project.
-    """
+    """The list with its search, order and menus; `importing` asks for an import of recordings."""
 
     importing = Signal()
 
@@ -731,38 +711,32 @@ class DemonstrationList(QWidget):
     # Verbs of the window
 
     def focus_search(self) -> None:
-        """Begin to search."""
         self.search.setFocus(Qt.FocusReason.ShortcutFocusReason)
         self.search.selectAll()
 
     def choose_all(self) -> None:
-        """Choose every demonstration that is listed, for the menu of them all.
-
-        Folded tasks are unfolded: what is chosen is seen.
-        """
+        """Select all listed demonstrations, for their common menu; unfolds all tasks."""
         self.view.setFocus(Qt.FocusReason.ShortcutFocusReason)
         for g in range(self.model.rowCount()):
             self.view.setExpanded(self.model.index(g, 0), True)
         self.view.selectAll()
 
     def open_next(self) -> None:
-        """Open the demonstration below the open one."""
         self._open_neighbour(1)
 
     def open_previous(self) -> None:
-        """Open the demonstration above the open one."""
         self._open_neighbour(-1)
 
     def open_to_label(self) -> None:
-        """Open the next demonstration that is shown and left to label, the first after the last."""
+        """Open the next listed demonstration that is left to label, cyclically."""
         row = next_to_do(list(self.model.rows), self._document.id)
         if row is not None:
             self._document.open_demonstration(row.info.id)
             return
-        self._document.show_message("Of the demonstrations shown, no other one is left to label.")
+        self._document.show_message("No other demonstration in the list is left to label.")
 
     def ask_video(self) -> None:
-        """Ask for a video of the open demonstration."""
+        """Attach a video to the open demonstration."""
         opened = (info for info in self._document.infos if info.id == self._document.id)
         if (info := next(opened, None)) is not None:
             self.menu.ask_video(info)
@@ -770,7 +744,7 @@ class DemonstrationList(QWidget):
             self._document.show_message("Open a demonstration first; a video belongs to one.", True)
 
     def ask_note(self) -> None:
-        """Ask for a note on the open demonstration."""
+        """Edit the note on the open demonstration."""
         opened = (row for row in self._rows if row.info.id == self._document.id)
         if (row := next(opened, None)) is not None:
             self.menu.ask_note(row)
@@ -780,14 +754,12 @@ class DemonstrationList(QWidget):
     # Inside
 
     def _lay_out(self) -> None:
-        """Search above, list below it or what to do where there is none."""
         self._stack = QStackedWidget()
         self._stack.addWidget(self.view)
         self._stack.addWidget(self._empty)
         page_layout(self, self._tools, self._stack, growing=self._stack)
 
     def _connect(self) -> None:
-        """Listen to the document and to what is pressed."""
         document = self._document
         document.listing_changed.connect(self._read)
         document.project_changed.connect(self._forget)
@@ -802,23 +774,23 @@ class DemonstrationList(QWidget):
         self._order.changed.connect(self._sort)
         self._order.changed.connect(self._show)
         self.view.clicked.connect(self._clicked)
-        self.view.selectionModel().selectionChanged.connect(self._tell_count)
+        self.view.selectionModel().selectionChanged.connect(self._show_count)
         self.view.opening.connect(self._open)
         self.view.collapsed.connect(lambda index: self._fold(index, True))
         self.view.expanded.connect(lambda index: self._fold(index, False))
         self.view.customContextMenuRequested.connect(self._show_menu)
-        self.view.menu_asked.connect(self._show_menu)
+        self.view.menu_requested.connect(self._show_menu)
         self._empty.importing.connect(self.importing)
         self._empty.showing_all.connect(self._show_all)
         themes().changed.connect(self.view.viewport().update)
 
     def _forget(self) -> None:
-        """Another project is open: nothing of the old one's list matters."""
+        """Forget the folding and filter of another project."""
         self._folded.clear()
         self._show_all()
 
     def _read(self) -> None:
-        """Take over what the project tells."""
+        """Read the rows from the project."""
         project = self._document.project
         author = self._document.author
         assignments = project.coding.assignments() if project is not None else ()
@@ -832,7 +804,7 @@ class DemonstrationList(QWidget):
         self._show()
 
     def _update_own(self, show: bool = True) -> None:
-        """Follow what is painted now; the list of the project is read more seldom."""
+        """Update the share of the open demonstration, which changes with each edit."""
         document = self._document
         for i, row in enumerate(self._rows):
             if row.info.id == document.id:
@@ -845,21 +817,21 @@ class DemonstrationList(QWidget):
                 return
 
     def _sort(self) -> None:
-        """Give each demonstration its place; none moves while the open one is being labelled."""
+        """Rank the demonstrations; no row moves while the open one is being labelled."""
         rows = ordered(self._rows, self._order.order)
         self._ranks = {row.info.id: rank for rank, row in enumerate(rows)}
 
     def _filter(self) -> None:
-        """Show what is searched for now; nothing of it seems open that is not."""
+        """Show what matches the search; the cursor stands on nothing but the open demonstration."""
         self.view.selectionModel().clear()
         self._show()
         self._select(self._document.id)
 
     def _show(self) -> None:
-        """Show what is searched for."""
-        what: ListFilter = self.shown.currentData()
+        """Show the rows that match."""
+        filter_: ListFilter = self.shown.currentData()
         rows = sorted(self._rows, key=lambda row: self._ranks[row.info.id])
-        groups = grouped(rows, self.search.text(), what, self._document.id)
+        groups = grouped(rows, self.search.text(), filter_, self._document.id)
         selected = self._selected()
         if self.model.show(groups):
             for g, group in enumerate(groups):
@@ -867,32 +839,32 @@ class DemonstrationList(QWidget):
                 folded = group.task in self._folded and not self.search.text()
                 self.view.setExpanded(self.model.index(g, 0), not folded)
             self._select(selected or self._document.id)
-        self._tell_count()
+        self._show_count()
         self._tools.setVisible(bool(self._rows))
         self._stack.setCurrentIndex(0 if groups else 1)
         if not groups:
-            there = self._document.project is not None
-            self._empty.say(there, bool(self._rows), self.search.text().strip())
+            has_project = self._document.project is not None
+            self._empty.say(has_project, bool(self._rows), self.search.text().strip())
 
-    def _tell_count(self) -> None:
-        """Say how many are chosen where there are several, else how many are shown."""
-        here, chosen = len(self.model.ids()), len(self._chosen())
+    def _show_count(self) -> None:
+        """Show how many are selected if there are several, else how many are listed."""
+        listed, chosen = len(self.model.ids()), len(self._chosen())
         several = f"{chosen} chosen"
-        self._count.setText(several if chosen > 1 else f"{here}/{len(self._rows)}")
-        self._count.setHidden(chosen < 2 and here == len(self._rows))
+        self._count.setText(several if chosen > 1 else f"{listed}/{len(self._rows)}")
+        self._count.setHidden(chosen < 2 and listed == len(self._rows))
 
     def _chosen(self) -> tuple[DemonstrationRow, ...]:
-        """The demonstrations that are selected, in the order of the list."""
+        """The selected demonstrations, in the order of the list."""
         chosen, place = self.view.selectionModel().isSelected, self.model.index_of
         return tuple(row for row in self.model.rows if chosen(place(row.info.id)))
 
     def _selected(self) -> str:
-        """Id of the demonstration with the keyboard's cursor; ``""`` without one."""
+        """Id of the demonstration at the keyboard's cursor; ``""`` without one."""
         item = self.model.at(self.view.currentIndex())
         return item.info.id if isinstance(item, DemonstrationRow) else ""
 
     def _select(self, id_: str) -> None:
-        """Put the keyboard's cursor on a demonstration and bring it into view."""
+        """Move the keyboard's cursor to a demonstration and scroll to it."""
         index = self.model.index_of(id_)
         if index.isValid():
             # Said outright: the view would add to what is chosen while a shortcut's Ctrl is down.
@@ -911,14 +883,14 @@ class DemonstrationList(QWidget):
             self._select(self._document.id)
 
     def _fold(self, index: QModelIndex, folded: bool) -> None:
-        """Remember which tasks are folded, while nothing is searched for."""
+        """Remember which tasks are folded, except during a search."""
         if not self.search.text():
             task = str(index.data())
             (self._folded.add if folded else self._folded.discard)(task)
 
     def _clicked(self, index: QModelIndex) -> None:
-        """Open a demonstration, fold a task or unfold it; not where several are being chosen."""
-        if QApplication.keyboardModifiers() & CHOOSING_TEXT:
+        """Open a demonstration, or fold or unfold a task; not while several are being selected."""
+        if QApplication.keyboardModifiers() & SELECTING_KEYS:
             return
         if isinstance(self.model.at(index), DemonstrationRow):
             self._open(index)
@@ -926,26 +898,25 @@ class DemonstrationList(QWidget):
             self.view.setExpanded(index, not self.view.isExpanded(index))
 
     def _open(self, index: QModelIndex) -> None:
-        """Open the demonstration that stands there, if it is not open already."""
         item = self.model.at(index)
         if isinstance(item, DemonstrationRow) and item.info.id != self._document.id:
             self._document.open_demonstration(item.info.id)
 
     def _open_first(self) -> None:
-        """Open the first demonstration that was found."""
+        """Open the first demonstration found."""
         if ids := self.model.ids():
             self._open(self.model.index_of(ids[0]))
             self.view.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _enter_list(self) -> None:
-        """Go from the search to the first demonstration that was found."""
+        """Move the keyboard from the search to the first demonstration found."""
         if ids := self.model.ids():
             if self._selected() not in ids:
                 self._select(ids[0])
             self.view.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _open_neighbour(self, step: int) -> None:
-        """Open what stands below or above the open one, among what is shown."""
+        """Open the listed demonstration that is `step` rows below the open one."""
         ids = self.model.ids()
         if not ids:
             self._document.show_message("No demonstration is shown in the list.")
@@ -962,13 +933,12 @@ class DemonstrationList(QWidget):
             self._document.show_message("This is the first demonstration of the list.")
 
     def _show_all(self) -> None:
-        """Search for nothing any more."""
+        """Clear search and filter."""
         self.search.clear()
         self.shown.setCurrentIndex(0)
 
     def _show_menu(self, where: QPoint) -> None:
-        """Show what can be done with a demonstration or a task."""
         item, chosen = self.model.at(self.view.indexAt(where)), self._chosen()
         if item is not None:
             several = chosen if len(chosen) > 1 and item in chosen else ()
-            self.menu.made_for(item, several).popup(self.view.viewport().mapToGlobal(where))
+            self.menu.menu_for(item, several).popup(self.view.viewport().mapToGlobal(where))

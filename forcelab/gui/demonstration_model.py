@@ -31,22 +31,10 @@ ID_TYPED = 6
 class DemonstrationRow:
     """A demonstration as the coder may see it.
 
-    Parameters
-    ----------
-    info : DemonstrationInfo
-        Everything that the project tells of it.
-    share : float
-        Of its duration, what the coder has labelled: 0 to 1.
-    others : tuple of (str, float)
-        The other authors and their shares; empty while the coder is blind to them.
-    assignment : Assignment or None
-        The coder's own.
-    assigned_to : tuple of Assignment
-        The other coders'; empty while the coder is blind to them.
-    edited : int
-        The coder's last edit of it: the larger, the later; 0 where there was none.
-    notes : tuple of Note
-        What was written about it, by the coder and by others to whom the coder is not blind.
+    `share` is the labelled part of its duration, 0 to 1, and `others` are the other authors with
+    theirs; `assignment` is the coder's own, `assigned_to` are the others'; both of the others' are
+    empty while the coder is blind to them. `edited` orders the coder's last edits (larger is later,
+    0 is none). `notes` are those that the coder may see.
     """
 
     info: DemonstrationInfo
@@ -59,7 +47,7 @@ class DemonstrationRow:
 
     @property
     def assignments(self) -> tuple[Assignment, ...]:
-        """The coder's own, and those of others that may be seen."""
+        """The coder's own, and those of others that the coder may see."""
         own = () if self.assignment is None else (self.assignment,)
         return (*own, *self.assigned_to)
 
@@ -70,7 +58,7 @@ class DemonstrationRow:
 
     @property
     def blind(self) -> bool:
-        """Whether the coder must not see what the others labelled."""
+        """Whether the coder must not see what others labelled."""
         return self.assignment is not None and self.assignment.blind and not self.done
 
     @property
@@ -85,35 +73,35 @@ class DemonstrationRow:
 
     @property
     def to_do(self) -> bool:
-        """Whether the coder has not begun it, or has it assigned and has not said it is done."""
+        """Whether the coder has not begun it, or has it assigned and not marked as done."""
         return left_to_label(self.share, self.assignment)
 
-    def shows(self, what: ListFilter) -> bool:
-        """Whether it is among what is to be shown."""
-        if what == "unlabelled":
+    def shows(self, filter_: ListFilter) -> bool:
+        """Whether it passes the filter."""
+        if filter_ == "unlabelled":
             return self.share == 0.0
-        if what == "begun":
+        if filter_ == "begun":
             return self.half_done
-        if what == "assigned":
+        if filter_ == "assigned":
             return self.assignment is not None and not self.done
-        return what == "all" or self.done
+        return filter_ == "all" or self.done
 
 
 @dataclass(frozen=True, slots=True)
 class TaskGroup:
-    """The demonstrations of one task that are shown."""
+    """The listed demonstrations of one task."""
 
     task: str
     rows: tuple[DemonstrationRow, ...]
 
     @property
     def labelled(self) -> int:
-        """How many of them the coder has begun to label."""
+        """How many the coder has begun to label."""
         return sum(row.share > 0 for row in self.rows)
 
     @property
     def finished(self) -> int:
-        """How many of them the coder has labelled to the end, or marked as done."""
+        """How many the coder has labelled completely, or marked as done."""
         return sum(row.finished for row in self.rows)
 
 
@@ -123,40 +111,26 @@ def rows_of(
     author: str,
     notes: Iterable[Note] = (),
 ) -> tuple[DemonstrationRow, ...]:
-    """What a coder may see of each demonstration, in their order.
+    """What a coder may see of each demonstration.
 
-    Parameters
-    ----------
-    infos : iterable of DemonstrationInfo
-        All demonstrations.
-    assignments : iterable of Assignment
-        Everybody's.
-    author : str
-        The coder who looks.
-    notes : iterable of Note
-        Those that the coder may see.
+    `assignments` are everybody's, `notes` those that the coder may see.
     """
     noted: dict[str, tuple[Note, ...]] = {}
     for note in notes:
         noted[note.demonstration] = (*noted.get(note.demonstration, ()), note)
     assigned: dict[str, list[Assignment]] = defaultdict(list)
-    for one in assignments:
-        assigned[one.demonstration].append(one)
+    for assignment in assignments:
+        assigned[assignment.demonstration].append(assignment)
     return tuple(
         _row(info, assigned.get(info.id, ()), author, noted.get(info.id, ())) for info in infos
     )
 
 
 def ordered(rows: Sequence[DemonstrationRow], order: ListOrder) -> tuple[DemonstrationRow, ...]:
-    """The same rows in another order, those of a task still one after the other.
+    """Sort rows, those of a task staying together.
 
-    Parameters
-    ----------
-    rows : sequence of Row
-        By task and name.
-    order : "name", "share" or "edit"
-        ``"share"``: what the coder has labelled least comes first in its task. ``"edit"``: what the
-        coder edited last comes first, and so does its task. What is alike stays by name.
+    ``"share"`` puts what the coder has labelled least first in its task; ``"edit"`` what the coder
+    edited last, with its task. Equal ones stay by name.
     """
     if order == "edit":
         rows = sorted(rows, key=lambda row: -row.edited)
@@ -169,20 +143,11 @@ def ordered(rows: Sequence[DemonstrationRow], order: ListOrder) -> tuple[Demonst
 def grouped(
     rows: Iterable[DemonstrationRow], search: str, shown: ListFilter, opened: str = ""
 ) -> tuple[TaskGroup, ...]:
-    """What is to be shown, by task, in the order of the rows.
+    """The rows that match, by task.
 
-    Parameters
-    ----------
-    rows : iterable of Row
-        Those of one task one after the other.
-    search : str
-        Words that name, task and notes must all contain, whatever their case; or the beginning
-        of an id.
-    shown : "all", "unlabelled", "begun", "assigned" or "done"
-        Which of them.
-    opened : str
-        Id of the demonstration that is open: it is shown as long as it is found, whatever `shown`
-        says, as it would otherwise vanish with the first segment that is painted.
+    Name, task and notes must contain all words of `search`, whatever their case, or the id begin
+    with it. The open demonstration passes every filter: it would vanish with the first segment
+    painted.
     """
     words = search.casefold().split()
     fitting = [
@@ -195,22 +160,14 @@ def grouped(
 
 
 def next_to_do(rows: Sequence[DemonstrationRow], opened: str) -> DemonstrationRow | None:
-    """The next row that is left to label, the first after the last; None where there is no other.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        Those shown, in order.
-    opened : str
-        Id of the demonstration that is open, after which the search begins.
-    """
+    """The next row that is left to label after the open one, cyclically."""
     at = next((i for i, row in enumerate(rows) if row.info.id == opened), -1)
     others = (*rows[at + 1 :], *rows[: max(at, 0)])
     return next((row for row in others if row.to_do), None)
 
 
 def percent(share: float) -> int:
-    """A share in percent; 0 and 100 only where there is nothing and everything."""
+    """A share in percent; 0 and 100 only for nothing and everything."""
     if share <= 0.0:
         return 0
     return 100 if share >= 0.9999 else min(max(round(100 * share), 1), 99)
@@ -222,7 +179,7 @@ def _row(
     """A demonstration as `author` may see it."""
     # Whoever painted past the end of the recording has labelled all of it, and not more.
     shares = {name: min(s / info.duration, 1.0) for name, s in info.labelled.items()}
-    own = next((one for one in assigned if one.author == author), None)
+    own = next((a for a in assigned if a.author == author), None)
     edited = info.edited.get(author, 0)
     row = DemonstrationRow(
         info, shares.pop(author, 0.0), assignment=own, edited=edited, notes=notes
@@ -230,21 +187,20 @@ def _row(
     if row.blind:
         return row
     others = tuple((name, share) for name, share in shares.items() if share > 0)
-    elsewhere = tuple(one for one in assigned if one.author != author)
+    elsewhere = tuple(a for a in assigned if a.author != author)
     return replace(row, others=others, assigned_to=elsewhere)
 
 
 def _matches(row: DemonstrationRow, words: list[str]) -> bool:
-    """Whether a demonstration has all these words."""
     if not words:
         return True
-    told = (row.info.name, row.info.task, *(note.text for note in row.notes))
-    text = "\n".join(told).casefold()
+    texts = (row.info.name, row.info.task, *(note.text for note in row.notes))
+    text = "\n".join(texts).casefold()
     return all(word in text or _id_starts_with(row, word) for word in words)
 
 
 def _id_starts_with(row: DemonstrationRow, word: str) -> bool:
-    """Whether it is the beginning of a demonstration's id, and too long to be one by chance."""
+    """Whether a word begins the id, and is too long to do so by chance."""
     # In 32 digits any short number stands somewhere: "12" would find 45 of 400 demonstrations.
     return len(word) >= ID_TYPED and row.info.id.startswith(word)
 
@@ -259,12 +215,7 @@ _TASK = 0
 class DemonstrationModel(QAbstractItemModel):
     """Groups of rows as a tree of two levels and one column.
 
-    Attributes
-    ----------
-    groups : tuple of Group
-        What is shown.
-    opened : str
-        Id of the demonstration that is open; ``""`` without one.
+    `opened` is the id of the open demonstration, or ``""``.
     """
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -274,12 +225,12 @@ class DemonstrationModel(QAbstractItemModel):
         self._places: dict[str, tuple[int, int]] = {}
 
     def show(self, groups: tuple[TaskGroup, ...]) -> bool:
-        """Show these groups; gives whether others than before are there, and not only news."""
+        """Show these groups; returns whether rows came, went or moved."""
         if _shape(groups) == _shape(self.groups):
             old, self.groups = self.groups, groups
             for g, (before, after) in enumerate(zip(old, groups, strict=True)):
                 if before != after:
-                    self._tell_changes(g, before, after)
+                    self._emit_changes(g, before, after)
             return False
         self.beginResetModel()
         self.groups = groups
@@ -299,14 +250,14 @@ class DemonstrationModel(QAbstractItemModel):
                 self.dataChanged.emit(index, index)
 
     def index_of(self, id_: str) -> QModelIndex:
-        """Where a demonstration is; invalid where it is not shown."""
+        """Where a demonstration is; invalid if it is not listed."""
         if id_ not in self._places:
             return NOWHERE
         g, r = self._places[id_]
         return self.createIndex(r, 0, g + 1)
 
     def at(self, index: Index) -> DemonstrationRow | TaskGroup | None:
-        """What stands there."""
+        """The row or group at an index."""
         if not index.isValid():
             return None
         inside = int(index.internalId())
@@ -315,39 +266,37 @@ class DemonstrationModel(QAbstractItemModel):
         return self.groups[inside - 1].rows[index.row()]
 
     def ids(self) -> list[str]:
-        """The demonstrations that are shown, in order."""
+        """The listed demonstrations, in order."""
         return list(self._places)
 
     @property
     def rows(self) -> Iterator[DemonstrationRow]:
-        """What is told of them, in the same order."""
+        """The listed rows, in order."""
         return (row for group in self.groups for row in group.rows)
 
     # What Qt asks
 
     def index(self, row: int, column: int, parent: Index = NOWHERE) -> QModelIndex:
-        """The index of a row below a parent."""
         if column != 0 or not 0 <= row < self.rowCount(parent):
             return NOWHERE
         return self.createIndex(row, column, parent.row() + 1 if parent.isValid() else _TASK)
 
     def parent(self, index: Index = NOWHERE) -> QModelIndex:  # type: ignore[override]
-        """The index of the task of a demonstration."""
+        """The index of a demonstration's task."""
         inside = int(index.internalId()) if index.isValid() else _TASK
         return NOWHERE if inside == _TASK else self.createIndex(inside - 1, 0, _TASK)
 
     def rowCount(self, parent: Index = NOWHERE) -> int:
-        """How many tasks there are, or demonstrations of one."""
+        """The number of tasks, or of a task's demonstrations."""
         if not parent.isValid():
             return len(self.groups)
         return len(self.groups[parent.row()].rows) if parent.internalId() == _TASK else 0
 
     def columnCount(self, parent: Index = NOWHERE) -> int:
-        """One column."""
         return 1
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        """What is shown, told and read aloud of a row."""
+        """Text, tooltip and accessible text of a row."""
         item = self.at(index)
         if item is None:
             return None
@@ -366,11 +315,10 @@ class DemonstrationModel(QAbstractItemModel):
         return None
 
     def _is_open(self, item: DemonstrationRow | TaskGroup) -> bool:
-        """Whether it is the demonstration that is open."""
         return isinstance(item, DemonstrationRow) and item.info.id == self.opened
 
-    def _tell_changes(self, g: int, before: TaskGroup, after: TaskGroup) -> None:
-        """Tell which rows of a group have news."""
+    def _emit_changes(self, g: int, before: TaskGroup, after: TaskGroup) -> None:
+        """Emit `dataChanged` for the rows of a group that differ."""
         for r, (old, new) in enumerate(zip(before.rows, after.rows, strict=True)):
             if old != new:
                 index = self.createIndex(r, 0, g + 1)
@@ -380,12 +328,12 @@ class DemonstrationModel(QAbstractItemModel):
 
 
 def _shape(groups: tuple[TaskGroup, ...]) -> list[tuple[str, list[str]]]:
-    """Which demonstrations are shown, and where."""
+    """Which demonstrations are listed, and where."""
     return [(group.task, [row.info.id for row in group.rows]) for group in groups]
 
 
 def _facts(item: DemonstrationRow | TaskGroup, open_: bool) -> list[str]:
-    """What a row shows, in words."""
+    """A row in words."""
     if isinstance(item, TaskGroup):
         facts = [
             item.task or "No task",
@@ -406,15 +354,15 @@ def _facts(item: DemonstrationRow | TaskGroup, open_: bool) -> list[str]:
         facts.append("Done")
     elif item.assignment is not None:
         facts.append("Assigned to you")
-    for one in item.assigned_to:
-        sentence = "Assigned to {0}" if one.done is None else "Done by {0}"
-        facts.append(sentence.format(one.author))
+    for assignment in item.assigned_to:
+        sentence = "Assigned to {0}" if assignment.done is None else "Done by {0}"
+        facts.append(sentence.format(assignment.author))
     facts.append("With video" if item.info.has_video else "No video")
     return facts
 
 
 def _details(item: DemonstrationRow | TaskGroup) -> list[str]:
-    """What only the tool tip tells."""
+    """What only the tooltip says."""
     if isinstance(item, TaskGroup):
         return []
     info = item.info

@@ -1,4 +1,4 @@
-"""The dialogs that commands open; each is loaded when first opened."""
+"""The dialogs that commands open; each is loaded when first opened, to start faster."""
 
 from __future__ import annotations
 
@@ -21,20 +21,10 @@ def handlers(
     commands: Callable[[], Mapping[str, QAction]],
     shown: Callable[[], Iterable[str]],
 ) -> dict[str, Callable[[], object]]:
-    """What the commands that open a dialog do, by their id.
+    """The handlers of the commands that open a dialog, by command id.
 
-    Parameters
-    ----------
-    document : Document
-        What the dialogs are about.
-    jobs : Jobs
-        Works in the background for them.
-    window : QWidget
-        Over which they appear.
-    commands : callable
-        Gives the actions that the window has, by the command's id.
-    shown : callable
-        Gives the ids of the demonstrations that the list shows.
+    `commands` returns the window's actions by command id, `shown` the ids of the listed
+    demonstrations.
     """
     return {
         "export_labels": lambda: _export(document, jobs, window, tuple(shown())),
@@ -49,16 +39,7 @@ def handlers(
 
 
 def confirm_reveal(document: Document, ids: Collection[str], window: QWidget) -> bool:
-    """Whether the coder agrees to see what others labelled, where it is hidden in blind coding.
-
-    Parameters
-    ----------
-    document : Document
-    ids : collection of str
-        The demonstrations that are to be marked as done.
-    window : QWidget
-        Over which the question appears, if there is anything to ask.
-    """
+    """Ask whether to end blind coding of these demonstrations; True if there is nothing to ask."""
     project = document.project
     hidden = set() if project is None else project.coding.blind_to(document.author) & set(ids)
     if not hidden:
@@ -93,7 +74,7 @@ def _toggle_done(document: Document, window: QWidget) -> None:
 
 
 def _report_stored(document: Document) -> None:
-    """Say that there is nothing to save."""
+    """Say that everything is saved already."""
     if document.project is None:
         document.show_message("No project is open.")
         return
@@ -102,7 +83,6 @@ def _report_stored(document: Document) -> None:
 
 
 def _export(document: Document, jobs: Jobs, window: QWidget, shown: Sequence[str]) -> None:
-    """Let the user write labels into a folder."""
     from forcelab.gui.export_dialog import ExportDialog
 
     if document.project is None or not document.infos:
@@ -114,7 +94,7 @@ def _export(document: Document, jobs: Jobs, window: QWidget, shown: Sequence[str
 
 
 def _synchronise(document: Document, jobs: Jobs, window: QWidget) -> None:
-    """Let the user synchronise video and forces, with the panels at hand."""
+    """Synchronise video and forces, with the panels at hand."""
     from forcelab.gui.label.video_sync import SynchroniseDialog
 
     demonstration = document.demonstration
@@ -125,7 +105,6 @@ def _synchronise(document: Document, jobs: Jobs, window: QWidget) -> None:
 
 
 def _change_keys(document: Document, window: QWidget, commands: Mapping[str, QAction]) -> None:
-    """Let the user change keys."""
     from forcelab.gui.keys_dialog import KeysDialog
 
     dialog = KeysDialog(document, keys(), window, commands)
@@ -134,7 +113,6 @@ def _change_keys(document: Document, window: QWidget, commands: Mapping[str, QAc
 
 
 def _help(document: Document, window: QWidget, commands: Mapping[str, QAction]) -> None:
-    """Show the page of keys and gestures."""
     from forcelab.gui.help import HelpPage
 
     page = HelpPage(document, keys(), window, commands)
@@ -143,7 +121,6 @@ def _help(document: Document, window: QWidget, commands: Mapping[str, QAction]) 
 
 
 def _about(window: QWidget) -> None:
-    """Say which version this is, and where its manual, settings and log lie."""
     from forcelab.gui.help import AboutDialog
 
     dialog = AboutDialog(window)
@@ -152,7 +129,7 @@ def _about(window: QWidget) -> None:
 
 
 def show_manual(document: Document, window: QWidget | None) -> None:
-    """Show the manual beside the window, which can be worked in meanwhile."""
+    """Show the manual in a window of its own."""
     from forcelab.gui.help import ManualDialog, manual
 
     text = manual()

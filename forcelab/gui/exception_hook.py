@@ -1,4 +1,4 @@
-"""Unexpected errors: logged with all that helps to mend them and shown once; the program goes on.
+"""Unexpected errors: logged in full and shown once, while the program goes on.
 
 A fault is known by the place where it was raised. The first at a place is shown, unless another is
 being shown; all are counted, and the log names the second, fourth, eighth... so that a fault in
@@ -69,19 +69,10 @@ def log_file() -> Path:
 
 
 class ExceptionHook(QObject):
-    """Takes over what nobody else catches, in all threads, until the window is gone.
+    """Reports uncaught exceptions of all threads, for as long as the window lives.
 
-    Parameters
-    ----------
-    window : QWidget
-        Above which a fault is shown, and with which this ends.
-    say : callable
-        Told the sentence of a :class:`ForcelabError`, which is no fault of the program.
-
-    Attributes
-    ----------
-    counts : Counter of str
-        How often something went wrong at each place.
+    `say` gets the sentence of a :class:`ForcelabError`, which is no fault of the program; `counts`
+    holds how often each place failed.
     """
 
     _caught = Signal(object)
@@ -109,7 +100,7 @@ class ExceptionHook(QObject):
     def _on_error(
         self, kind: type[BaseException], error: BaseException, trace: TracebackType | None
     ) -> None:
-        """What ``sys.excepthook`` gets: also errors in slots and in Qt's virtual methods."""
+        """The ``sys.excepthook``; it also gets errors in slots and in Qt's virtual methods."""
         if issubclass(kind, KeyboardInterrupt) or getattr(self._reporting, "busy", False):
             self._before[0](kind, error, trace)
             return
@@ -119,18 +110,18 @@ class ExceptionHook(QObject):
         finally:
             self._reporting.busy = False
 
-    def _on_thread(self, what: threading.ExceptHookArgs) -> None:
-        """What ``threading.excepthook`` gets."""
-        if what.exc_value is not None and not isinstance(what.exc_value, SystemExit):
-            self._on_error(what.exc_type, what.exc_value, what.exc_traceback)
+    def _on_thread(self, arguments: threading.ExceptHookArgs) -> None:
+        """The ``threading.excepthook``."""
+        if arguments.exc_value is not None and not isinstance(arguments.exc_value, SystemExit):
+            self._on_error(arguments.exc_type, arguments.exc_value, arguments.exc_traceback)
 
     def _on_message(self, kind: QtMsgType, context: QMessageLogContext, message: str) -> None:
-        """What Qt says of itself: for the log only, since no coder can do anything about it."""
+        """Log Qt's messages; the coder could do nothing about them."""
         del context  # empty in Qt's release builds
         log.log(_LEVELS.get(kind, logging.WARNING), "Qt: %s", message)
 
     def _report(self, error: BaseException) -> None:
-        """Log an error, in whatever thread it was raised, and have it shown in the GUI's."""
+        """Log an error in the thread that raised it, and show it in the GUI's thread."""
         if isinstance(error, ForcelabError):
             log.warning("%s", error)
             self._caught.emit(error)
@@ -158,12 +149,12 @@ class ExceptionHook(QObject):
             self._open.show()
 
     def _closed(self) -> None:
-        """The next fault may be shown."""
+        """Let the next fault be shown."""
         self._open = None
 
 
 def error_report(error: BaseException) -> str:
-    """What somebody needs who mends it: versions, platform and where it happened."""
+    """Versions, platform and traceback, for whoever mends it."""
     head = (
         f"forcelab {__version__}, Python {platform.python_version()}, Qt {qVersion()}, "
         f"{platform.platform()}\n"
@@ -172,7 +163,7 @@ def error_report(error: BaseException) -> str:
 
 
 def _place(error: BaseException) -> str:
-    """Where an error was raised: the innermost line of this program, and the error's type."""
+    """The innermost line of this program in the traceback, and the error's type."""
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame for frame in frames if "forcelab" in Path(frame.filename).parts]
     where = [f"{frame.filename}:{frame.lineno}" for frame in own or frames]
@@ -180,16 +171,16 @@ def _place(error: BaseException) -> str:
 
 
 def _handler(path: Path) -> logging.Handler:
-    """The log on disk; where there can be none, what is logged goes to the terminal."""
+    """The log on disk; the terminal if there can be none."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        made: logging.Handler = RotatingFileHandler(
+        handler: logging.Handler = RotatingFileHandler(
             path, maxBytes=LARGEST, backupCount=OLDER, encoding="utf-8"
         )
     except OSError:
-        made = logging.StreamHandler()
-    made.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(threadName)s %(message)s"))
-    return made
+        handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(threadName)s %(message)s"))
+    return handler
 
 
 def _uninstall(
@@ -197,7 +188,7 @@ def _uninstall(
     handler: logging.Handler,
     level: int,
 ) -> Callable[[], None]:
-    """What puts back the hooks and closes the log."""
+    """A function that restores the hooks and closes the log."""
 
     def undo() -> None:
         sys.excepthook, threading.excepthook = before
@@ -210,17 +201,7 @@ def _uninstall(
 
 
 class FaultDialog(QDialog):
-    """Says that the labels are safe, where the log lies, and what can be sent on.
-
-    It stops nobody from working on: it is not modal.
-
-    Parameters
-    ----------
-    details : str
-        For whoever mends it; can be copied.
-    log_file : Path
-        Where more is written.
-    """
+    """Says that the labels are safe and where the log is; `details` can be copied. Not modal."""
 
     def __init__(self, details: str, log_file: Path, parent: QWidget) -> None:
         super().__init__(parent)
@@ -236,13 +217,13 @@ class FaultDialog(QDialog):
         layout.addLayout(self._buttons())
 
     def _words(self, log_file: Path) -> QHBoxLayout:
-        """What is said, beside a sign."""
+        """The message beside its icon."""
         headline = _wrapped("Something went wrong.")
         emphasise(headline, 1.2)
         lines = (
             "Your labels are safe: every stroke was stored when it was made.",
-            "You can go on working. If it happens again, start forcelab anew.",
-            f"What happened is written down in {log_file}",
+            "You can go on working. If it happens again, restart forcelab.",
+            f"Details are in {log_file}",
         )
         self._more = _wrapped("")
         self._more.hide()
@@ -261,7 +242,7 @@ class FaultDialog(QDialog):
         return top
 
     def _folded(self, details: str) -> QPlainTextEdit:
-        """The details, folded away."""
+        """The details, hidden at first."""
         text = QPlainTextEdit(details)
         text.setReadOnly(True)
         text.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
@@ -274,7 +255,6 @@ class FaultDialog(QDialog):
         return text
 
     def _buttons(self) -> QHBoxLayout:
-        """Unfold, copy, close."""
         buttons = QHBoxLayout()
         self._show = QPushButton("Show details", self)
         self._show.setCheckable(True)
@@ -294,21 +274,17 @@ class FaultDialog(QDialog):
         return buttons
 
     def add(self) -> None:
-        """Say that something else went wrong while this is open."""
+        """Count another error while this is open."""
         self._further += 1
-        self._more.setText(
-            f"Further errors since then, written down in the same file: {self._further}"
-        )
+        self._more.setText(f"Further errors since then, in the same file: {self._further}")
         self._more.show()
 
     def _show_details(self, shown: bool) -> None:
-        """Unfold what is meant for whoever mends it."""
         self._text.setVisible(shown)
         self._show.setText("Hide details" if shown else "Show details")
         self.adjustSize()
 
     def _copy_details(self) -> None:
-        """Copy the details, and say that it was done."""
         QGuiApplication.clipboard().setText(self._details)
         self._copy.setText("Copied")
 

@@ -24,16 +24,9 @@ from forcelab.gui.widgets import ElidedComboBox
 
 
 class ExportDialog(QDialog):
-    """Which labels, as what, and where; what is hidden from the coder is left out.
+    """Export labels: which, in which format, into which folder.
 
-    Parameters
-    ----------
-    document : Document
-        Its project's labels are written.
-    jobs : Jobs
-        Writes in the background.
-    shown : sequence of str
-        Ids of the demonstrations that the list shows.
+    What is hidden from the coder is left out. `shown` are the ids of the listed demonstrations.
     """
 
     def __init__(
@@ -82,7 +75,7 @@ class ExportDialog(QDialog):
         self.go.setDefault(True)
 
     def export(self, folder: Path) -> None:
-        """Write into a folder in the background, and say what became of it."""
+        """Write into a folder in the background, and report the result."""
         project = self._document.project
         if project is None:
             return
@@ -100,32 +93,28 @@ class ExportDialog(QDialog):
         self._jobs.run(job, self._written, self._failed, self._bar.show_progress, key="export")
 
     def reject(self) -> None:
-        """Stop an export that goes on, and close."""
+        """Cancel a running export, and close."""
         self._jobs.cancel("export")
         super().reject()
 
     def _match(self) -> None:
-        """An archive holds the whole project."""
+        """Disable the choice of demonstrations for an archive, which holds the whole project."""
         archive = self.form.currentData() == "archive"
         set_enabled_with_reason(self.which, "An archive holds all labels." if archive else "")
 
     def _choose(self) -> None:
-        """Let the user choose a folder."""
         chosen = ask_folder(self, "Folder to write into", "export")
         if chosen is not None:
             self.export(chosen)
 
     def _written(self, files: tuple[Path, ...]) -> None:
-        """Say what was written."""
         more = f" and {len(files) - 1} more" if len(files) > 1 else ""
         self._report(f"Written: {files[0]}{more}")
 
     def _failed(self, error: Exception) -> None:
-        """Say what stands in the way."""
         self._report(str(error))
 
     def _report(self, text: str) -> None:
-        """Say what became of it."""
         self._bar.setVisible(False)
         set_enabled_with_reason(self.go, "")
         self._report_label.setText(text)

@@ -16,7 +16,7 @@ from forcelab.gui.jobs import Jobs
 
 
 def last_folder(kind: str) -> Path:
-    """Where a file of a kind was chosen last; else the folder in which the projects lie."""
+    """The folder where a file of a kind was chosen last; else the one that holds the projects."""
     last = settings.text(f"{kind}/folder")
     if last and Path(last).is_dir():
         return Path(last)
@@ -25,19 +25,14 @@ def last_folder(kind: str) -> Path:
 
 
 def remember_folder(kind: str, folder: Path) -> None:
-    """Keep where a file of a kind was chosen, for the next time."""
+    """Remember where a file of a kind was chosen."""
     settings.store(f"{kind}/folder", str(folder))
 
 
 def ask_file(parent: QWidget, title: str, kind: str, filters: str) -> Path | None:
-    """Let the user choose a file; None where he does not.
+    """Let the user choose a file; None if cancelled.
 
-    Parameters
-    ----------
-    title, filters : str
-        Of the dialog.
-    kind : str
-        Of the file, such as ``"video"``.
+    The last folder is kept for each `kind` of file, such as ``"video"``.
     """
     name, _ = QFileDialog.getOpenFileName(parent, title, str(last_folder(kind)), filters)
     if name:
@@ -46,7 +41,7 @@ def ask_file(parent: QWidget, title: str, kind: str, filters: str) -> Path | Non
 
 
 def ask_files(parent: QWidget, title: str, kind: str) -> list[Path]:
-    """Let the user choose files; as :func:`ask_file`."""
+    """Let the user choose files, as :func:`ask_file`."""
     names, _ = QFileDialog.getOpenFileNames(parent, title, str(last_folder(kind)))
     if names:
         remember_folder(kind, Path(names[0]).parent)
@@ -54,7 +49,7 @@ def ask_files(parent: QWidget, title: str, kind: str) -> list[Path]:
 
 
 def ask_folder(parent: QWidget, title: str, kind: str) -> Path | None:
-    """Let the user choose a folder; as :func:`ask_file`."""
+    """Let the user choose a folder, as :func:`ask_file`."""
     name = QFileDialog.getExistingDirectory(parent, title, str(last_folder(kind)))
     if name:
         remember_folder(kind, Path(name))
@@ -62,9 +57,9 @@ def ask_folder(parent: QWidget, title: str, kind: str) -> Path | None:
 
 
 def accept_as_copy(event: QDropEvent) -> list[Path]:
-    """The files and folders that are dragged or dropped, if any; they are answered with "copy".
+    """The files and folders that are dragged or dropped, accepted as a copy.
 
-    Whoever drags deletes what was answered with "move", which many file managers propose.
+    The source deletes what was accepted as a move, which many file managers propose.
     """
     paths = [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]
     if paths:
@@ -76,17 +71,7 @@ def accept_as_copy(event: QDropEvent) -> list[Path]:
 
 
 def ask_picture(parent: QWidget, title: str, name: str) -> Path | None:
-    """Let the user name a file for a picture; None where he does not.
-
-    The dialog begins in the folder of the last picture, or else beside the last project.
-
-    Parameters
-    ----------
-    title : str
-        Of the dialog.
-    name : str
-        Of the file, as it is suggested; without a suffix the file gets ``.svg``.
-    """
+    """Let the user name a picture file; None if cancelled. Without a suffix it becomes ``.svg``."""
     kinds = "Pictures (*.svg *.pdf *.png)"
     suggested = str(last_folder("pictures") / name)
     chosen, _ = QFileDialog.getSaveFileName(parent, title, suggested, kinds)
@@ -98,7 +83,7 @@ def ask_picture(parent: QWidget, title: str, name: str) -> Path | None:
 
 
 def save_picture(figure: Figure, path: Path, document: Document, jobs: Jobs) -> None:
-    """Save a figure in the background as its suffix says, and say what became of it."""
+    """Save a figure in the background in the format of its suffix, and report the result."""
     saved = f"Saved '{path.name}'."
     jobs.run(
         _saving(figure, path),

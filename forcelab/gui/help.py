@@ -1,4 +1,4 @@
-"""Help: keys from the table that binds them, what the mouse does, the manual, and About."""
+"""Help: keys from the table that binds them, mouse gestures, the manual, and About."""
 
 from __future__ import annotations
 
@@ -41,13 +41,14 @@ from forcelab import __version__
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.exception_hook import log_file
-from forcelab.gui.layout import emphasise, resize_on_screen, search_field
-from forcelab.gui.shortcuts import COMMANDS, GROUPS, Keys, key_name
+from forcelab.gui.keys_dialog import CommandDialog
+from forcelab.gui.layout import emphasise, resize_on_screen
+from forcelab.gui.shortcuts import GROUPS, Keys, key_name
 from forcelab.resources import versions
 
 
 def _pairs(*texts: str) -> tuple[tuple[str, str], ...]:
-    """Every second text with the one before it."""
+    """Pair every second text with the one before it."""
     return tuple(zip(texts[::2], texts[1::2], strict=True))
 
 
@@ -107,25 +108,18 @@ LEFT, RIGHT = 24, 30
 
 @dataclass(frozen=True, slots=True)
 class _Section:
-    """A heading with its rows: what to press or to do, each as pieces, and what it does."""
+    """A heading with its rows: keys or a gesture in pieces, and what it does.
+
+    `caps` draws the pieces as keys.
+    """
 
     heading: str
     rows: tuple[tuple[tuple[str, ...], str], ...]
     caps: bool
 
 
-class HelpPage(QDialog):
-    """All keys and gestures, searchable.
-
-    Parameters
-    ----------
-    document : Document
-        Whose task's actions come first.
-    keys : Keys
-        The keys that count now.
-    offered : collection of str, optional
-        The ids of the commands that do something; by default all.
-    """
+class HelpPage(CommandDialog):
+    """All keys and gestures, searchable."""
 
     def __init__(
         self,
@@ -134,13 +128,9 @@ class HelpPage(QDialog):
         parent: QWidget | None = None,
         offered: Collection[str] | None = None,
     ) -> None:
-        super().__init__(parent)
-        self._offered = [c for c in COMMANDS if offered is None or c.id in offered]
+        super().__init__(document, keys, parent, offered)
         self.setWindowTitle("Keys and mouse")
-        self._document = document
-        self._keys = keys
-        self._search = search_field("Search", "Search keys and gestures")
-        self._search.setTextMargins(4, 2, 4, 2)
+        self._search = self._search_field("Search", "Search keys and gestures")
         self._search.textChanged.connect(self._fill)
         self._area = QScrollArea()
         self._area.setWidgetResizable(True)
@@ -165,12 +155,10 @@ class HelpPage(QDialog):
         self._search.setFocus()
 
     def sizeHint(self) -> QSize:
-        """Room for three columns."""
         metrics = self.fontMetrics()
         return QSize(metrics.averageCharWidth() * 210, metrics.lineSpacing() * 56)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Lay out as many columns as there is room for."""
         super().resizeEvent(event)
         if self._fitting() != self._columns:
             self._fill()
@@ -191,11 +179,11 @@ class HelpPage(QDialog):
             bar.setValue(bar.value() + step)
 
     def _fitting(self) -> int:
-        """How many columns there is room for."""
+        """The number of columns that fit."""
         return max(1, min(3, self.width() // (self.fontMetrics().averageCharWidth() * 54)))
 
     def _sections(self) -> list[_Section]:
-        """All there is to say: the task's actions, the commands by group, the mouse."""
+        """The task's actions, the commands by group, the mouse."""
         sections = []
         actions = tuple(
             ((key_name(action.key),) if action.key else (), action.name)
@@ -203,7 +191,7 @@ class HelpPage(QDialog):
         )
         if actions:
             sections.append(_Section("Actions of this task", actions, caps=True))
-        painting = tuple(((how,), what) for how, what in PAINTING_HELP)
+        painting = tuple(((press,), effect) for press, effect in PAINTING_HELP)
         sections.append(_Section("With the key of an action", painting, caps=False))
         for group in GROUPS:
             rows = tuple(
@@ -212,26 +200,26 @@ class HelpPage(QDialog):
                 if command.group == group and self._keys[command.id]
             )
             sections += [_Section(group, rows, caps=True)] if rows else []
-        mouse = tuple(((how,), what) for how, what in MOUSE_HELP)
+        mouse = tuple(((gesture,), effect) for gesture, effect in MOUSE_HELP)
         sections.append(_Section("Mouse", mouse, caps=False))
         return sections
 
     def _matching(self) -> list[_Section]:
-        """The sections with the rows that contain what is searched for."""
-        wanted = self._search.text().casefold().strip()
+        """The sections with the rows that contain the search text."""
+        query = self._search.text().casefold().strip()
         found = []
         for section in self._sections():
             rows = tuple(
                 row
                 for row in section.rows
-                if wanted in " ".join((section.heading, row[1], *row[0])).casefold()
+                if query in " ".join((section.heading, row[1], *row[0])).casefold()
             )
             if rows:
                 found.append(_Section(section.heading, rows, section.caps))
         return found
 
     def _fill(self) -> None:
-        """Lay the sections out in columns, in reading order, the columns of like height."""
+        """Lay the sections out in columns of like height, in reading order."""
         self._columns = self._fitting()
         page = QWidget()
         across = QHBoxLayout(page)
@@ -255,7 +243,7 @@ class HelpPage(QDialog):
 
 
 def _balanced_columns(sections: Sequence[_Section], columns: int) -> list[list[_Section]]:
-    """Deal sections out to columns without changing their order."""
+    """Distribute sections over columns without changing their order."""
     heights = [2.5 + sum(_lines(row, section.caps) for row in section.rows) for section in sections]
     low, high = max(heights, default=0.0), sum(heights)
     while high - low > 0.25:  # the lowest height into which all fit, by bisection
@@ -276,7 +264,7 @@ def _lines(row: tuple[tuple[str, ...], str], caps: bool) -> float:
 
 
 def _stacked(heights: Sequence[float], most: float) -> list[list[int]]:
-    """Which of some heights go into each column if none may be higher than `most`."""
+    """The indices of the heights in each column, if no column may be higher than `most`."""
     stacks: list[list[int]] = []
     used = most + 1.0
     for i, height in enumerate(heights):
@@ -289,7 +277,6 @@ def _stacked(heights: Sequence[float], most: float) -> list[list[int]]:
 
 
 def _card(section: _Section) -> QWidget:
-    """One section."""
     card = QWidget()
     grid = QGridLayout(card)
     grid.setContentsMargins(0, 0, 0, 0)
@@ -307,13 +294,13 @@ def _card(section: _Section) -> QWidget:
     grid.addWidget(rule, 1, 0, 1, 2)
     grid.setColumnMinimumWidth(0, card.fontMetrics().averageCharWidth() * LEFT)
     for i, (pieces, what) in enumerate(section.rows, 2):
-        says = QLabel(what)
-        says.setTextFormat(Qt.TextFormat.PlainText)
-        says.setWordWrap(True)
+        explanation = QLabel(what)
+        explanation.setTextFormat(Qt.TextFormat.PlainText)
+        explanation.setWordWrap(True)
         if section.caps:
-            says.setContentsMargins(0, 2, 0, 0)  # on one line with the letters in the caps
+            explanation.setContentsMargins(0, 2, 0, 0)  # on one line with the letters in the caps
         grid.addWidget(_pieces(pieces, section.caps), i, 0, Qt.AlignmentFlag.AlignTop)
-        grid.addWidget(says, i, 1, Qt.AlignmentFlag.AlignTop)
+        grid.addWidget(explanation, i, 1, Qt.AlignmentFlag.AlignTop)
     return card
 
 
@@ -326,7 +313,6 @@ class _KeyCap(QLabel):
         self.setContentsMargins(6, 1, 6, 3)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the cap below the letters; its lower edge is thicker."""
         with QPainter(self) as painter:
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
             painter.setPen(Qt.PenStyle.NoPen)
@@ -366,7 +352,7 @@ SPACE = 12
 
 
 def facts() -> dict[str, str]:
-    """Versions, by name, and where settings and log lie."""
+    """Versions by name, and where settings and log are."""
     found = {**versions(), "PySide6": PySide6.__version__, "Qt": qVersion()}
     found["settings"] = settings.settings().fileName()
     found["log"] = str(log_file())
@@ -374,13 +360,13 @@ def facts() -> dict[str, str]:
 
 
 def manual() -> str:
-    """The manual as Markdown, which is installed with the program; empty where it is not."""
+    """The installed manual as Markdown; empty if it is not installed."""
     pictured = metadata("forcelab")["Description"] or ""
     return _FILE.sub(r"\1", _PICTURE.sub("", pictured)).strip()
 
 
 class AboutDialog(QDialog):
-    """Which version this is, of what, and where it writes: all that a report of a fault needs."""
+    """Versions and folders: all that a report of a fault needs."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -401,7 +387,6 @@ class AboutDialog(QDialog):
         column.addWidget(self._buttons())
 
     def _buttons(self) -> QDialogButtonBox:
-        """Copy, open the manual, close."""
         buttons = QDialogButtonBox()
         self.copy_button = QPushButton("Copy")
         self.copy_button.setAccessibleName("Copy versions and places")
@@ -415,24 +400,17 @@ class AboutDialog(QDialog):
         return buttons
 
     def _copy(self) -> None:
-        """Copy everything, for a message to whoever mends something."""
         lines = (f"{name}: {value}" for name, value in self._facts.items())
         QGuiApplication.clipboard().setText("\n".join(lines))
         self.copy_button.setText("Copied")
 
 
 class ManualDialog(QDialog):
-    """The manual, to be read beside the window.
-
-    Parameters
-    ----------
-    text : str
-        As of :func:`manual`.
-    """
+    """The manual, to be read beside the window."""
 
     def __init__(self, text: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setWindowTitle("User guide — forcelab")
+        self.setWindowTitle("Manual")
         self.pages = QTextBrowser()
         self.pages.setAccessibleName("Manual")
         self.pages.setOpenExternalLinks(True)
@@ -444,14 +422,14 @@ class ManualDialog(QDialog):
         self.resize(self.sizeHint())
 
     def sizeHint(self) -> QSize:
-        """Room for lines of about a hundred characters, within the screen."""
+        """Lines of about a hundred characters, within the screen."""
         metrics = self.fontMetrics()
         room = self.screen().availableGeometry().size() * 0.92
         return QSize(metrics.averageCharWidth() * 116, metrics.lineSpacing() * 46).boundedTo(room)
 
 
 def _name_headings(document: QTextDocument) -> None:
-    """Let links such as ``#from-python`` find their headings, which Qt gives no names."""
+    """Give headings the names that links such as ``#from-python`` use; Qt gives them none."""
     block = document.begin()
     while block.isValid():
         if block.blockFormat().headingLevel():
@@ -467,9 +445,9 @@ def _name_headings(document: QTextDocument) -> None:
 
 def fit_to_text(document: QTextDocument) -> None:
     """Break lines of output that are wider than the window, and keep tables apart."""
-    how = document.defaultTextOption()
-    how.setWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
-    document.setDefaultTextOption(how)
+    option = document.defaultTextOption()
+    option.setWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
+    document.setDefaultTextOption(option)
     block = document.begin()
     while block.isValid():
         if block.blockFormat().nonBreakableLines():
@@ -486,7 +464,7 @@ def fit_to_text(document: QTextDocument) -> None:
 
 
 def copy_button_clicked(value: str, name: str) -> QLabel:
-    """A text that can be copied; plain, as names of folders are no markup."""
+    """A plain text that can be copied: names of folders are no markup."""
     label = QLabel(value)
     label.setTextFormat(Qt.TextFormat.PlainText)
     label.setAccessibleName(name)

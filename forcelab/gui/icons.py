@@ -24,7 +24,7 @@ SIDE, THICKNESS = 16.0, 1.5
 
 @dataclass(frozen=True, slots=True)
 class _Drawing:
-    """What of an icon is filled, and what is drawn as lines."""
+    """The filled and the stroked paths of an icon."""
 
     fill: str = ""
     line: str = ""
@@ -108,14 +108,9 @@ NAMES = tuple(_DRAWINGS)
 
 
 def icon(name: str) -> QIcon:
-    """An icon in the ink of whatever theme is in use when it is drawn.
+    """An icon (one of :data:`NAMES`) in the colours of the theme in use when it is drawn.
 
-    Disabled it is pale, switched on it has the ink for what lies on the accent's colour.
-
-    Parameters
-    ----------
-    name : str
-        One of :data:`NAMES`.
+    Disabled it is pale; checked it has the colour for text on the accent.
     """
     return QIcon(_Engine(name))
 
@@ -134,7 +129,7 @@ def paint_icon(painter: QPainter, box: QRectF, name: str, ink: QColor) -> None:
 
 
 class _Engine(QIconEngine):
-    """Draws an icon each time it is asked for, so that it follows theme and scale."""
+    """Draws the icon whenever it is asked for, so that it follows theme and scale."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -142,7 +137,6 @@ class _Engine(QIconEngine):
         _paths(name)
 
     def paint(self, painter: QPainter, rect: QRect, mode: QIcon.Mode, state: QIcon.State) -> None:
-        """Draw it as Qt asks for it."""
         theme = colours()
         ink = QColor(theme.accent_text if state == QIcon.State.On else theme.text)
         if mode == QIcon.Mode.Disabled:

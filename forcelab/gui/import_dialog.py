@@ -50,6 +50,7 @@ from forcelab.gui.layout import (
 )
 from forcelab.gui.text import settle_name
 from forcelab.gui.theme import colours
+from forcelab.text import counted
 
 #: Formats whose files have columns, or fields that are like them.
 _WITH_COLUMNS = frozenset(["table", "rosbag"])
@@ -58,12 +59,9 @@ CELL_PADDING = 3
 
 
 class ImportColumns(QWidget):
-    """The columns of one table or bag among the files, of the first one first; else hidden.
+    """What each column of a table or bag is read as; shown for one file, the first at first.
 
-    Attributes
-    ----------
-    table : QTableWidget
-        A row a column: its name, its first cells, and a choice of what it is.
+    `table` has a row for each column: its name, its first cells, and the choice.
     """
 
     def __init__(self) -> None:
@@ -106,13 +104,13 @@ class ImportColumns(QWidget):
         self._fill()
 
     def show_file(self, path: Path) -> None:
-        """Show the columns of another file, if it has any; what was chosen is for all."""
+        """Show the columns of another file, if it has any; choices hold for all files."""
         if path != self._path and _format(path) in _WITH_COLUMNS:
             self._path = path
             self._fill()
 
     def options(self, options: ReadOptions) -> ReadOptions:
-        """Add what was chosen; what is found by itself stays to be found in each file."""
+        """Add the choices; what was not chosen is found in each file."""
         chosen = {use: name for name, use in self._wishes.items()}
         several: dict[Use, tuple[str, ...]] = {
             use: tuple(name for name, wish in self._wishes.items() if wish == use)
@@ -128,8 +126,8 @@ class ImportColumns(QWidget):
         )
 
     def wish(self, name: str, use: Use) -> None:
-        """Have a column read as something else than it is taken for."""
-        taken = {one.name: one.use for one in self._untouched}
+        """Read a column as something else."""
+        taken = {column.name: column.use for column in self._untouched}
         if use in ("times", "counter", "labels"):  # there is one of each
             self._wishes = {n: u for n, u in self._wishes.items() if u != use}
         if use in ("times", "counter"):  # one stands in for the other
@@ -141,7 +139,7 @@ class ImportColumns(QWidget):
         self._fill()
 
     def set_rate(self, rate: float) -> None:
-        """Take in the samples a second that are given for files without times; 0 for none."""
+        """Set the samples a second of files without times; 0 for none."""
         if rate != self._rate:
             self._rate = rate
             self._show_status()
@@ -155,18 +153,18 @@ class ImportColumns(QWidget):
             self.uses = uses or self._untouched
         self.setVisible(bool(self.uses))
         self.table.setRowCount(len(self.uses))
-        for row, one in enumerate(self.uses):
-            name = f"{one.name} [{one.unit}]" if one.unit else one.name
-            for place, text in enumerate((name, "   ".join(one.cells))):
+        for row, column in enumerate(self.uses):
+            name = f"{column.name} [{column.unit}]" if column.unit else column.name
+            for place, text in enumerate((name, "   ".join(column.cells))):
                 item = QTableWidgetItem(text)
                 item.setToolTip(text)
                 self.table.setItem(row, place, item)
-            self.table.setCellWidget(row, 2, _pad_columns(self._choice(one)))
+            self.table.setCellWidget(row, 2, _pad_columns(self._choice(column)))
         self._trouble = trouble
         self._show_status()
 
     def _show_status(self) -> None:
-        """Say what is shown, and what is still lacking."""
+        """Say which file is shown, and what is missing."""
         self.heading.setText(self._trouble or self._file_sentence())
         wrong = self._trouble or not self._timed
         self.heading.setStyleSheet(f"color: {colours().warning}" if wrong else "")
@@ -175,57 +173,57 @@ class ImportColumns(QWidget):
     def _timed(self) -> bool:
         """Whether the times of the samples are known."""
         rate = self._rate or self._rate_in_file
-        return bool(rate) or any(one.use == "times" for one in self.uses)
+        return bool(rate) or any(column.use == "times" for column in self.uses)
 
     def _previewed(self, options: ReadOptions) -> tuple[tuple[ColumnUse, ...], str]:
-        """The columns as the importer reads them, or none and why."""
+        """The columns as the importer reads them, or none and the reason."""
         self._rate_in_file = None
         if self._path is None:
             return (), ""
         try:
             if _format(self._path) == "rosbag":
-                from forcelab.formats.rosbag import preview_bag as of_bag
+                from forcelab.formats.rosbag import preview_bag
 
-                return of_bag(self._path, options), ""
+                return preview_bag(self._path, options), ""
             self._rate_in_file = rate_in(self._path)
             return preview_table(self._path, options), ""
         except (InputError, OSError) as error:
             return (), str(error)
 
     def _file_sentence(self) -> str:
-        """One sentence on which file this is and how its times are known."""
+        """Which file this is and how its times are known."""
         name = self._path.name if self._path else ""
-        kinds = [one.use for one in self.uses]
+        kinds = [column.use for column in self.uses]
         if self._timed:
             return f"Columns of {name}, and what each is read as:"
         if "counter" in kinds:
             return f"{name} has no times but counts its samples; give their rate:"
         if stuck := self._stuck():
             return (
-                f"{name} has in '{stuck}' one and the same time; choose a column, or give the "
-                "sample rate:"
+                f"In {name} the times in '{stuck}' never change; choose another column, or give "
+                "the sample rate:"
             )
         return f"{name} has no column of times; choose one, or give the sample rate:"
 
     def _stuck(self) -> str:
-        """The column of times that the importer leaves out, as they never change; "" without."""
-        if any(one.use == "times" for one in self._untouched):
+        """The time column that the importer leaves out as it never changes; "" without one."""
+        if any(column.use == "times" for column in self._untouched):
             return ""
-        for one in self._untouched:
-            if one.use == "left out" and is_time_name(one.name) and any(one.cells):
-                return one.name
+        for column in self._untouched:
+            if column.use == "left out" and is_time_name(column.name) and any(column.cells):
+                return column.name
         return ""
 
-    def _choice(self, one: ColumnUse) -> QComboBox:
-        """What a column is read as, and what else it could be."""
+    def _choice(self, column: ColumnUse) -> QComboBox:
+        """The choice of what a column is read as."""
         box = QComboBox()
         ignore_wheel(box)  # it scrolls the table
-        box.setAccessibleName(f"{one.name} is read as")
-        taken = next((t.use for t in self._untouched if t.name == one.name), one.use)
-        for use in dict.fromkeys((taken, one.use, *one.choices)):
+        box.setAccessibleName(f"{column.name} is read as")
+        taken = next((t.use for t in self._untouched if t.name == column.name), column.use)
+        for use in dict.fromkeys((taken, column.use, *column.choices)):
             box.addItem(_role_name(use), use)
-        box.setCurrentIndex(box.findData(one.use))
-        box.activated.connect(lambda index: self.wish(one.name, box.itemData(index)))
+        box.setCurrentIndex(box.findData(column.use))
+        box.activated.connect(lambda index: self.wish(column.name, box.itemData(index)))
         return box
 
 
@@ -239,7 +237,6 @@ def _pad_columns(choice: QComboBox) -> QWidget:
 
 
 def _role_name(use: Use) -> str:
-    """A use in the coder's language."""
     words = {
         "signal": "signal",
         "times": "times",
@@ -251,7 +248,7 @@ def _role_name(use: Use) -> str:
 
 
 def _format(path: Path) -> str:
-    """The format of a file; empty where it has none."""
+    """The format of a file; empty if there is none."""
     try:
         return identify(path).name
     except (InputError, OSError):
@@ -262,16 +259,9 @@ _GOES_ON = "Wait until this is imported."
 
 
 class ImportDialog(QDialog):
-    """Files, their task, the coder of their labels; then the import itself and what became of it.
+    """Choose files, their task and the coder of their labels; import them, and report.
 
-    Parameters
-    ----------
-    document : Document
-        Its project receives the recordings.
-    jobs : Jobs
-        Reads and writes in the background.
-    files : sequence of Path
-        Chosen already, such as by dropping them on the window.
+    `files` are chosen already, such as by dropping them on the window.
     """
 
     def __init__(
@@ -312,17 +302,17 @@ class ImportDialog(QDialog):
             self._pick.setFocus()  # Enter asks for them, and imports once they are there
 
     def _heading(self) -> QHBoxLayout:
-        """What can be imported, and the way to choose it."""
+        """What can be imported, and the button that chooses files."""
         self._pick = QPushButton("Choose files…")
         self._pick.clicked.connect(self._choose)
         kinds = (
             "Recordings, chosen or dropped here: tables (CSV, TSV), ROS bags, raw OptoForce "
             "dumps, *.pdl, archives of projects"
         )
-        told = QLabel(kinds)
-        told.setWordWrap(True)
+        label = QLabel(kinds)
+        label.setWordWrap(True)
         row = QHBoxLayout()
-        row.addWidget(told, 1)
+        row.addWidget(label, 1)
         row.addWidget(self._pick)
         return row
 
@@ -353,7 +343,7 @@ class ImportDialog(QDialog):
         self.jitter.setDecimals(3)
         self.jitter.setSuffix(" ms")
         self.jitter.setSpecialValueText("none")
-        self.jitter.setAccessibleName("Stamps may jitter by")
+        self.jitter.setAccessibleName("Timestamps may jitter by")
         self.calibration = QLineEdit()
         self.calibration.setClearButtonEnabled(True)
         self.calibration.setPlaceholderText("none: forces stay in counts")
@@ -377,13 +367,13 @@ class ImportDialog(QDialog):
         form.addRow("Task", self._task)
         form.addRow("Coder for unsigned labels", self._author)
         form.addRow("Sample rate, where files have no times", self._rate)
-        form.addRow("Stamps may jitter by", self.jitter)
+        form.addRow("Timestamps may jitter by", self.jitter)
         form.addRow("Calibration of raw OptoForce dumps", calibration)
         form.addRow("", self.videos)
         return form
 
     def _result(self) -> QScrollArea:
-        """What became of the import."""
+        """The report of the import."""
         self._report_label = copyable()
         self._report_label.setAlignment(Qt.AlignmentFlag.AlignTop)
         self._report_label.setMargin(4)
@@ -394,7 +384,6 @@ class ImportDialog(QDialog):
         return self._report
 
     def _button_row(self) -> QDialogButtonBox:
-        """Import and Close."""
         self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         self._go = QPushButton("Import")
         self._buttons.addButton(self._go, QDialogButtonBox.ButtonRole.ActionRole)
@@ -403,7 +392,6 @@ class ImportDialog(QDialog):
         return self._buttons
 
     def add_files(self, files: Sequence[Path]) -> None:
-        """Add to what will be imported."""
         known = set(self._chosen())
         self._files.addItems([str(path) for path in files if str(path) not in known])
         for row in range(len(known), self._files.count()):
@@ -411,18 +399,18 @@ class ImportDialog(QDialog):
         self._changed()
 
     def reject(self) -> None:
-        """Stop an import that goes on, and close."""
+        """Cancel a running import, and close."""
         self._jobs.cancel("import")
         super().reject()
 
     def _warn(self) -> None:
-        """Say plainly what becomes of recordings without a task; that is allowed."""
+        """Warn of recordings without a task, which are allowed."""
         missing = not self._task.currentText().strip()
         self._taskless.setVisible(missing)
         self._go.setText("Import without a task" if missing else "Import")
 
     def _make_removable(self) -> None:
-        """Let files be left out again, by Delete or the menu."""
+        """Let Delete and the menu remove files from the list."""
         self._files.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
         remove = QAction("Remove from list", self)
         remove.setShortcut(QKeySequence.StandardKey.Delete)
@@ -432,27 +420,25 @@ class ImportDialog(QDialog):
         self._files.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
     def _choose(self) -> None:
-        """Let the user choose files."""
         chosen = ask_files(self, "Recordings", "recordings")
         self.add_files(chosen)
         if chosen:
             self._go.setFocus()
 
     def _ask_calibration(self) -> None:
-        """Let a calibration file be chosen."""
         kinds = "Calibration files (*.toml)"
         file = ask_file(self, "Calibration file", "calibration", kinds)
         if file is not None:
             self.calibration.setText(str(file))
 
     def _remove(self) -> None:
-        """Leave out the files that are selected."""
+        """Remove the selected files."""
         for item in self._files.selectedItems():
             self._files.takeItem(self._files.row(item))
         self._changed()
 
     def _look_at(self, name: str) -> None:
-        """Show the columns of a file that was clicked."""
+        """Show the columns of the selected file."""
         if name:
             self.columns.show_file(Path(name))
 
@@ -461,7 +447,7 @@ class ImportDialog(QDialog):
         return [self._files.item(row).text() for row in range(self._files.count())]
 
     def _changed(self) -> None:
-        """Other files are to be imported than before."""
+        """Follow a change of the list of files."""
         files = self._chosen()
         reason = "" if files else "Add files first."
         set_enabled_with_reason(self._go, reason if self._bar.isHidden() else _GOES_ON)
@@ -497,12 +483,12 @@ class ImportDialog(QDialog):
         )
 
     def _coders(self) -> tuple[str, ...]:
-        """Whose labels the project has."""
+        """The coders whose labels the project has."""
         project = self._document.project
         return project.coding.coders() if project else ()
 
     def _imported(self, files: Sequence[str], report: ImportReport) -> None:
-        """Say what became of the files; what was left out or added meanwhile stays in the list."""
+        """Report the import; files that failed or were added meanwhile stay in the list."""
         self._bar.setVisible(False)
         unread = set(map(str, report.unread))
         later = [Path(name) for name in self._chosen() if name not in files or name in unread]
@@ -512,6 +498,8 @@ class ImportDialog(QDialog):
         self.add_files(later)
         counts = [report.count(status) for status in ("new", "updated", "unchanged")]
         lines = ["{} new, {} updated, {} unchanged.".format(*counts)]
+        if counts[0] and not any(counts[1:]):
+            lines = [f"{counted(counts[0], 'demonstration')} imported."]
         if unread:
             lines.append("Left out because they could not be read:")
             lines += report.unread.values()
@@ -527,7 +515,7 @@ class ImportDialog(QDialog):
         (self._go if later else close).setFocus()
 
     def _failed(self, error: Exception) -> None:
-        """Say what stands in the way; nothing was imported. Select the files that it is about."""
+        """Report why nothing was imported; select the files concerned."""
         self._bar.setVisible(False)
         set_enabled_with_reason(self._go, "")
         lines = [str(error)]
@@ -547,21 +535,18 @@ class ImportDialog(QDialog):
             self._files.setFocus()
 
     def _show_report(self, text: str, trouble: bool = False) -> None:
-        """Show what became of the import, all of it: what was repaired is to be known."""
+        """Show all of the report: what was repaired must be known."""
         # What is read from a shell with an option is chosen above here.
         text = text.replace("(--signal)", "(Read as: signal)")
-        self._report_label.setText(text.replace(" (--jitter)", " (Stamps may jitter by)"))
+        self._report_label.setText(text.replace(" (--jitter)", " (Timestamps may jitter by)"))
         self._report_label.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
         self._report.setVisible(bool(text))
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Files may be dropped here."""
         accept_as_copy(event)
 
     def dragMoveEvent(self, event: QDragMoveEvent) -> None:
-        """Go on taking them."""
         accept_as_copy(event)
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Add files that are dropped."""
         self.add_files(accept_as_copy(event))

@@ -65,7 +65,7 @@ STRIPE = 3.0
 
 
 def paint_row_background(painter: QPainter, option: QStyleOptionViewItem, marked: bool) -> None:
-    """A row's background: under the pointer or selected, with a stripe if it is marked."""
+    """Paint a row's background: hovered or selected, with a stripe if it is marked."""
     box, state = QRectF(option.rect), option.state
     accent = QColor(colours().accent)
     selected = bool(state & QStyle.StateFlag.State_Selected)
@@ -77,7 +77,7 @@ def paint_row_background(painter: QPainter, option: QStyleOptionViewItem, marked
 
 
 def paint_chevron(painter: QPainter, centre: QPointF, height: float, expanded: bool) -> None:
-    """An angle that points down where rows are unfolded, and to their title where they are not."""
+    """Paint an angle that points down where rows are expanded, else to their title."""
     a, b = 0.22 * height, 0.11 * height
     points = [(-a, -b), (0.0, b), (a, -b)] if expanded else [(-b, -a), (b, 0.0), (-b, a)]
     pen = QPen(QColor(colours().muted), max(1.4, 0.09 * height))
@@ -90,20 +90,20 @@ def draw_line(
     painter: QPainter,
     box: QRectF,
     text: str,
-    face: QFont,
-    ink: str,
+    font: QFont,
+    colour: str,
     align: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft,
     elide: Qt.TextElideMode = Qt.TextElideMode.ElideRight,
 ) -> float:
-    """Write one line of text into a box, elided where it does not fit; gives its width."""
-    sizes = QFontMetricsF(face)
+    """Draw one line of text into a box, elided if it does not fit; returns its width."""
+    sizes = QFontMetricsF(font)
     line = " ".join(text.split())
-    whole = sizes.horizontalAdvance(line) <= box.width()
-    if not line or (not whole and box.width() < sizes.horizontalAdvance("…")):
+    fits = sizes.horizontalAdvance(line) <= box.width()
+    if not line or (not fits and box.width() < sizes.horizontalAdvance("…")):
         return 0.0
-    painter.setFont(face)
-    painter.setPen(QColor(ink))
-    fitting = line if whole else sizes.elidedText(line, elide, box.width())
+    painter.setFont(font)
+    painter.setPen(QColor(colour))
+    fitting = line if fits else sizes.elidedText(line, elide, box.width())
     flags = align | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextSingleLine
     painter.drawText(box, int(flags), fitting)
     return sizes.horizontalAdvance(fitting)
@@ -124,13 +124,7 @@ APART, LETTERS = 8, 5
 
 
 class SideList(QWidget):
-    """A list, and what stands above and below it.
-
-    Attributes
-    ----------
-    column : QVBoxLayout
-        Holds them, from the top.
-    """
+    """A list with what stands above and below it, in `column` from the top."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -140,21 +134,17 @@ class SideList(QWidget):
         self.column.setSpacing(4)
 
     def sizeHint(self) -> QSize:
-        """Room for all columns and some rows."""
         return QSize(300, 220)
 
     def minimumSizeHint(self) -> QSize:
-        """Room for two rows, and less than the columns need; then one scrolls."""
+        """Two rows, and less than the columns need; then it scrolls."""
         return QSize(180, 88)
 
 
 class RowList(QListView):
     """Rows of one height; keys that label and play are left to the window.
 
-    Attributes
-    ----------
-    opened : Signal(QModelIndex)
-        Enter was pressed on a row.
+    Enter emits `opened`.
     """
 
     opened = Signal(QModelIndex)
@@ -168,7 +158,7 @@ class RowList(QListView):
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Enter opens a row; letters search for none."""
+        """Enter opens a row; letters do not search."""
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self.opened.emit(self.currentIndex())
         elif event.text() and event.text().isprintable():
@@ -181,31 +171,25 @@ def write_row(
     painter: QPainter,
     room: QRectF,
     texts: tuple[str, str],
-    inks: tuple[QColor, QColor],
+    pens: tuple[QColor, QColor],
     font: QFont,
     *,
     among: tuple[str, ...] | None = None,
 ) -> None:
-    """Write a text, and another one flush right where that leaves room for the first.
+    """Draw a text, and another one flush right if that leaves room for the first.
 
-    Parameters
-    ----------
-    texts, inks : tuple of two
-        Of both; the other one may be empty.
-    font : QFont
-        Of the first; the other one is in the painter's own.
-    among : tuple of str, optional
-        Where the first is a name: all that it stands among. Otherwise it is a sentence.
+    The second may be empty, and is in the painter's font. If the first is a name, `among` are all
+    the names it stands among; otherwise it is a sentence.
     """
     metrics, middle = painter.fontMetrics(), Qt.AlignmentFlag.AlignVCenter
     first, other = texts
     wide = metrics.horizontalAdvance(other) + APART
     if other and room.width() - wide > LETTERS * metrics.averageCharWidth():
-        painter.setPen(inks[1])
+        painter.setPen(pens[1])
         painter.drawText(room, middle | Qt.AlignmentFlag.AlignRight, other)
         room = room.adjusted(0, 0, -wide, 0)
     painter.setFont(font)
-    painter.setPen(inks[0])
+    painter.setPen(pens[0])
     if among is None:
         cut = elided(first, font, room.width())
     else:
@@ -235,9 +219,9 @@ MEASURED_TEXTS, COLUMN_PADDING = 3, 8
 
 @dataclass(frozen=True, slots=True)
 class TableColumn:
-    """A column's name, what explains it, and whether it holds numbers, which stand at the right.
+    """A column; one of numbers is right aligned.
 
-    Numbers of a column have equally many decimals: their points stand below one another.
+    The numbers of a column have equally many decimals: their points stand below one another.
     """
 
     name: str
@@ -247,7 +231,7 @@ class TableColumn:
 
 @dataclass(frozen=True, slots=True)
 class TableRow:
-    """A row: its name in the header, if rows have one; its cells; and their colours, if any."""
+    """A row: its cells, its name in the header and its colours, if any."""
 
     cells: tuple[str, ...]
     name: str = ""
@@ -265,35 +249,32 @@ class TextModel(QAbstractTableModel):
         self.rows: tuple[TableRow, ...] = ()
 
     def show(self, columns: Sequence[TableColumn], rows: Sequence[TableRow]) -> None:
-        """Hold these from now on."""
+        """Replace columns and rows."""
         self.beginResetModel()
         self.columns, self.rows = tuple(columns), tuple(rows)
         self.endResetModel()
 
     def replace_texts(self, rows: Sequence[TableRow]) -> None:
-        """Hold other texts in as many rows; the row that is chosen stays so."""
+        """Replace the texts of as many rows; the current row stays."""
         self.rows = tuple(rows)
         if self.rows:
             last = self.index(len(self.rows) - 1, len(self.columns) - 1)
             self.dataChanged.emit(self.index(0, 0), last)
 
     def as_tsv(self) -> str:
-        """What is held, with names of columns and of rows that have any, for spreadsheets."""
+        """The table for spreadsheets, with the names of columns and of rows that have any."""
         named = any(row.name for row in self.rows)
         lines = [["", *(column.name for column in self.columns)]]
         lines += [[row.name, *row.cells] for row in self.rows]
         return as_tsv(lines if named else [line[1:] for line in lines])
 
     def rowCount(self, parent: Index = NOWHERE) -> int:
-        """How many rows there are."""
         return 0 if parent.isValid() else len(self.rows)
 
     def columnCount(self, parent: Index = NOWHERE) -> int:
-        """How many columns there are."""
         return 0 if parent.isValid() else len(self.columns)
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        """What a cell shows."""
         row, column = self.rows[index.row()], index.column()
         if role == _DISPLAY:
             return row.cells[column]
@@ -316,7 +297,6 @@ class TextModel(QAbstractTableModel):
         orientation: Qt.Orientation,
         role: int = Qt.ItemDataRole.DisplayRole,
     ) -> Any:
-        """Names of columns and rows, and what explains them."""
         if role not in _ROLES:
             return None
         across = orientation == Qt.Orientation.Horizontal
@@ -344,14 +324,9 @@ class TextTable(QTableView):
         themes().changed.connect(self.viewport().update)
 
     def fit_columns(self, stretched: int | None = None) -> None:
-        """Make columns as wide as their longest texts; one may get the room that is left.
+        """Make columns as wide as their longest texts; column `stretched` gets the room left.
 
         Qt would measure every cell by its style: seconds for 200 rows.
-
-        Parameters
-        ----------
-        stretched : int, optional
-            The column that gets what the others leave.
         """
         model, header = self._model, self.horizontalHeader()
         bold = QFont(self.font())
@@ -367,14 +342,14 @@ class TextTable(QTableView):
             header.setSectionResizeMode(stretched, modes.Stretch)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Who comes by keyboard begins at the first row."""
+        """Select the first row if the focus comes by keyboard."""
         by_mouse = event.reason() == Qt.FocusReason.MouseFocusReason
         if not by_mouse and not self.currentIndex().isValid():
             self.selectRow(0)
         super().focusInEvent(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Enter opens the row, as a click does; plain characters are not searched for."""
+        """Enter opens the row, as a click does; letters do not search."""
         if event.key() in ENTER_KEYS:
             if self.currentIndex().isValid():
                 self.clicked.emit(self.currentIndex())
@@ -385,10 +360,9 @@ class TextTable(QTableView):
 
 
 def as_tsv(lines: Sequence[Sequence[str]]) -> str:
-    """Lines of cells with tabs between them, as spreadsheets take them."""
+    """Lines of tab-separated cells, as spreadsheets take them."""
     return "".join("\t".join(" ".join(cell.split()) for cell in cells) + "\n" for cells in lines)
 
 
 def copy_text(text: str) -> None:
-    """Put a text on the clipboard."""
     QGuiApplication.clipboard().setText(text)

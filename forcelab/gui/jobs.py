@@ -27,7 +27,7 @@ THREAD_TIMEOUT = 1.0
 
 
 class Job:
-    """One job: what is asked of it and what became of it. Made by :meth:`Jobs.run`."""
+    """One job with its result; made by :meth:`Jobs.run`."""
 
     def __init__(
         self,
@@ -52,12 +52,12 @@ class Job:
 
     @property
     def cancelled(self) -> bool:
-        """Whether its result is not wanted any more."""
+        """Whether its result is to be dropped."""
         return self._cancelled.is_set()
 
     @property
     def running(self) -> bool:
-        """Whether it waits for its turn or works."""
+        """Whether it waits or works."""
         return not self._ended.is_set()
 
     def cancel(self) -> None:
@@ -67,10 +67,7 @@ class Job:
     def work(self, moved: Callable[[], object]) -> None:
         """Run to the end or until cancelled, in the calling thread.
 
-        Parameters
-        ----------
-        moved : callable
-            Called when there is progress to show and none is under way already.
+        `moved` is called when there is progress to show and none is under way already.
         """
         try:
             while not self.cancelled:
@@ -104,13 +101,7 @@ class _Lane:
 
 
 class Jobs(QObject):
-    """The background jobs of one window.
-
-    Signals
-    -------
-    trouble(str)
-        The sentence of a failure that nobody takes care of.
-    """
+    """The background jobs of one window; `trouble` has the sentence of a failure nobody handles."""
 
     trouble = Signal(str)
     _moved = Signal(object)
@@ -134,7 +125,7 @@ class Jobs(QObject):
             return tuple(key for key, lane in self._lanes.items() if lane.current is not None)
 
     def awaits(self, key: str) -> bool:
-        """Whether the result of a job of this key is wanted, and was not delivered yet."""
+        """Whether the result of a job of this key is still to be delivered."""
         return key in self._newest
 
     def run(
@@ -196,18 +187,10 @@ class Jobs(QObject):
             job.cancel()
 
     def close(self, patience: float = THREAD_TIMEOUT) -> bool:
-        """Cancel all jobs and wait for them; later ones are cancelled before they begin.
+        """Cancel all jobs, wait `patience` s at most, and cancel later ones before they begin.
 
-        Parameters
-        ----------
-        patience : float
-            Seconds to wait at most. A job that does not yield in time is left behind: its thread
-            ends with the process at the latest, and what it returns reaches nobody.
-
-        Returns
-        -------
-        bool
-            Whether all have ended.
+        Returns whether all have ended. The thread of a job that does not yield in time is left
+        behind: it ends with the process at the latest, and its result is dropped.
         """
         with self._lock:
             self._closing = True
@@ -239,14 +222,14 @@ class Jobs(QObject):
 
     @Slot(object)
     def _show_progress(self, job: Job) -> None:
-        """Hand over what was yielded last."""
+        """Deliver the latest progress."""
         job.unseen.release()
         if job.progress is not None and not job.cancelled:
             job.progress(job.latest)
 
     @Slot(object)
     def _deliver(self, job: Job) -> None:
-        """Hand over how a job ended."""
+        """Deliver the result or the error of a job."""
         if self._newest.get(job.key) is job:
             del self._newest[job.key]
         error = job.error

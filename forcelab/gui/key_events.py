@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer
@@ -30,13 +30,7 @@ from PySide6.QtWidgets import (
 
 
 def application() -> QApplication:
-    """The one that runs.
-
-    Raises
-    ------
-    RuntimeError
-        If there is none yet.
-    """
+    """The running application; RuntimeError if there is none."""
     running = QApplication.instance()
     if not isinstance(running, QApplication):
         raise RuntimeError("keys are bound after the application was made")
@@ -44,77 +38,87 @@ def application() -> QApplication:
 
 
 class KeyEventFilter(QObject):
-    """Filters the events of the widget that keys go to, and of that only.
+    """Filters the events of the widget that gets the keys, and of that only.
 
     That is the one in focus, or else the window: it gets what is typed once a field has been left
     with Esc. A filter on the application would see every event.
     """
 
-    _heard: QWidget | None = None
+    _filtered: QWidget | None = None
 
     def follow_keys(self) -> None:
-        """Listen from now on."""
+        """Start filtering."""
         application().focusChanged.connect(self._follow)
         self._follow(None, QApplication.focusWidget())
 
     def _follow(self, _: QWidget | None, now: QWidget | None) -> None:
-        """Listen where the keys go now."""
-        if self._heard is not None and shiboken6.isValid(self._heard):
-            self._heard.removeEventFilter(self)
-        self._heard = QApplication.activeWindow() if now is None else now
-        if self._heard is not None:
-            self._heard.installEventFilter(self)
+        """Filter the widget that gets the keys now."""
+        if self._filtered is not None and shiboken6.isValid(self._filtered):
+            self._filtered.removeEventFilter(self)
+        self._filtered = QApplication.activeWindow() if now is None else now
+        if self._filtered is not None:
+            self._filtered.installEventFilter(self)
 
 
-#: A release and a press of one key that are at most this apart, in ms, are one repetition: the X
-#: server makes both at the same time.
-PRESS_GAP_MS = 1
+#: A release and a press of one key that are less than this apart, in ms, are one repetition and of
+#: no finger: the X server makes both at the same time, 30 ms after the one before.
+REPEAT_GAP_MS = 5
+#: How long a press that makes a release untrue is waited for, in ms.
+RELEASE_WAIT_MS = 10
+
+
+def _repeats_unmarked() -> bool:
+    """Whether a held key sends releases and presses that Qt often does not mark: on X11.
+
+    Qt marks them only if both have come when it looks, and often the press has not.
+    """
+    return QGuiApplication.platformName() == "xcb"
+
+
+class _Release(NamedTuple):
+    """The release of a key, with the time in ms of the window system."""
+
+    key: int
+    time: int
+
+    def is_undone_by(self, press: QKeyEvent) -> bool:
+        """Whether a press shows that the key was held all along."""
+        fast = abs(press.timestamp() - self.time) < REPEAT_GAP_MS
+        return Qt.Key(self.key) == press.key() and (press.isAutoRepeat() or fast)
 
 
 class HeldShortcuts(KeyEventFilter):
     """Keeps actions that do not repeat from the repetitions of a held key.
 
-    Qt does that by itself where it knows a press for a repetition. On X11 it often does not, and a
-    held Space would start and stop playback thirty times a second.
-
-    Parameters
-    ----------
-    app : QApplication
-        Its keys are watched.
-    apart : bool, optional
-        Whether repetitions come as unmarked pairs; by default, whether the display is X11.
+    Qt does so where it knows a press for a repetition. On X11 it often does not, and a held Space
+    would start and stop playback thirty times a second. `unmarked` is by default for X11.
     """
 
-    def __init__(self, app: QApplication, apart: bool | None = None) -> None:
+    def __init__(self, app: QApplication, unmarked: bool | None = None) -> None:
         super().__init__(app)
-        self._apart = QGuiApplication.platformName() == "xcb" if apart is None else apart
-        self._released: tuple[int, int] | None = None  # key, ms of the window system
-        self._again = False
-        if self._apart:
+        self._unmarked = _repeats_unmarked() if unmarked is None else unmarked
+        self._release: _Release | None = None
+        self._repeated = False
+        if self._unmarked:
             self.follow_keys()
 
     def watch(self, action: QAction) -> None:
         """Keep an action from repetitions."""
-        if self._apart:
+        if self._unmarked:
             action.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Note when keys go down and up; take a shortcut away that comes of a repetition."""
+        """Note when keys go down and up; drop the shortcut of a repetition."""
         kind = event.type()
         if kind == QEvent.Type.Shortcut:
-            return self._again and isinstance(watched, QAction)
+            return self._repeated and isinstance(watched, QAction)
         if kind == QEvent.Type.KeyRelease and isinstance(event, QKeyEvent):
-            self._released, self._again = (event.key(), event.timestamp()), False
+            self._release = _Release(event.key(), event.timestamp())
+            self._repeated = False
         elif kind == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
-            self._again = self._repeats(event)
+            undone = self._release is not None and self._release.is_undone_by(event)
+            self._repeated = event.isAutoRepeat() or undone
         return False
-
-    def _repeats(self, event: QKeyEvent) -> bool:
-        """Whether a press only tells that its key is still down."""
-        if event.isAutoRepeat() or self._released is None:
-            return event.isAutoRepeat()
-        key, at = self._released
-        return Qt.Key(key) == event.key() and 0 <= event.timestamp() - at <= PRESS_GAP_MS
 
 
 @cache
@@ -123,60 +127,40 @@ def held_shortcuts() -> HeldShortcuts:
     return HeldShortcuts(application())
 
 
-#: How long a press that makes a release untrue is waited for, in ms; repetitions are 30 apart.
-RELEASE_WAIT_MS = 10
-#: A release and a press of one key that are less than this apart, in ms, are of no finger.
-REPEAT_GAP_MS = 5
-
-
 class AutoRepeatFilter(QObject):
-    """Puts releases off until it is sure that the key is up.
+    """Postpones releases until it is sure that the key is up; `unmarked` is by default for X11."""
 
-    On X11 each repetition is a release and a press of the same time. Qt marks them as repetition
-    only if both have come when it looks, and often the press has not.
-
-    Parameters
-    ----------
-    parent : QObject
-        Whose keys they are.
-    apart : bool, optional
-        Whether repetitions come as unmarked pairs; by default, whether the display is X11.
-    """
-
-    def __init__(self, parent: QObject, apart: bool | None = None) -> None:
+    def __init__(self, parent: QObject, unmarked: bool | None = None) -> None:
         super().__init__(parent)
-        self._apart = QGuiApplication.platformName() == "xcb" if apart is None else apart
-        self._waiting: tuple[int, int, Callable[[], object]] | None = None
+        self._unmarked = _repeats_unmarked() if unmarked is None else unmarked
+        self._pending: tuple[_Release, Callable[[], object]] | None = None
         self._timer = QTimer(self, singleShot=True, interval=RELEASE_WAIT_MS)
         self._timer.timeout.connect(self.settle)
 
     def released(self, event: QKeyEvent, act: Callable[[], object]) -> None:
         """A key seems to be up: act on it as soon as that is sure."""
         self.settle()
-        if not self._apart:
+        if not self._unmarked:
             act()
             return
-        self._waiting = event.key(), event.timestamp(), act
+        self._pending = _Release(event.key(), event.timestamp()), act
         self._timer.start()
 
     def repeats(self, event: QKeyEvent) -> bool:
-        """Whether a press only tells that its key is still down."""
-        if self._waiting is not None:
-            key, at, _ = self._waiting
-            again = event.isAutoRepeat() or abs(event.timestamp() - at) < REPEAT_GAP_MS
-            if key == event.key() and again:
-                self._timer.stop()
-                self._waiting = None
-                return True
+        """Whether a press is a repetition: its key is still down."""
+        if self._pending is not None and self._pending[0].is_undone_by(event):
+            self._timer.stop()
+            self._pending = None
+            return True
         self.settle()
         return event.isAutoRepeat()
 
     def settle(self) -> None:
-        """Act on what was put off."""
+        """Act on the postponed release."""
         self._timer.stop()
-        waiting, self._waiting = self._waiting, None
-        if waiting is not None:
-            waiting[2]()
+        pending, self._pending = self._pending, None
+        if pending is not None:
+            pending[1]()
 
 
 _K = Qt.Key
@@ -225,13 +209,13 @@ def is_typing(widget: QWidget | None) -> bool:
 
 @runtime_checkable
 class KeyKeeper(Protocol):
-    """A part of the window with keys of its own, which hold while the keyboard is in it."""
+    """A part of the window with keys of its own, which hold while it has the keyboard."""
 
     def keeps(self, event: QKeyEvent) -> bool:
-        """Whether a key is one of them; then it is no command, and no action is painted with it."""
+        """Whether a key is one of them; then it is no command and paints no action."""
 
 
-def kept_keys(widget: QWidget | None, event: QKeyEvent) -> bool:
+def is_reserved_key(widget: QWidget | None, event: QKeyEvent) -> bool:
     """Whether a key belongs to a part of the window that a widget is in."""
     while widget is not None:
         # To compare with a protocol takes long, and this is asked for each key.
@@ -265,7 +249,7 @@ def wants_key(widget: QWidget | None, event: QKeyEvent) -> bool:
 
 
 def _deletes(view: QAbstractItemView) -> bool:
-    """Whether a shortcut of Delete is meant for a list: its own, or the window's of segments."""
+    """Whether Delete is for a list: by its own shortcut, or as it lists segments."""
     delete = QKeySequence(QKeySequence.StandardKey.Delete)
     own = any(action.shortcut() == delete for action in view.actions())
     return own or getattr(view, "lists_segments", False)
@@ -278,7 +262,7 @@ def _checkable(view: QAbstractItemView) -> bool:
 
 
 class _Guard(KeyEventFilter):
-    """Asks of each key whether the widget in focus needs it."""
+    """Gives keys to the widget in focus if it needs them."""
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Accept a key for the widget that needs it; the window's shortcut is then not tried."""
@@ -286,7 +270,7 @@ class _Guard(KeyEventFilter):
             event.type() == QEvent.Type.ShortcutOverride
             and isinstance(event, QKeyEvent)
             and isinstance(watched, QWidget)
-            and (wants_key(watched, event) or kept_keys(watched, event))
+            and (wants_key(watched, event) or is_reserved_key(watched, event))
         ):
             event.accept()
             return True
@@ -295,17 +279,16 @@ class _Guard(KeyEventFilter):
 
 @cache
 def guard_typing() -> QObject:
-    """Start guarding; once per application, which must exist."""
-    made = _Guard(application())
-    made.follow_keys()
-    return made
+    """Start guarding, once per application, which must exist."""
+    guard = _Guard(application())
+    guard.follow_keys()
+    return guard
 
 
 class _WheelGuard(QObject):
-    """Leaves the wheel to what is around a field, unless the keyboard is in it."""
+    """Leaves the wheel to what surrounds a field, unless the field has the keyboard."""
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Pass the wheel on."""
         if (
             event.type() == QEvent.Type.Wheel
             and isinstance(watched, QWidget)
@@ -318,18 +301,11 @@ class _WheelGuard(QObject):
 
 @cache
 def _guard() -> _WheelGuard:
-    """The one of this application, which must exist."""
     return _WheelGuard(QApplication.instance())
 
 
 def ignore_wheel(*fields: QWidget) -> None:
-    """Let the wheel change fields only while they have the keyboard, which it does not give them.
-
-    Parameters
-    ----------
-    *fields : QWidget
-        Such as spin boxes and combo boxes in an area that scrolls.
-    """
+    """Let the wheel change fields only while they have the keyboard, which it does not bring."""
     for field in fields:
         field.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         field.installEventFilter(_guard())

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QKeySequenceEdit,
     QLabel,
+    QLineEdit,
     QPushButton,
     QTreeWidget,
     QTreeWidgetItem,
@@ -40,18 +41,8 @@ class _Row:
     is_action: bool
 
 
-class KeysDialog(QDialog):
-    """All keys in one table; what is pressed counts at once.
-
-    Parameters
-    ----------
-    document : Document
-        Whose actions' keys can be changed, too.
-    keys : Keys
-        The commands' keys.
-    offered : collection of str, optional
-        The ids of the commands that do something; by default all.
-    """
+class CommandDialog(QDialog):
+    """A dialog on keys with a search; `offered` are the ids of the commands, by default all."""
 
     def __init__(
         self,
@@ -61,22 +52,38 @@ class KeysDialog(QDialog):
         offered: Collection[str] | None = None,
     ) -> None:
         super().__init__(parent)
+        self._document, self._keys = document, keys
         self._offered = [c for c in COMMANDS if offered is None or c.id in offered]
+
+    def _search_field(self, placeholder: str, name: str) -> QLineEdit:
+        field = search_field(placeholder, name)
+        field.setTextMargins(4, 2, 4, 2)
+        return field
+
+
+class KeysDialog(CommandDialog):
+    """All keys in one table; each change counts at once."""
+
+    def __init__(
+        self,
+        document: Document,
+        keys: Keys,
+        parent: QWidget | None = None,
+        offered: Collection[str] | None = None,
+    ) -> None:
+        super().__init__(document, keys, parent, offered)
         self.setWindowTitle("Change keys")
-        self._document = document
-        self._keys = keys
         self._groups: list[tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = []
-        self._search = search_field("Search for a command, an action or a key", "Search keys")
-        self._search.setTextMargins(4, 2, 4, 2)
+        self._search = self._search_field("Search for a command, an action or a key", "Search keys")
         self._search.textChanged.connect(self._filter)
-        self._table = self._made_table()
+        self._table = self._make_table()
         self._search.returnPressed.connect(self._table.setFocus)
         layout = QVBoxLayout(self)
         layout.setSpacing(10)
         layout.addWidget(self._search)
         layout.addWidget(self._table, 1)
-        layout.addWidget(self._made_editor())
-        layout.addWidget(self._made_buttons())
+        layout.addWidget(self._make_editor())
+        layout.addWidget(self._make_buttons())
         self._fill()
         keys.changed.connect(self._show_keys)
         document.vocabulary_changed.connect(self._fill)
@@ -87,8 +94,7 @@ class KeysDialog(QDialog):
         metrics = self.fontMetrics()
         return QSize(metrics.averageCharWidth() * 78, metrics.lineSpacing() * 42)
 
-    def _made_table(self) -> QTreeWidget:
-        """Commands and actions, and their keys."""
+    def _make_table(self) -> QTreeWidget:
         table = QTreeWidget()
         table.setColumnCount(2)
         table.setHeaderLabels(["Command", "Keys"])
@@ -104,8 +110,8 @@ class KeysDialog(QDialog):
         table.itemActivated.connect(lambda *_: self._edits[0].setFocus())
         return table
 
-    def _made_editor(self) -> QGroupBox:
-        """Where keys are pressed."""
+    def _make_editor(self) -> QGroupBox:
+        """The fields in which keys are pressed."""
         self._editor = QGroupBox()
         self._edits: list[QKeySequenceEdit] = []
         self._labels: list[QLabel] = []
@@ -133,7 +139,7 @@ class KeysDialog(QDialog):
         self._reset = QPushButton("Default")
         self._reset.setAccessibleName("Give this command its default keys back")
         self._reset.setAutoDefault(False)
-        self._reset.clicked.connect(self._reset_one)
+        self._reset.clicked.connect(self._reset_current)
         self._trouble = set_tone("trouble")
         self._trouble.setTextFormat(Qt.TextFormat.PlainText)
         self._trouble.setAccessibleName("Why a key was refused")
@@ -143,13 +149,12 @@ class KeysDialog(QDialog):
         row = QHBoxLayout()
         row.addLayout(form, 1)
         row.addWidget(self._reset, 0, Qt.AlignmentFlag.AlignTop)
-        whole = QVBoxLayout(self._editor)
-        whole.addLayout(row)
-        whole.addWidget(self._trouble)
+        column = QVBoxLayout(self._editor)
+        column.addLayout(row)
+        column.addWidget(self._trouble)
         return self._editor
 
-    def _made_buttons(self) -> QDialogButtonBox:
-        """All back, and done."""
+    def _make_buttons(self) -> QDialogButtonBox:
         buttons = QDialogButtonBox()
         everything = QPushButton("All defaults")
         everything.setAccessibleName("Give all commands their default keys back")
@@ -165,7 +170,7 @@ class KeysDialog(QDialog):
         return buttons
 
     def _fill(self) -> None:
-        """List the task's actions and all commands anew."""
+        """List the task's actions and all commands."""
         chosen = self._current()
         self._table.clear()
         rows: dict[str, list[tuple[str, _Row]]] = {}
@@ -177,8 +182,8 @@ class KeysDialog(QDialog):
             members = rows.setdefault(command.group, [])
             members.append((command.text.rstrip("…"), _Row(command.id, is_action=False)))
         self._groups = [self._group(heading, members) for heading, members in rows.items()]
-        again = [item for item in self._items() if item.data(0, _ROW) == chosen]
-        self._table.setCurrentItem((again or self._items())[0])
+        current = [item for item in self._items() if item.data(0, _ROW) == chosen]
+        self._table.setCurrentItem((current or self._items())[0])
         self._table.expandAll()
         self._show_keys()
         self._filter(self._search.text())
@@ -189,18 +194,18 @@ class KeysDialog(QDialog):
         """Add a heading and its rows."""
         top = QTreeWidgetItem(self._table, [heading])
         top.setFlags(Qt.ItemFlag.ItemIsEnabled)
-        face = top.font(0)
-        face.setBold(True)
-        top.setFont(0, face)
+        font = top.font(0)
+        font.setBold(True)
+        top.setFont(0, font)
         room = QSize(0, round(self.fontMetrics().lineSpacing() * 1.5))
         top.setSizeHint(0, room)
-        made = []
+        items = []
         for text, row in members:
             item = QTreeWidgetItem(top, [text])
             item.setData(0, _ROW, row)
             item.setSizeHint(0, room)
-            made.append(item)
-        return top, made
+            items.append(item)
+        return top, items
 
     def _items(self) -> list[QTreeWidgetItem]:
         """The rows that have keys."""
@@ -213,7 +218,6 @@ class KeysDialog(QDialog):
         return row if isinstance(row, _Row) else None
 
     def _keys_of(self, row: _Row) -> tuple[str, ...]:
-        """The keys of a row."""
         if row.is_action:
             vocabulary = self._document.vocabulary
             key = vocabulary[row.name].key if row.name in vocabulary else ""
@@ -221,13 +225,13 @@ class KeysDialog(QDialog):
         return self._keys[row.name]
 
     def _show_keys(self) -> None:
-        """Show the keys that count now; what differs from the default stands out."""
+        """Show all keys; those that differ from the default in bold."""
         for item in self._items():
             row = item.data(0, _ROW)
             item.setText(1, ", ".join(key_name(key) for key in self._keys_of(row)))
-            face = item.font(1)
-            face.setBold(not row.is_action and self._keys.changed_by_coder(row.name))
-            item.setFont(1, face)
+            font = item.font(1)
+            font.setBold(not row.is_action and self._keys.changed_by_coder(row.name))
+            item.setFont(1, font)
         self._show_current()
 
     def _show_current(self) -> None:
@@ -262,7 +266,7 @@ class KeysDialog(QDialog):
             self._set(row, bound)
 
     def _remove(self, place: int) -> None:
-        """Take a key away from the current row."""
+        """Remove a key from the current row."""
         row = self._current()
         if row is not None:
             bound = list(self._keys_of(row))
@@ -281,12 +285,12 @@ class KeysDialog(QDialog):
             self._refuse(error)
 
     def _refuse(self, error: InputError) -> None:
-        """Say why a key cannot be had, and show the keys that count."""
+        """Say why a key is refused, and show the keys that count."""
         self._show_current()
         self._trouble.setText(str(error))
 
-    def _reset_one(self) -> None:
-        """Give the current command its default keys back."""
+    def _reset_current(self) -> None:
+        """Reset the keys of the current command."""
         row = self._current()
         if row is None or row.is_action:
             return
@@ -296,11 +300,11 @@ class KeysDialog(QDialog):
             self._refuse(error)
 
     def _filter(self, text: str) -> None:
-        """Leave what contains the text in its name or its keys; of that one row is current."""
-        wanted = text.casefold().strip()
+        """Show the rows whose name or keys contain the text; one of them is current."""
+        query = text.casefold().strip()
         for top, rows in self._groups:
             for item in rows:
-                item.setHidden(wanted not in f"{item.text(0)} {item.text(1)}".casefold())
+                item.setHidden(query not in f"{item.text(0)} {item.text(1)}".casefold())
             top.setHidden(all(item.isHidden() for item in rows))
         found = [item for item in self._items() if not item.isHidden()]
         if self._table.currentItem() not in found:

@@ -8,28 +8,12 @@ from pathlib import Path
 
 @dataclass(frozen=True, slots=True)
 class LaunchOptions:
-    """What the window is to show at first.
+    """What the window shows first.
 
-    Parameters
-    ----------
-    project : Path, optional
-        By default the last one, or the sample project.
-    demonstration : str
-        Name or id; by default the first one.
-    workspace : str
-        ``"label"``, ``"review"``, ``"capture"``, or ``"tradeoff"`` for that page of the review.
-    at : float, optional
-        Where the cursor is, in seconds.
-    span : float, optional
-        How much time is visible, in seconds.
-    size : tuple of int, optional
-        Width and height of the window in pixels.
-    theme : str
-        ``"light"``, ``"dark"``, ``"system"``; ``""`` for the one chosen last.
-    author : str
-        The coder; ``""`` for the one who labelled last in the project.
-    screenshot : Path, optional
-        Draw the window into this PNG, without a display, and end.
+    `project` is by default the last one, or the sample; `demonstration` is a name or id, and
+    `workspace` ``"tradeoff"`` that page of the review. `at` and
+    `span` are in seconds, `size` in pixels; `theme` and `author` are by default the last ones. With
+    `screenshot` the window is drawn into this PNG, without a display.
     """
 
     project: Path | None = None

@@ -42,13 +42,7 @@ FRAME = QSize(16, 44)
 
 
 def scroll_area(page: QWidget) -> QScrollArea:
-    """A page that can be scrolled up and down where there is too little room.
-
-    Parameters
-    ----------
-    page : QWidget
-        Wraps its texts: it is as wide as the room.
-    """
+    """A page that scrolls up and down if there is too little room; it wraps its texts."""
     area = QScrollArea()
     area.setWidgetResizable(True)
     area.setFrameShape(QFrame.Shape.NoFrame)
@@ -59,7 +53,7 @@ def scroll_area(page: QWidget) -> QScrollArea:
 
 
 def placeholder(text: str = "") -> QLabel:
-    """What stands, faint and in the middle, where there is nothing to show yet."""
+    """A faint text in the middle, where there is nothing to show yet."""
     label = _sentence(text)
     label.setMargin(PAGE_MARGIN)
     label.setAlignment(Qt.AlignmentFlag.AlignCenter)
@@ -68,10 +62,9 @@ def placeholder(text: str = "") -> QLabel:
 
 
 def set_enabled_with_reason(control: QWidget | QAction, obstacle: str) -> None:
-    """Switch a control or an entry of menus on; or off, and tell why where it is clicked.
+    """Enable a control or menu entry; or disable it and show the reason where it is clicked.
 
-    `obstacle` is the reason, as a sentence, and empty where it can be used. An entry is in its
-    menus by then.
+    `obstacle` is the reason as a sentence; empty enables. An entry must be in its menus by then.
     """
     control.setEnabled(not obstacle)
     if isinstance(control, QAction):
@@ -84,10 +77,10 @@ def set_enabled_with_reason(control: QWidget | QAction, obstacle: str) -> None:
 
 
 class _Obstacles(QObject):
-    """Tells the obstacles of controls that are switched off."""
+    """Shows why controls are disabled."""
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Show the reason where the mouse is."""
+        """Show the reason at the mouse."""
         # Not when pressed: Qt hides what is shown once the button is released.
         if isinstance(event, QMouseEvent) and event.type() == QEvent.Type.MouseButtonRelease:
             place = event.globalPosition().toPoint()
@@ -107,26 +100,24 @@ class _Obstacles(QObject):
 
 @cache
 def _obstacles() -> _Obstacles:
-    """The one for all controls."""
     return _Obstacles()
 
 
 class Dock(QDockWidget):
-    """A list at a window's side whose buttons have the theme's ink; Qt's are black in any."""
+    """A dock whose buttons have the theme's colour; Qt's are black in any theme."""
 
     def __init__(self, title: str, parent: QWidget | None = None) -> None:
         super().__init__(title, parent)
         self._set_icons()
 
     def event(self, event: QEvent) -> bool:
-        """Have the icons again after what makes Qt set its own."""
+        """Set the icons again after what makes Qt set its own."""
         done = super().event(event)
         if event.type() in (QEvent.Type.StyleChange, QEvent.Type.ParentChange):
             self._set_icons()
         return done
 
     def _set_icons(self) -> None:
-        """Let the buttons show the theme's icons."""
         for name, drawing in (("close", "cross"), ("float", "float")):
             button = self.findChild(QAbstractButton, f"qt_dockwidget_{name}button")
             assert isinstance(button, QAbstractButton)
@@ -134,10 +125,10 @@ class Dock(QDockWidget):
 
 
 class DockedWindow(QMainWindow):
-    """A window whose lists at the sides take back their widths as soon as there is room again.
+    """A window whose docks take back their widths as soon as there is room again.
 
     Qt makes them narrower where the window is small, and leaves them so when it is enlarged. Their
-    widths are those that were set, or that somebody has dragged them to.
+    widths are those that were set, or dragged.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -145,12 +136,12 @@ class DockedWindow(QMainWindow):
         self._widths: dict[QDockWidget, int] = {}
 
     def set_widths(self, docks: Sequence[QDockWidget], width: int) -> None:
-        """Make lists as wide as that, those that are hidden as well."""
+        """Give docks a width, hidden ones as well."""
         self._widths.update(dict.fromkeys(docks, width))
         self.resizeDocks(list(docks), [width] * len(docks), Qt.Orientation.Horizontal)
 
     def widen(self) -> None:
-        """Give the lists that are shown their widths, as far as there is room."""
+        """Give the visible docks their widths, as far as there is room."""
         shown = {
             dock: width
             for dock, width in self._widths.items()
@@ -172,19 +163,18 @@ class DockedWindow(QMainWindow):
                 self._widths[dock] = int(width)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Share out the room anew."""
         super().resizeEvent(event)
         self.widen()
 
     def event(self, event: QEvent) -> bool:
-        """Note the widths after a mouse was used on the window itself: it dragged a border."""
+        """Note the widths after the mouse dragged a border of the window itself."""
         done = super().event(event)
         if event.type() == QEvent.Type.MouseButtonRelease:
             QTimer.singleShot(0, self, self.note_widths)  # once Qt has moved it
         return done
 
     def note_widths(self) -> None:
-        """The lists that are shown are as wide as they should be."""
+        """Keep the present widths of the visible docks."""
         docks = self.findChildren(QDockWidget, options=Qt.FindChildOption.FindDirectChildrenOnly)
         self._widths = {
             dock: dock.width() for dock in docks if dock.isVisible() and not dock.isFloating()
@@ -192,13 +182,7 @@ class DockedWindow(QMainWindow):
 
 
 class PageOrPlaceholder(QStackedWidget):
-    """A page, or what is said in its place where there is nothing to show.
-
-    Attributes
-    ----------
-    note : QLabel
-        What is said.
-    """
+    """A page, or a text (`note`) in its place where there is nothing to show."""
 
     def __init__(self, page: QWidget) -> None:
         super().__init__()
@@ -207,7 +191,7 @@ class PageOrPlaceholder(QStackedWidget):
         self.addWidget(self.note)
 
     def say(self, text: str) -> None:
-        """Show this in place of the page; the page, where it is empty."""
+        """Show this text in place of the page; the page if it is empty."""
         self.note.setText(text)
         self.setCurrentIndex(1 if text else 0)
 
@@ -219,15 +203,7 @@ def page_layout(
     margin: int = 0,
     spacing: int = 0,
 ) -> QVBoxLayout:
-    """Put parts below each other into a widget.
-
-    Parameters
-    ----------
-    growing : QWidget, optional
-        The part that gets the room which the others leave.
-    margin, spacing : int
-        Around all of them, and between two, in pixels.
-    """
+    """Stack parts in a widget; the `growing` one gets the room left. Pixels."""
     layout = QVBoxLayout(room)
     layout.setContentsMargins(margin, margin, margin, margin)
     layout.setSpacing(spacing)
@@ -237,26 +213,26 @@ def page_layout(
 
 
 def muted_label(text: str = "") -> QLabel:
-    """A sentence that is said in passing, on as many lines as it needs."""
+    """A faint sentence that wraps."""
     label = _sentence(text)
     label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
     return label
 
 
 def copyable(text: str = "") -> QLabel:
-    """What is told, on as many lines as it needs; it can be copied."""
+    """A text that wraps and can be copied."""
     label = _sentence(text)
     label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
     return label
 
 
 def _sentence(text: str) -> QLabel:
-    """A plain text, for names in it are anybody's, on as many lines as it needs."""
+    """A plain text that wraps: names in it may hold anything."""
     return QLabel(text, wordWrap=True, textFormat=Qt.TextFormat.PlainText)
 
 
 def emphasise(widget: QWidget, larger: float = 1.0) -> None:
-    """Write what a widget says in bold letters, so many times as large."""
+    """Make a widget's font bold, and so many times as large."""
     face = widget.font()
     face.setBold(True)
     if larger != 1.0:
@@ -265,7 +241,7 @@ def emphasise(widget: QWidget, larger: float = 1.0) -> None:
 
 
 class ProgressBar(QProgressBar):
-    """How far a job is; hidden until there is one."""
+    """The progress of a job; hidden at first."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -273,21 +249,20 @@ class ProgressBar(QProgressBar):
         self.hide()
 
     def show_progress(self, progress: Progress) -> None:
-        """Show how far it is, in numbers and words."""
         self.setRange(0, progress.total)
         self.setValue(progress.done)
         self.setFormat(progress.text)
 
 
 def set_tone(tone: Literal["trouble", "warning"], text: str = "") -> QLabel:
-    """A sentence in a colour of the theme: on what is refused, or on what one should know."""
+    """A sentence in the theme's colour for trouble or warnings."""
     label = _sentence(text)
     label.setProperty("tone", tone)  # by which the theme's style sheet finds it
     return label
 
 
 def dialog_buttons(dialog: QDialog, name: str) -> tuple[QDialogButtonBox, QPushButton]:
-    """The buttons of a dialog, and the one that takes what is chosen; `name` says that aloud."""
+    """Use and Cancel of a dialog, and the former; `name` is its accessible name."""
     roles = QDialogButtonBox.ButtonRole
     buttons = QDialogButtonBox()
     use = buttons.addButton("&Use", roles.AcceptRole)
@@ -300,19 +275,12 @@ def dialog_buttons(dialog: QDialog, name: str) -> tuple[QDialogButtonBox, QPushB
 
 
 def resize_on_screen(window: QWidget, size: QSize) -> None:
-    """Give a window a size, or as much of it as its screen has room for, frame and all.
-
-    Parameters
-    ----------
-    window : QWidget
-    size : QSize
-        In pixels, without the frame.
-    """
+    """Give a window a size (without its frame), or as much of it as its screen has room for."""
     window.resize(size.boundedTo(window.screen().availableGeometry().size() - FRAME))
 
 
 def search_field(placeholder: str, name: str) -> QLineEdit:
-    """A line to type into that can be emptied by a click; `name` is for screen readers."""
+    """A line edit that a click clears; `name` is for screen readers."""
     field = QLineEdit(placeholderText=placeholder, clearButtonEnabled=True)
     field.setAccessibleName(name)
     return field
@@ -328,9 +296,9 @@ def separator() -> QFrame:
 
 
 def whole_rows(table: QTableView) -> None:
-    """Let a table be one of whole rows that are chosen one at a time, and read.
+    """Make a table read-only, select one whole row at a time and scroll smoothly.
 
-    It scrolls smoothly, draws no grid, and leaves the Tab key to the window.
+    It has no grid, and leaves the Tab key to the window.
     """
     modes = QAbstractItemView.ScrollMode
     table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)

@@ -15,18 +15,18 @@ from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.shortcuts import COMMANDS
 from forcelab.gui.text import escape_ampersands
 
-#: Commands that a line stands above: their menus are too long to be searched for one entry.
+#: Commands below a separator: their menus are too long to be searched for one entry.
 _BEGINNING = frozenset(
     {"import", "next_demonstration", "quit", "full_screen", "zoom_in", "reset_layout", "pan_left"}
-    | {"to_start", "slower", "next_camera", "split", "undo", "snapping", "synchronise"}
+    | {"to_start", "play", "slower", "next_camera", "split", "undo", "snapping", "synchronise"}
     | {"previous_segment", "start_earlier", "start_to_cursor", "next_review", "accept"}
     | {"verdict_human"}
 )
 #: Groups of commands that act on the demonstration in view, and the others that do.
-_GROUPS_IN_VIEW = frozenset({"Time", "Playing", "Labelling", "Segments", "Review"})
+_GROUPS_IN_VIEW = frozenset({"Playback", "Labelling", "Segments", "Review"})
 _IN_VIEW = frozenset({"zoom_in", "zoom_out", "zoom_fit", "zoom_selection"})
 _OUT_OF_VIEW = "This acts on the demonstration in view; go to Label or Review."
-#: Those of these groups that mean something wherever one is.
+#: Those of these groups that make sense in every workspace.
 _ANYWHERE = frozenset(
     {"cancel", "coder", "note", "snapping", "train", "cancel_training", "workspace_tradeoff"}
 )
@@ -39,20 +39,9 @@ def fill_menus(
     shown_tracks: QMenu,
     recent: QMenu,
 ) -> None:
-    """Make the menus of a window.
+    """Fill a window's menu bar from the table of commands.
 
-    Parameters
-    ----------
-    window : QMainWindow
-        Whose menu bar is filled.
-    commands : mapping of str to QAction
-        The actions of the commands that the window has, by id.
-    panels : sequence of QAction
-        Show and hide panels.
-    shown_tracks : QMenu
-        Shows and hides the tracks of others.
-    recent : QMenu
-        Opens a project that was open before.
+    `commands` are the window's actions by command id, `panels` those that show and hide panels.
     """
     menus: dict[str, QMenu] = {}
     for command in COMMANDS:
@@ -77,23 +66,23 @@ def fill_menus(
     commands[f"theme_{chosen}"].setChecked(True)
 
 
-def follow_view(commands: Mapping[str, QAction], seen: bool) -> None:
-    """Switch off what acts on the demonstration in view while another workspace hides it."""
+def follow_view(commands: Mapping[str, QAction], visible: bool) -> None:
+    """Disable what acts on the demonstration in view while another workspace hides it."""
     for command in COMMANDS:
         acts = command.group in _GROUPS_IN_VIEW or command.id in _IN_VIEW
         if acts and command.id not in _ANYWHERE and command.id in commands:
-            set_enabled_with_reason(commands[command.id], "" if seen else _OUT_OF_VIEW)
+            set_enabled_with_reason(commands[command.id], "" if visible else _OUT_OF_VIEW)
 
 
 def follow_tabs(tabs: QTabWidget, actions: Sequence[QAction]) -> None:
-    """Check the action of the tab that is in front; there is one for each tab."""
+    """Check the action of the tab in front; there is one for each tab."""
     _exclusive_group(tabs, actions)
     tabs.currentChanged.connect(lambda index: actions[index].setChecked(True))
     actions[tabs.currentIndex()].setChecked(True)
 
 
 def _exclusive_group(parent: QMainWindow | QTabWidget, actions: Sequence[QAction]) -> None:
-    """Of these actions one is checked at a time."""
+    """Let one of these actions be checked at a time."""
     group = QActionGroup(parent)
     for action in actions:
         action.setCheckable(True)
@@ -101,13 +90,7 @@ def _exclusive_group(parent: QMainWindow | QTabWidget, actions: Sequence[QAction
 
 
 class RecentProjects(QMenu):
-    """Projects opened last, the latest first; what is no longer where it was can be located.
-
-    Parameters
-    ----------
-    opening : callable
-        Opens the project at a path.
-    """
+    """The projects opened last, the latest first; one that was moved can be located."""
 
     def __init__(self, opening: Callable[[Path], object], parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -117,7 +100,7 @@ class RecentProjects(QMenu):
         self.aboutToShow.connect(self._list)
 
     def _list(self) -> None:
-        """Offer the projects, and say which are not found."""
+        """List the projects, and say which are not found."""
         self.clear()
         for path in settings.recent_projects():
             text = path.name if settings.is_folder(path) else f"{path.name} (not found)"
@@ -137,7 +120,6 @@ class ShownTracks(QMenu):
         self.aboutToShow.connect(self._list)
 
     def _list(self) -> None:
-        """Offer the authors that there are now."""
         self.clear()
         document = self._document
         if document.coding_blind:

@@ -1,4 +1,4 @@
-"""Opening, making and filling projects, with their dialogs."""
+"""Opening, creating and filling projects, with their dialogs."""
 
 from __future__ import annotations
 
@@ -19,21 +19,10 @@ from forcelab.text import name_alike, tidy_name
 
 
 class ProjectActions(QObject):
-    """What opens projects for a window.
+    """Opens projects for a window.
 
-    Parameters
-    ----------
-    document : Document
-        In which they are opened.
-    jobs : Jobs
-        Make the sample project and import recordings.
-    window : QWidget
-        Over which dialogs appear.
-    remembering : bool
-        Whether what is opened is kept among the recent projects.
-    author : str
-        The coder of the project that is opened first, or of all where nothing is remembered; by
-        default, as later, the one who labelled in it last.
+    `author` is the coder of the project that is opened first, or of all if not `remembering`;
+    later, and by default, it is the one who labelled in the project last.
     """
 
     sampling = Signal(object)
@@ -57,14 +46,9 @@ class ProjectActions(QObject):
         document.project_changed.connect(self._do_without_sample)
 
     def open(self, path: Path, demonstration: str = "") -> bool:
-        """Open a project and a demonstration of it; gives whether that could be done.
+        """Open a project and a demonstration (name or id); returns whether that succeeded.
 
-        Parameters
-        ----------
-        path : Path
-            The project's folder.
-        demonstration : str
-            Name or id; by default the one that was open last, or the first.
+        By default it is the demonstration that was open last, or the first.
         """
         try:
             self._document.open_project(path)
@@ -77,11 +61,11 @@ class ProjectActions(QObject):
             settings.remember_project(path)
         ids = [info.id for info in self._document.infos]
         last = settings.text(_last_demonstration_key(path)) if self._remembering else ""
-        wanted = demonstration or (last if last in ids else next(iter(ids), ""))
-        return self._document.open_demonstration(wanted) if wanted else True
+        opened = demonstration or (last if last in ids else next(iter(ids), ""))
+        return self._document.open_demonstration(opened) if opened else True
 
     def open_recent(self, path: Path) -> bool:
-        """Open a project that was open before; one that was moved is asked for."""
+        """Open a recent project; if it was moved, ask for its place."""
         if self.is_found(path):
             return self.open(path)
         box = QMessageBox(self._window)
@@ -102,7 +86,7 @@ class ProjectActions(QObject):
         return pressed is locate and self._locate(path)
 
     def is_found(self, path: Path) -> bool:
-        """Whether a project that was open before is still there; says so where it is not."""
+        """Whether a recent project is still there; says so if not."""
         if settings.is_folder(path):
             return True
         self.refused.emit(_not_found(path))
@@ -122,67 +106,61 @@ class ProjectActions(QObject):
         return True
 
     def _take_coder(self, path: Path) -> None:
-        """Label as who was asked for, or as who labels in this project."""
+        """Label as the requested coder, or as the last one in this project."""
         project = self._document.project
         known = () if project is None else project.coding.people()
         name = tidy_name(self._author) or settings.coder(path, known)
         if self._remembering:
             self._author = ""
         self._document.set_author(name)
-        if (there := name_alike(name, known)) is not None:
-            self._document.show_message(f"'{name}' is a new coder beside '{there}'.")
+        if (existing := name_alike(name, known)) is not None:
+            self._document.show_message(f"'{name}' is a new coder beside '{existing}'.")
 
     def remember_demonstration(self) -> None:
-        """Keep which demonstration is open, for the next time."""
+        """Remember which demonstration is open."""
         project = self._document.project
         if self._remembering and project is not None and self._document.id:
             settings.store(_last_demonstration_key(project.path), self._document.id)
 
     def make_sample(self, path: Path, *, asked: bool = True) -> None:
-        """Make the sample project in the background, unless it is there, and open it.
+        """Make the sample project in the background, if need be, and open it.
 
-        Parameters
-        ----------
-        path : Path
-            Its folder.
-        asked : bool
-            Whether somebody asked for it; where nobody did, it ends when a project is opened.
+        If nobody asked for it (`asked`), it is cancelled when a project is opened.
         """
         from forcelab.sample import making
 
-        def over(_: object) -> None:
+        def end(_: object) -> None:
             self._unasked = False
             self.sampling.emit(None)
 
-        def made(_: bool) -> None:
-            over(None)
+        def ready(_: bool) -> None:
+            end(None)
             if self._document.project is None:
                 self.open(path)
             else:
                 self._document.show_message(f"The sample project is ready: {path}")
 
         def failed(error: Exception) -> None:
-            over(None)
+            end(None)
             self._document.show_message(str(error), True)
 
         self._unasked = not asked
         self.sampling.emit(Progress(0, 1, "making the sample project"))
         job = making(path, os.cpu_count() or 1)
-        self._jobs.run(job, made, failed, progress=self.sampling.emit, key="sample")
+        self._jobs.run(job, ready, failed, progress=self.sampling.emit, key="sample")
 
     def cancel_sample(self) -> None:
-        """Do without the sample project; nothing of it stays."""
+        """Cancel the making of the sample project; nothing of it stays."""
         self._jobs.cancel("sample")
         self.sampling.emit(None)
 
     def _do_without_sample(self) -> None:
-        """End what nobody asked for, once there is a project to work in."""
+        """Cancel a sample nobody asked for, once there is a project to work in."""
         if self._unasked and self._document.project is not None:
             self._unasked = False
             self.cancel_sample()
 
     def ask_open(self) -> None:
-        """Let the user choose a project's folder."""
         chosen = QFileDialog.getExistingDirectory(
             self._window, "Open a project", str(last_folder("project"))
         )
@@ -226,7 +204,6 @@ class ProjectActions(QObject):
 
 
 def _not_found(path: Path) -> str:
-    """Say that a project is not where it was."""
     return (
         f"The project '{path.name}' is no longer in '{path.parent}': it was moved, renamed "
         "or deleted, or its disk "
@@ -235,12 +212,12 @@ def _not_found(path: Path) -> str:
 
 
 def sample_place() -> Path:
-    """Where the sample project of this user lies."""
+    """Where this user's sample project lies."""
     where = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
     folder = Path(where) if where and Path(where).is_dir() else Path.home()
     return folder / "sample.forcelab"
 
 
 def _last_demonstration_key(project: Path) -> str:
-    """Where the settings keep which demonstration of a project was open last."""
+    """The settings key of the demonstration that was open last."""
     return settings.key_of("last", project)

@@ -68,18 +68,9 @@ print(json.dumps([qVersion(), app.platformName(), len(QFontDatabase.families())]
 
 @dataclass(frozen=True, slots=True)
 class QtPlatform:
-    """How Qt came up.
+    """How Qt started: its version, platform plugin and number of font families.
 
-    Parameters
-    ----------
-    version, platform : str
-        Such as ``"6.11.3"`` and ``"xcb"``; empty where Qt did not start.
-    fonts : int
-        Number of font families it found.
-    trouble : str
-        Why it did not start; empty where it did.
-    cure : str
-        What to do about it; empty where nothing is wrong.
+    `trouble` is why it did not start, and `cure` what to do about it; both empty if all is well.
     """
 
     version: str = ""
@@ -90,12 +81,9 @@ class QtPlatform:
 
 
 def require_qt() -> None:
-    """Make sure that Qt can start; it would abort the program otherwise.
+    """Make sure that Qt can start, as it would abort the program otherwise.
 
-    Raises
-    ------
-    InputError
-        If PySide6 or shared libraries are missing; all of them are named.
+    Raises InputError naming all that is missing of PySide6 and shared libraries.
     """
     try:
         import PySide6.QtWidgets  # noqa: F401 - whether it can be
@@ -114,8 +102,15 @@ def require_qt() -> None:
         raise InputError(f"Qt cannot start: {found.trouble}{cure}.") from error
 
 
+def has_display() -> bool:
+    """Whether a window can be shown on this machine."""
+    if not sys.platform.startswith("linux") or os.environ.get("QT_QPA_PLATFORM"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
 def missing_libraries() -> list[str]:
-    """The shared libraries that Qt needs here, with the plugin it will draw with, and lacks."""
+    """The shared libraries that Qt and its platform plugin need here and lack."""
     folder = _folder()
     if folder is None or not sys.platform.startswith("linux"):
         return []
@@ -136,10 +131,10 @@ def _folder() -> Path | None:
 
 
 def _plugins() -> list[Path]:
-    """Files of the plugins that Qt will try to draw with, first to last, as far as it has them."""
+    """The platform plugins that Qt will try, in order, as far as it has them."""
     folder = _folder()
-    asked = os.environ.get("QT_QPA_PLATFORM", "")
-    names = [part.partition(":")[0] for part in asked.split(";") if part]
+    setting = os.environ.get("QT_QPA_PLATFORM", "")
+    names = [part.partition(":")[0] for part in setting.split(";") if part]
     if not names:
         names += ["wayland"] if os.environ.get("WAYLAND_DISPLAY") else []
         names += ["xcb"] if os.environ.get("DISPLAY") else []
@@ -151,10 +146,7 @@ def _plugins() -> list[Path]:
 
 
 def probe(timeout: float = 60.0) -> QtPlatform:
-    """Start Qt once and tell how it went.
-
-    Without a display it is tried offscreen, as pictures are made there.
-    """
+    """Start Qt once in a process of its own; offscreen if there is no display."""
     if missing := missing_libraries():
         return _lacking(missing)
     environment = dict(os.environ)
@@ -179,13 +171,7 @@ def probe(timeout: float = 60.0) -> QtPlatform:
 
 
 def failure(words: str) -> QtPlatform:
-    """What the last words of Python or Qt mean.
-
-    Parameters
-    ----------
-    words : str
-        The text of an ImportError or OSError, or what a process that ended so has printed.
-    """
+    """What the last output of Python or Qt means: the text of an error, or a process's stderr."""
     if "No module named 'PySide6" in words:
         return QtPlatform(
             trouble="PySide6 is not installed", cure='pip install "PySide6-Essentials<6.12"'
@@ -203,12 +189,13 @@ def failure(words: str) -> QtPlatform:
 
 
 def _lacking(libraries: list[str]) -> QtPlatform:
-    """All libraries that are missing, and the one command that installs them."""
+    """All missing libraries, and the one command that installs them."""
     names = [library.partition(".so")[0] for library in libraries]
     packages = sorted({PACKAGES[name] for name in names if name in PACKAGES})
     others = [library for library in libraries if library.partition(".so")[0] not in PACKAGES]
     cures = [f"apt-get install {' '.join(packages)}"] if packages else []
     cures += [f"install the package with {' and '.join(others)}"] if others else []
-    what = "the library" if len(libraries) == 1 else "the libraries"
+    subject = "the library" if len(libraries) == 1 else "the libraries"
     are = "is" if len(libraries) == 1 else "are"
-    return QtPlatform(trouble=f"{what} {', '.join(libraries)} {are} missing", cure="; ".join(cures))
+    trouble = f"{subject} {', '.join(libraries)} {are} missing"
+    return QtPlatform(trouble=trouble, cure="; ".join(cures))

@@ -1,4 +1,4 @@
-"""Asking before something is removed for good: what goes with it, and what stays."""
+"""Asking before something is removed for good: what is lost, and what stays."""
 
 from __future__ import annotations
 
@@ -30,14 +30,7 @@ LETTERS = 300
 
 
 class Removal(QDialog):
-    """Says what goes; where more has to be agreed to, that is ticked first.
-
-    Parameters
-    ----------
-    title, text : str
-    others : str
-        What has to be agreed to apart; ``""`` where nothing has.
-    """
+    """Says what is lost; consent to `others` has to be ticked first, unless it is ``""``."""
 
     def __init__(self, title: str, text: str, others: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -69,9 +62,9 @@ class Removal(QDialog):
 def confirm_removal(
     rows: Sequence[DemonstrationRow], author: str, project: Project, parent: QWidget | None = None
 ) -> bool:
-    """Whether the coder agrees that demonstrations go; parameters are those of `removal_of`.
+    """Ask whether to remove demonstrations, with all labels on them.
 
-    Notes that were written while it asked were not agreed to: then it asks again.
+    Notes written while the dialog was open were not agreed to: then it asks again.
     """
     changed = False
     while True:
@@ -98,53 +91,43 @@ def removal_of(
     *,
     changed: bool = False,
 ) -> Removal:
-    """Asks whether demonstrations are to go, with whoever's labels are on them.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        The demonstrations as the coder may see them, at least one.
-    author : str
-        The coder.
-    changed : bool
-        Whether it is asked again, as notes were written meanwhile.
-    """
-    title, told = "Remove from the project", _author_counts(rows, author)
+    """The dialog for demonstrations; `changed` if notes were written since it was open before."""
+    title, text = "Remove from the project", _author_counts(rows, author)
     if changed:
-        told = "Notes have changed meanwhile." + "\n\n" + told
-    return Removal(title, told, _others(rows), parent)
+        text = "Notes have changed meanwhile.\n\n" + text
+    return Removal(title, text, _others(rows), parent)
 
 
 def _author_counts(rows: Sequence[DemonstrationRow], author: str) -> str:
-    """What goes and what stays."""
+    """What is lost and what stays."""
     if len(rows) == 1:
         return (
             "Remove '{}' for good? With it go: {}.\n\nThis cannot be undone. The file that it "
             "was imported from stays, and so do runs and recognisers."
-        ).format(rows[0].info.name, ", ".join(_what_goes(rows[0], author)))
+        ).format(rows[0].info.name, ", ".join(_losses(rows[0], author)))
     names = [f"'{row.info.name}'" for row in rows[:NAMED]]
     if len(rows) > NAMED:
         names.append(f"and {len(rows) - NAMED} more")
     return (
         "Remove these {} demonstrations for good: {}? With them go: {}.\n\nThis cannot be "
         "undone. The files that they were imported from stay, and so do runs and recognisers."
-    ).format(len(rows), ", ".join(names), ", ".join(_all_go(rows, author)))
+    ).format(len(rows), ", ".join(names), ", ".join(_common_losses(rows, author)))
 
 
-def _what_goes(row: DemonstrationRow, author: str) -> list[str]:
-    """What goes with a demonstration."""
-    goes = [f"the recording ({row.info.duration:.2f} s)"]
+def _losses(row: DemonstrationRow, author: str) -> list[str]:
+    """What is lost with one demonstration."""
+    losses = [f"the recording ({row.info.duration:.2f} s)"]
     if row.info.has_video:
-        goes.append("its video")
+        losses.append("its video")
     if row.share:
-        goes.append(f"your labels ({percent(row.share)} %)")
+        losses.append(f"your labels ({percent(row.share)} %)")
     elif author in row.info.labelled:
-        goes.append("the history of your labels")
-    goes += [f"the labels of {name} ({percent(share)} %)" for name, share in row.others]
+        losses.append("the history of your labels")
+    losses += [f"the labels of {name} ({percent(share)} %)" for name, share in row.others]
     if row.assignments:
-        goes.append("assignments")
-    goes += [f"the note of {note.author}: “{_beginning(note.text)}”" for note in row.notes]
-    return goes
+        losses.append("assignments")
+    losses += [f"the note of {note.author}: “{_beginning(note.text)}”" for note in row.notes]
+    return losses
 
 
 def _beginning(text: str) -> str:
@@ -152,27 +135,27 @@ def _beginning(text: str) -> str:
     return text if len(text) <= LETTERS else text[:LETTERS].rstrip() + "…"
 
 
-def _all_go(rows: Sequence[DemonstrationRow], author: str) -> list[str]:
-    """What goes with several demonstrations, on how many of them it is."""
+def _common_losses(rows: Sequence[DemonstrationRow], author: str) -> list[str]:
+    """What is lost with several demonstrations, with counts."""
     seconds = sum(row.info.duration for row in rows)
-    goes = [f"the recordings ({seconds:.0f} s)"]
+    losses = [f"the recordings ({seconds:.0f} s)"]
     videos = sum(row.info.has_video for row in rows)
     if videos:
-        goes.append(f"videos ({videos})")
+        losses.append(f"videos ({videos})")
     own = sum(bool(row.share) or author in row.info.labelled for row in rows)
     if own:
-        goes.append(f"your labels (on {own})")
+        losses.append(f"your labels (on {own})")
     every = [name for row in rows for name, _ in row.others]
-    goes += [f"the labels of {name} (on {every.count(name)})" for name in dict.fromkeys(every)]
+    losses += [f"the labels of {name} (on {every.count(name)})" for name in dict.fromkeys(every)]
     if any(row.assignments for row in rows):
-        goes.append("assignments")
+        losses.append("assignments")
     if notes := sum(len(row.notes) for row in rows):
-        goes.append(f"notes ({notes})")
-    return goes
+        losses.append(f"notes ({notes})")
+    return losses
 
 
 def _others(rows: Sequence[DemonstrationRow]) -> str:
-    """What is to be agreed to about others' labels; the same to whoever codes blind."""
+    """The consent to losing others' labels; the same text for all who code blind."""
     if any(row.blind for row in rows):
         if len(rows) == 1:
             return "Remove it whatever others have labelled on it"
@@ -185,28 +168,21 @@ def _others(rows: Sequence[DemonstrationRow]) -> str:
 
 
 def removal_of_run(name: str, use: RunUse, parent: QWidget | None = None) -> Removal:
-    """Asks whether a run is to go.
-
-    Parameters
-    ----------
-    name : str
-        As the list has it.
-    use : RunUse
-    """
+    """The dialog for a run, under its name in the list."""
     goes = "With it go its predictions and scores ({0})."
     if use.recogniser:
         goes = "With it go its predictions, its scores and its recogniser ({0})."
-    told = [f"Remove the run '{name}' for good?" + " " + goes.format(amount(use.bytes))]
+    sentences = [f"Remove the run '{name}' for good?" + " " + goes.format(amount(use.bytes))]
     if use.accepted:
-        told.append(
+        sentences.append(
             f"Predictions of it were accepted as labels ({use.accepted} edits); these "
             "labels stay, and "
             "still tell what proposed them."
         )
     if use.verdicts:
-        told.append(
+        sentences.append(
             f"Verdicts were given on it ({use.verdicts}); they stay, but no longer tell on "
             "which run."
         )
-    told.append("This cannot be undone. No label changes.")
-    return Removal("Remove a run", "\n\n".join(told), "", parent)
+    sentences.append("This cannot be undone. No label changes.")
+    return Removal("Remove a run", "\n\n".join(sentences), "", parent)

@@ -67,14 +67,14 @@ def settings() -> QSettings:
 
 
 def text(key: str, default: str = "") -> str:
-    """A remembered text."""
+    """A stored text."""
     return _read(key, default, str)
 
 
 def number(
     key: str, default: float, *, lowest: float = -math.inf, highest: float = math.inf
 ) -> float:
-    """A remembered number; one outside of ``lowest`` to ``highest`` counts as broken."""
+    """A stored number; one outside of ``lowest`` to ``highest`` counts as broken."""
 
     def checked(stored: str) -> float:
         value = float(stored)
@@ -86,12 +86,12 @@ def number(
 
 
 def flag(key: str, default: bool = False) -> bool:
-    """A remembered yes or no."""
+    """A stored boolean."""
     return _read(key, default, lambda stored: {"true": True, "false": False}[stored.lower()])
 
 
 def strings(key: str, default: Sequence[str] = ()) -> tuple[str, ...]:
-    """A remembered list of texts."""
+    """A stored list of texts."""
 
     def checked(stored: str) -> tuple[str, ...]:
         items = json.loads(stored)
@@ -103,7 +103,7 @@ def strings(key: str, default: Sequence[str] = ()) -> tuple[str, ...]:
 
 
 def data(key: str, default: bytes = b"") -> bytes:
-    """Remembered bytes, such as the layout of a window."""
+    """Stored bytes, such as the layout of a window."""
     return _read(key, default, lambda stored: base64.b64decode(stored, validate=True))
 
 
@@ -154,34 +154,24 @@ def is_folder(path: Path) -> bool:
 
 
 def forget_project(path: Path) -> None:
-    """Leave a project out of the recent ones."""
+    """Remove a project from the recent ones."""
     store("projects/recent", [known for known in strings("projects/recent") if known != str(path)])
 
 
 def coder(project: Path | None = None, known: Collection[str] = ()) -> str:
-    """Who labels in a project.
+    """The name under which one labels in a project.
 
-    Parameters
-    ----------
-    project : Path, optional
-        Its folder.
-    known : collection of str
-        The coders that it has.
-
-    Returns
-    -------
-    str
-        The name given last in this project. Where none was, as in a project that was moved, the
-        one given last anywhere of those that the project knows; or else that of the account.
-        Nobody labels in a new project under the name of a coder of another one.
+    That is the last one in this project; if there is none, as in a project that was moved, the last
+    one anywhere among the coders that the project knows; or else the account's. In a new project
+    nobody labels under the name of a coder of another one.
     """
     own = tidy_name(text(key_of("coders", project))) if project is not None else ""
-    given = (tidy_name(name) for name in (text("coder/name"), *strings("coder/names")))
-    return own or next((name for name in given if name in known), "") or _account()
+    used = (tidy_name(name) for name in (text("coder/name"), *strings("coder/names")))
+    return own or next((name for name in used if name in known), "") or _account()
 
 
 def remember_coder(project: Path | None, name: str) -> None:
-    """Keep who labels in a project, and the last names that were given in any."""
+    """Store who labels in a project, and the last names used in any."""
     if project is not None:
         store(key_of("coders", project), name)
     others = [known for known in strings("coder/names") if known != name]
@@ -190,7 +180,7 @@ def remember_coder(project: Path | None, name: str) -> None:
 
 
 def key_of(section: str, project: Path) -> str:
-    """Where something of a project is kept."""
+    """The key of something of a project."""
     return f"{section}/" + str(project.resolve()).replace("/", "|").replace("\\", "|")
 
 
@@ -214,7 +204,6 @@ def _account() -> str:
 
 
 def _path() -> Path:
-    """Where the settings lie."""
     if named := os.environ.get("FORCELAB_SETTINGS"):
         return Path(named)
     # Not AppConfigLocation: that depends on whether the application has got its name yet.
@@ -224,7 +213,7 @@ def _path() -> Path:
 
 @cache
 def _opened(path: Path) -> QSettings:
-    """The file, which is put aside when Qt would have to unpickle something in it."""
+    """The file, which is put aside if Qt would have to unpickle something in it."""
     try:
         suspicious = _VARIANT.search(path.read_bytes()) is not None
     except FileNotFoundError:
@@ -240,14 +229,14 @@ def _opened(path: Path) -> QSettings:
 
 
 def _written(stored: QSettings) -> None:
-    """Bring changes to the disk now: a crash must not cost the coder's keys and layout."""
+    """Write changes to the disk now: a crash must not cost the coder's keys and layout."""
     stored.sync()
     if stored.status() != QSettings.Status.NoError:
         log.warning("The settings cannot be written to %s.", stored.fileName())
 
 
 def _read(key: str, default: ValueT, checked: Callable[[str], ValueT]) -> ValueT:
-    """A value as `checked` reads it from its text; the default where it is missing or broken."""
+    """A value as `checked` parses its text; the default if it is missing or broken."""
     stored = settings()
     if not stored.contains(key):
         return default

@@ -32,22 +32,11 @@ def key_name(key: str) -> str:
 
 
 def collision(keys: Mapping[str, Sequence[str]], vocabulary: Vocabulary | None = None) -> str:
-    """Say what is wrong with a set of keys.
+    """What is wrong with the keys of each command, as one sentence; empty if nothing is.
 
     Characters that can paint an action (:data:`forcelab.vocabulary.KEYS`) belong to the actions,
-    whatever the open task uses of them: the next one may use others.
-
-    Parameters
-    ----------
-    keys : mapping of str to sequence of str
-        The keys of each command.
-    vocabulary : Vocabulary, optional
-        Names the action that a key paints.
-
-    Returns
-    -------
-    str
-        One sentence, or nothing where all is well.
+    whatever the open task uses of them: the next one may use others. `vocabulary` names the action
+    that a key paints.
     """
     painting = {action.key: action.name for action in vocabulary or () if action.key}
     owners: dict[str, str] = {}
@@ -78,13 +67,7 @@ def collision(keys: Mapping[str, Sequence[str]], vocabulary: Vocabulary | None =
 
 
 class Keys(QObject):
-    """The keys that count: the defaults, and what the coder made of them.
-
-    Signals
-    -------
-    changed()
-        Some command has got other keys.
-    """
+    """The keys of each command: the defaults, and the coder's own. Emits `changed`."""
 
     changed = Signal()
 
@@ -101,7 +84,7 @@ class Keys(QObject):
         return dict(self._bound)
 
     def shown(self, command: str) -> str:
-        """The keys of a command as this platform prints them, or nothing."""
+        """The keys of a command as this platform prints them, or ``""``."""
         return ", ".join(key_name(key) for key in self._bound[command])
 
     def changed_by_coder(self, command: str) -> bool:
@@ -114,12 +97,9 @@ class Keys(QObject):
         keys: Sequence[str],
         vocabulary: Vocabulary | None = None,
     ) -> None:
-        """Give a command other keys, or none, and remember them.
+        """Give a command other keys, or none, and store them.
 
-        Raises
-        ------
-        InputError
-            If a key is none, or paints actions, or belongs to another command.
+        Raises InputError if a key is none, or paints actions, or belongs to another command.
         """
         # The one that changes comes last, so that the sentence names the one that has the key.
         others = {known: bound for known, bound in self._bound.items() if known != command}
@@ -130,24 +110,17 @@ class Keys(QObject):
         self.changed.emit()
 
     def reset(self, command: str) -> None:
-        """Give a command its default keys back.
-
-        Raises
-        ------
-        InputError
-            If another command has got one of them meanwhile.
-        """
+        """Give a command its default keys back; InputError if another one has taken one of them."""
         self.set_keys(command, _defaults()[command])
 
     def reset_all(self) -> None:
-        """Give all commands their default keys back."""
         self._bound = dict(_defaults())
         for id_ in self._bound:
             settings.forget(f"keys/{id_}")
         self.changed.emit()
 
     def reload(self) -> None:
-        """Read the coder's keys anew; where they collide, the defaults count."""
+        """Read the coder's keys; if they collide, the defaults count."""
         defaults = dict(_defaults())
         read = {id_: settings.strings(f"keys/{id_}", keys) for id_, keys in defaults.items()}
         if sentence := collision(read):
@@ -173,48 +146,30 @@ def keys() -> Keys:
 def bind(
     widget: QWidget, handlers: Mapping[str, Callable[[], object]], bound: Keys | None = None
 ) -> dict[str, QAction]:
-    """Make the actions of some commands: for the widget's keys, and to be put into menus.
+    """Make the actions of some commands, for keys and menus; they follow when keys change.
 
-    A field in which one types keeps the keys that it needs (:mod:`forcelab.gui.key_events`).
-
-    Parameters
-    ----------
-    widget : QWidget
-        The keys count wherever the focus is in its window.
-    handlers : mapping of str to callable
-        What to do, by the command's id.
-    bound : Keys, optional
-        By default :func:`keys`.
-
-    Returns
-    -------
-    dict of str to QAction
-        By the command's id; they follow when keys change.
-
-    Raises
-    ------
-    KeyError
-        If there is no such command.
+    The keys count wherever the focus is in the widget's window, except those that a text field
+    needs (:mod:`forcelab.gui.key_events`).
     """
     bound = bound or keys()
     guard_typing()
-    made = {id_: _action(widget, _BY_ID[id_], handler) for id_, handler in handlers.items()}
-    _Following(made, bound, widget)
-    return made
+    actions = {id_: _action(widget, _BY_ID[id_], handler) for id_, handler in handlers.items()}
+    _Following(actions, bound, widget)
+    return actions
 
 
 class _Following(QObject):
-    """Keeps actions at the keys that count, for as long as their widget lives."""
+    """Keeps actions at their keys, for as long as their widget lives."""
 
-    def __init__(self, made: Mapping[str, QAction], bound: Keys, widget: QWidget) -> None:
+    def __init__(self, actions: Mapping[str, QAction], bound: Keys, widget: QWidget) -> None:
         super().__init__(widget)
-        self._made, self._bound = made, bound
+        self._actions, self._bound = actions, bound
         bound.changed.connect(self._follow)
         self._follow()
 
     def _follow(self) -> None:
-        """Give the actions the keys that count now, and say them where one looks for them."""
-        for id_, action in self._made.items():
+        """Set shortcuts, and name them in tooltips."""
+        for id_, action in self._actions.items():
             action.setShortcuts([_parsed(key) for key in self._bound[id_]])
             tip = action.text().rstrip("…")
             if shown := self._bound.shown(id_):
@@ -224,7 +179,7 @@ class _Following(QObject):
 
 
 def _action(widget: QWidget, command: Command, handler: Callable[[], object]) -> QAction:
-    """The action of one command, still without keys."""
+    """The action of one command, without keys."""
     action = QAction(command.text, widget)
     action.setObjectName(command.id)
     action.setCheckable(command.checkable)
@@ -238,12 +193,12 @@ def _action(widget: QWidget, command: Command, handler: Callable[[], object]) ->
 
 
 def _parsed(key: str) -> QKeySequence:
-    """A key as Qt holds it; empty where the text is none."""
+    """A key as Qt holds it; empty if the text is none."""
     return QKeySequence(key, QKeySequence.SequenceFormat.PortableText)
 
 
 def _spelt(key: str) -> str:
-    """The one spelling of a key; empty where the text is no single key."""
+    """The normal spelling of a key; empty if the text is no single key."""
     parsed = _parsed(key)
     portable = parsed.toString(QKeySequence.SequenceFormat.PortableText)
     return portable if parsed.count() == 1 else ""

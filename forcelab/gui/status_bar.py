@@ -1,4 +1,4 @@
-"""The status bar: what was just done or went wrong, and what runs in another workspace."""
+"""The status bar: messages, and what runs in other workspaces."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from forcelab.gui.document import Document
 
 
 class BackgroundIndicator(QToolButton):
-    """Seen while another workspace is in front; a click on it is to lead there."""
+    """Says what runs in a workspace while another one is in front; a click leads there."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -19,20 +19,19 @@ class BackgroundIndicator(QToolButton):
         self.hide()
 
     def sizeHint(self) -> QSize:
-        """No higher than a line, so that nothing moves when it comes."""
+        """No higher than a line, so that nothing moves when it appears."""
         return QSize(super().sizeHint().width(), self.fontMetrics().height())
 
     def minimumSizeHint(self) -> QSize:
-        """The same."""
         return self.sizeHint()
 
     def set_elsewhere(self, elsewhere: bool) -> None:
-        """Say whether another workspace than its own is in front."""
+        """Set whether another workspace than its own is in front."""
         self._elsewhere = elsewhere
         self.refresh()
 
     def refresh(self) -> None:
-        """Say how it stands; hidden where there is nothing to say."""
+        """Show the text; hidden if it is empty."""
         words = self.words() if self._elsewhere else ""
         if words != self.text():
             self.setText(words)
@@ -41,7 +40,7 @@ class BackgroundIndicator(QToolButton):
             self.setVisible(bool(words))
 
     def words(self) -> str:
-        """What there is to say; empty for nothing."""
+        """The text; empty for nothing."""
         raise NotImplementedError
 
 
@@ -50,42 +49,36 @@ SHOWN, TROUBLE_SHOWN = 6_000, 15_000
 
 
 class StatusLine(QStatusBar):
-    """Says a sentence for a while, in the colour of what it is about.
-
-    Parameters
-    ----------
-    document : Document
-        Its sentences are said.
-    """
+    """Shows the document's messages for a while, errors in the theme's colour for trouble."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
-        self._document, self._trouble, self._said = document, False, ""
+        self._document, self._trouble, self._message = document, False, ""
         self.messageChanged.connect(self._shown)
         document.message_shown.connect(self.say)
         document.demonstration_changed.connect(self._forget_former)
         theme.themes().changed.connect(self._colour)
 
     def say(self, sentence: str, trouble: bool = False) -> None:
-        """Say a sentence; one about trouble stays longer."""
-        self._trouble, self._said = trouble, sentence
+        """Show a message; an error stays longer."""
+        self._trouble, self._message = trouble, sentence
         self._colour()
         self.showMessage(sentence, TROUBLE_SHOWN if trouble else SHOWN)
 
     def _shown(self, sentence: str) -> None:
-        """What else is shown here, such as what an entry of a menu does, is no trouble."""
-        if sentence and sentence != self._said:
+        """Use the normal colour for what else is shown here, such as a menu entry's status tip."""
+        if sentence and sentence != self._message:
             self._trouble = False
             self._colour()
 
     def _colour(self) -> None:
-        """Write in the theme's colour."""
+        """Use the theme's colour."""
         colour = theme.colours().trouble if self._trouble else theme.colours().text
         style = f"QStatusBar {{ color: {colour}; }}"
         if self.styleSheet() != style:  # putting one on takes longer than a stroke
             self.setStyleSheet(style)
 
     def _forget_former(self) -> None:
-        """Say of another demonstration no more what was said of the one before."""
+        """Clear a message that was about the demonstration before."""
         if self.currentMessage() == self._document.local_message:
             self.clearMessage()

@@ -10,33 +10,23 @@ from forcelab.text import name_alike, tidy_name
 
 
 def escape_ampersands(name: str) -> str:
-    """A name as an entry of a menu or a button has it: a single ampersand would mark a key."""
+    """A name for menus and buttons, where a single ampersand would mark a key."""
     return name.replace("&", "&&")
 
 
 def settle_name(parent: QWidget | None, name: str, known: Iterable[str]) -> str:
-    """A name without needless spaces; where it is nearly one there is, the person chooses.
-
-    Parameters
-    ----------
-    parent : QWidget or None
-        Over which the question appears.
-    name : str
-        As typed.
-    known : iterable of str
-        The names there are.
-    """
+    """A tidied name; if it nearly is a known one, the coder is asked which to use."""
     name = tidy_name(name)
-    there = name_alike(name, known)
-    if there is None:
+    existing = name_alike(name, known)
+    if existing is None:
         return name
     box = QMessageBox(parent)
     box.setIcon(QMessageBox.Icon.Question)
     box.setWindowTitle("Nearly the same name")
-    box.setText(f"There is '{there}' already.")
+    box.setText(f"'{existing}' already exists.")
     box.setInformativeText(f"'{name}' would be another name beside it.")
     use = box.addButton(
-        f"Use '{escape_ampersands(there)}'",
+        f"Use '{escape_ampersands(existing)}'",
         QMessageBox.ButtonRole.AcceptRole,
     )
     other = box.addButton(f"Add '{escape_ampersands(name)}'", QMessageBox.ButtonRole.ActionRole)
@@ -45,9 +35,9 @@ def settle_name(parent: QWidget | None, name: str, known: Iterable[str]) -> str:
     box.exec()
     chosen = box.clickedButton()
     box.deleteLater()
-    return name if chosen is other else there
+    return name if chosen is other else existing
 
 
 def thousands(number: int) -> str:
-    """A whole number with its thousands apart."""
+    """A whole number with thousands separators."""
     return f"{number:,}"

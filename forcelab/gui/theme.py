@@ -1,7 +1,4 @@
-"""The window's theme.
-
-Its colours, light and dark, the palette and style sheet made of them, and the system's choice.
-"""
+"""The window's theme: colours, light and dark, and the palette and style sheet made of them."""
 
 from __future__ import annotations
 
@@ -58,7 +55,7 @@ class Colours(Theme):
 
     @property
     def dark(self) -> bool:
-        """Whether text is lighter than its ground."""
+        """Whether text is lighter than its background."""
         return QColor(self.text).lightnessF() > QColor(self.background).lightnessF()
 
 
@@ -131,7 +128,7 @@ FRAMED = ("QAbstractSpinBox", "QComboBox", "QCheckBox", "QRadioButton")
 
 
 class _Themes(QObject):
-    """Which colours are on, and what follows the system."""
+    """The theme in use; follows the system if that is the choice."""
 
     changed = Signal()
 
@@ -142,7 +139,7 @@ class _Themes(QObject):
         self._begun = False
 
     def apply(self, app: QApplication, choice: Choice) -> None:
-        """Put a theme on, and keep following the system if that is the choice."""
+        """Use a theme, and follow the system if that is the choice."""
         self.choice = choice
         hints = QGuiApplication.styleHints()
         if not self._begun:
@@ -157,7 +154,7 @@ class _Themes(QObject):
         self._put_on(app)
 
     def _follow(self) -> None:
-        """The system has changed between light and dark."""
+        """Follow the system between light and dark."""
         app = QApplication.instance()
         if self.choice == "system" and isinstance(app, QApplication):
             self._put_on(app)
@@ -175,47 +172,40 @@ class _Themes(QObject):
 
 @cache
 def themes() -> _Themes:
-    """The object whose signal ``changed`` tells that :func:`colours` gives others now."""
+    """The object whose `changed` says that :func:`colours` returns others now."""
     return _Themes()
 
 
 def colours() -> Colours:
-    """The colours that are on."""
+    """The colours in use."""
     return themes().colours
 
 
 def use_theme(app: QApplication, choice: Choice) -> None:
-    """Put a theme on.
+    """Give the application a theme: Fusion and a palette; ``"system"`` follows the system.
 
-    Parameters
-    ----------
-    app : QApplication
-        Gets the Fusion style and a palette; its windows are dressed by
-        :func:`apply_to_application`.
-    choice : "light", "dark" or "system"
-        ``"system"`` follows the system whenever it changes.
+    Its windows get the style sheet from :func:`apply_to_application`.
     """
     themes().apply(app, choice)
 
 
 def apply_to_application(window: QWidget) -> None:
-    """Give a window, and all that belongs to it, what of the theme that is on is no palette.
+    """Give a window, and all that belongs to it, the style sheet of the theme.
 
-    Whatever wears a style sheet is dressed anew each time that it is put into something else. On
-    the application, instead of on windows that are complete, it would double what they take.
+    Widgets with a style sheet are styled again each time they get another parent. On the
+    application, instead of on windows that are complete, it would double what that takes.
     """
     window.setStyleSheet(_sheet(colours()))
 
 
 def _chosen(choice: Choice) -> Colours:
-    """The colours of a choice."""
     if choice == "system":
         return DARK if _system() == Qt.ColorScheme.Dark else LIGHT
     return DARK if choice == "dark" else LIGHT
 
 
 def _system() -> Qt.ColorScheme:
-    """What the system shows; unknown where it has no such thing."""
+    """The system's scheme; unknown if it has none."""
     return QGuiApplication.styleHints().colorScheme()
 
 
@@ -247,10 +237,10 @@ def palette(colours: Colours) -> QPalette:
         role.Dark: QColor(colours.frame),
         role.Shadow: mixed(panel, deep, 0.6),
     }
-    made = QPalette()
+    result = QPalette()
     for group in (QPalette.ColorGroup.Active, QPalette.ColorGroup.Inactive):
         for which, colour in normal.items():
-            made.setColor(group, which, colour)
+            result.setColor(group, which, colour)
     faint = mixed(colours.text, panel, 0.55)
     off = dict(normal)
     for which in (role.WindowText, role.Text, role.ButtonText, role.PlaceholderText):
@@ -259,22 +249,22 @@ def palette(colours: Colours) -> QPalette:
     off[role.Highlight] = off[role.Accent] = QColor(colours.frame)
     off[role.HighlightedText] = QColor(colours.background)
     for which, colour in off.items():
-        made.setColor(QPalette.ColorGroup.Disabled, which, colour)
-    return made
+        result.setColor(QPalette.ColorGroup.Disabled, which, colour)
+    return result
 
 
 def framed(colours: Colours) -> QPalette:
-    """The palette of what one types or chooses in: its frame is seen in either theme.
+    """The palette of input fields: their frame can be seen in either theme.
 
     Fusion draws it 1.4 times darker than what is behind, which nobody sees on dark panels.
     """
-    made = palette(colours)
-    made.setColor(QPalette.ColorRole.Window, QColor(colours.frame).lighter(140))
-    return made
+    result = palette(colours)
+    result.setColor(QPalette.ColorRole.Window, QColor(colours.frame).lighter(140))
+    return result
 
 
 def _sheet(colours: Colours) -> str:
-    """What the palette cannot say: flat handles, tabs, docks, tool buttons and table headers.
+    """What the palette cannot set: flat handles, tabs, docks, tool buttons and table headers.
 
     Sizes are in ``em``, so that they grow with the font.
     """

@@ -1,4 +1,4 @@
-"""The base of every panel on the common time axis: one mapping, one cursor, one set of gestures."""
+"""The base of every panel on the time axis: one mapping, one cursor, one set of gestures."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ from forcelab.gui.theme import colours, themes
 
 
 class PixmapCache:
-    """A picture that is drawn anew when its size or what it shows has changed.
+    """A pixmap that is drawn again when its size or what it shows has changed.
 
-    Its memory is used again: to have the system find and clear another megabyte takes longer than
-    most panels take to draw.
+    Its memory is reused: to have the system find and clear another megabyte takes longer than most
+    panels take to draw.
     """
 
     def __init__(self) -> None:
@@ -39,29 +39,16 @@ class PixmapCache:
         self._fresh = False
 
     def forget(self) -> None:
-        """Draw it anew the next time."""
+        """Draw it again the next time."""
         self._fresh = False
 
     def picture(
         self, size: QSize, ratio: float, shown: object, draw: Callable[[QPainter], object]
     ) -> QPixmap:
-        """The picture.
+        """The pixmap, to be used at once: the next call draws into it.
 
-        Parameters
-        ----------
-        size : QSize
-            In pixels of the widget.
-        ratio : float
-            Pixels of the screen for each of them.
-        shown : object
-            All that the drawing depends on, to be compared.
-        draw : callable
-            Draws it if need be, every pixel: what was drawn before still lies there.
-
-        Returns
-        -------
-        QPixmap
-            To be used at once; the next call draws into it.
+        `size` is in widget pixels, `ratio` screen pixels for each. It is drawn again if `shown`,
+        all that it depends on, compares unequal; `draw` must then paint every pixel.
         """
         pixmap, exact = self._pixmap, size * ratio
         if pixmap is None or pixmap.size() != exact or pixmap.devicePixelRatio() != ratio:
@@ -93,11 +80,6 @@ class TimePanel(QWidget):
 
     What is slow to draw is drawn once into a pixmap (:meth:`paint_content`, :meth:`paint_gutter`)
     and kept until it is stale; what follows the cursor is drawn over it each time.
-
-    Parameters
-    ----------
-    document : Document
-        What is shown.
     """
 
     #: Pixels left of the time axis, for names and vertical axes; and right of it.
@@ -168,9 +150,9 @@ class TimePanel(QWidget):
         """Draw what only changes with span, size, theme or :meth:`invalidate`."""
 
     def gutter_shows(self) -> object:
-        """All that the gutter is drawn from, but for size and theme: equal if it looks the same.
+        """What the gutter is drawn from, besides size and theme; equal if it looks the same.
 
-        Asked after the content was drawn. By default nothing equals it.
+        Called after the content was drawn. By default nothing equals it.
         """
         return object()
 
@@ -181,30 +163,28 @@ class TimePanel(QWidget):
         """Draw what changes often: above the content, below the cursor."""
 
     def invalidate(self, *_: object) -> None:
-        """Say that the content is stale."""
+        """Draw the content again."""
         self._stale = True
         self.update()
 
     # Qt
 
     def sizeHint(self) -> QSize:
-        """Wide, and high enough to be useful."""
         return QSize(900, 120)
 
     def changeEvent(self, event: QEvent) -> None:
-        """Draw anew when fonts or the palette change."""
+        """Draw again when fonts or the palette change."""
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange):
             self._gutter.forget()
             self.invalidate()
         super().changeEvent(event)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Draw anew."""
         self.invalidate()
         super().resizeEvent(event)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the kept content, then what lies over it."""
+        """Draw the cached content, then what lies over it."""
         ratio = self.devicePixelRatioF()
         if self._stale:
             self._content.forget()
@@ -249,7 +229,6 @@ class TimePanel(QWidget):
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Mark a range, or pan."""
         here = event.position()
         if self._panning is not None:
             self.document.view.pan((self._panning.x() - here.x()) * self.seconds_per_pixel)
@@ -261,7 +240,7 @@ class TimePanel(QWidget):
                 self.document.view.set_range(self.time_at(self._press.x()), self.time_at(here.x()))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """A click seeks, and forgets the range."""
+        """A click seeks and clears the range."""
         if event.button() == Qt.MouseButton.MiddleButton and self._panning is not None:
             self._panning = None
             self.unsetCursor()
@@ -275,7 +254,7 @@ class TimePanel(QWidget):
     # Inside
 
     def _draw(self, painter: QPainter) -> None:
-        """Draw the content and the gutter."""
+        """Draw content and gutter."""
         painter.fillRect(self.rect(), QColor(colours().background))
         if self.document.demonstration is None:
             return
@@ -288,7 +267,6 @@ class TimePanel(QWidget):
         painter.drawPixmap(0, 0, self._gutter.picture(size, ratio, shown, self._draw_gutter))
 
     def _draw_gutter(self, painter: QPainter) -> None:
-        """Draw the gutter."""
         box = QRectF(0, 0, self.GUTTER, self.height())
         painter.fillRect(box, QColor(colours().background))
         self.paint_gutter(painter, box)
@@ -311,7 +289,7 @@ class TimePanel(QWidget):
             self._band(painter, min(begin, here), max(begin, here), QColor(colour))
 
     def _band(self, painter: QPainter, left: float, right: float, colour: QColor) -> None:
-        """A translucent band with an edge at either side, over the whole height."""
+        """A translucent band with edges, over the whole height."""
         left = min(max(left, self.plot.left() - 2), self.plot.right() + 2)
         right = min(max(right, self.plot.left() - 2), self.plot.right() + 2)
         wash = translucent(colour, 0.16)
@@ -322,7 +300,7 @@ class TimePanel(QWidget):
             painter.drawLine(QLineF(spot, 0, spot, self.height()))
 
     def _paint_lines(self, painter: QPainter, plot: QRectF) -> None:
-        """Draw the snap target that is offered, and the cursor."""
+        """Draw the offered snap target, and the cursor."""
         document, now = self.document, colours()
         if document.demonstration is None:
             return
@@ -337,7 +315,7 @@ class TimePanel(QWidget):
         painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
 
     def _marks(self) -> tuple[TimeSpan | None, ...]:
-        """Where cursor, hint, range and stroke are, in pixels; None for what there is not."""
+        """Where cursor, hint, range and stroke are, in pixels; None where there is none."""
         document = self.document
         here = self.x_at(document.view.cursor)
         hint = None if document.view.hint is None else self.x_at(document.view.hint.time)
@@ -352,7 +330,7 @@ class TimePanel(QWidget):
         )
 
     def _marks_moved(self, *_: object) -> None:
-        """Draw anew what lies under the marks that have moved: the rest of the panel stays."""
+        """Update what lies under the marks that have moved; the rest of the panel stays."""
         if not self.isVisible():
             return
         before, now = self._drawn_over, self._marks()
@@ -362,13 +340,13 @@ class TimePanel(QWidget):
             if old == new:
                 continue
             around = self.beside_cursor if old is before[0] else LINE
-            for one, other in filter(None, (old, new)):
-                self._update_columns(min(one, other) - around, max(one, other) + around)
+            for span in filter(None, (old, new)):
+                self._update_columns(min(span) - around, max(span) + around)
         if before[0] != now[0] and self.gutter_follows:
             self.update(QRect(0, 0, self.GUTTER, self.height()))
 
     def _update_columns(self, left: float, right: float) -> None:
-        """Draw these pixels anew, over the whole height."""
+        """Update these pixels, over the whole height."""
         first, last = max(math.floor(left), 0), min(math.ceil(right), self.width())
         if first < last:
             self.update(QRect(first, 0, last - first, self.height()))

@@ -25,7 +25,7 @@ from forcelab.jobs import Progress
 
 
 class SampleProgress(QWidget):
-    """A bar and Cancel; hidden while no sample project is being made."""
+    """A progress bar and Cancel; hidden while no sample project is being made."""
 
     cancelled = Signal()
 
@@ -44,11 +44,11 @@ class SampleProgress(QWidget):
         self.setVisible(False)
 
     def show_progress(self, progress: Progress | None) -> None:
-        """Show how far it is; None when it is over."""
+        """Show the progress; None when it is over."""
         self.setVisible(progress is not None)
         if progress is not None:
-            told = f"Sample project: {progress.text}"
-            self.bar.show_progress(replace(progress, text=f"{told} · %p %"))
+            text = f"Sample project: {progress.text}"
+            self.bar.show_progress(replace(progress, text=f"{text} · %p %"))
 
 
 #: How many recent projects are offered.
@@ -125,12 +125,12 @@ class Welcome(QWidget):
             self._recent.addWidget(self._button(path.name, more, here, "folder"))
 
     def show_trouble(self, sentence: str) -> None:
-        """Say why a project could not be opened, for as long as none is; ``""`` for nothing."""
+        """Say why a project could not be opened; ``""`` clears it."""
         self._trouble.setText(sentence)
         self._trouble.setVisible(bool(sentence))
 
     def show_progress(self, progress: Progress | None) -> None:
-        """Show how far the sample project is; None when it is over."""
+        """Show the progress of the sample project; None when it is over."""
         self._sample.show_progress(progress)
         self._buttons[0].setEnabled(progress is None)
 

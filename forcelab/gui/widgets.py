@@ -1,7 +1,4 @@
-"""Widgets that Qt lacks.
-
-Labels that elide, lists that may be narrow, tabs that fit, texts set only when they change.
-"""
+"""Widgets that Qt lacks: elided labels and combo boxes, tabs that fit, labels of calm width."""
 
 from __future__ import annotations
 
@@ -27,7 +24,7 @@ from forcelab.gui.icons import icon
 
 
 class CalmLabel(QLabel):
-    """A text of several lines that leaves the width alone as it changes."""
+    """A text of several lines whose changes leave the width alone."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -38,7 +35,7 @@ class CalmLabel(QLabel):
 
 
 def show_text(label: QLabel, text: str) -> None:
-    """Show a text; hidden while there is none."""
+    """Show a text; hide the label if it is empty."""
     if label.text() != text:
         label.setText(text)
         label.setAccessibleName(text)
@@ -57,12 +54,12 @@ ENTER_KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
 
 
 def is_plain(event: QKeyEvent) -> bool:
-    """Whether a key is pressed without Ctrl, Alt or Shift; arrows may be those of the keypad."""
+    """Whether a key is pressed without Ctrl, Alt or Shift; arrows may be the keypad's."""
     return not event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
 
 
 class ElidedLabel(QWidget):
-    """Shows the whole text, or the short one, or what fits of that; the tip has the whole."""
+    """Shows the whole text, or the short one, or what fits of that; the tooltip has the whole."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -70,7 +67,6 @@ class ElidedLabel(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
 
     def set_text(self, text: str, short: str = "") -> None:
-        """Show another text."""
         short = short or text
         if (text, short) == (self.text, self.short):
             return
@@ -82,12 +78,12 @@ class ElidedLabel(QWidget):
 
     @property
     def long_width(self) -> int:
-        """The pixels that the whole text needs."""
+        """Pixels that the whole text needs."""
         return self.fontMetrics().horizontalAdvance(self.text) + 4
 
     @property
     def short_width(self) -> int:
-        """The pixels that the short text needs."""
+        """Pixels that the short text needs."""
         return self.fontMetrics().horizontalAdvance(self.short) + 4
 
     def sizeHint(self) -> QSize:
@@ -100,7 +96,6 @@ class ElidedLabel(QWidget):
         return QSize(min(self.short_width, 4 * line), line + 4)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw what fits."""
         with QPainter(self) as painter:
             painter.setPen(self.palette().color(self.foregroundRole()))
             shown = self.text if self.long_width <= self.width() else self.short
@@ -115,7 +110,7 @@ NAME_CHARACTERS = 12
 
 
 class ElidedComboBox(QComboBox):
-    """A list in a row that has little room."""
+    """A combo box for a row with little room."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -124,23 +119,22 @@ class ElidedComboBox(QComboBox):
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
 
     def set_name(self, name: str) -> None:
-        """Say what is chosen, to the eye and to a screen reader."""
+        """Name the choice, for the eye and for a screen reader."""
         self.setAccessibleName(name)
         self.setToolTip(name)
 
     @property
     def shown_text(self) -> str:
-        """What is chosen, as far as there is room for it."""
+        """The current text as far as it fits."""
         return self._style_option().currentText
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw it with an ellipsis where there is no room for all of it, which Qt just cuts."""
+        """Draw the text elided; Qt just cuts it."""
         painter, option = QStylePainter(self), self._style_option()
         painter.drawComplexControl(QStyle.ComplexControl.CC_ComboBox, option)
         painter.drawControl(QStyle.ControlElement.CE_ComboBoxLabel, option)
 
     def _style_option(self) -> QStyleOptionComboBox:
-        """How it is drawn."""
         option = QStyleOptionComboBox()
         self.initStyleOption(option)
         field = self.style().subControlRect(
@@ -156,14 +150,14 @@ class ElidedComboBox(QComboBox):
 
 
 class _OverflowTabBar(QTabBar):
-    """While it has the keyboard, arrows go through all tabs; Qt stops at those that are hidden."""
+    """While it has the keyboard, arrows go through all tabs; Qt stops at hidden ones."""
 
     def keeps(self, event: QKeyEvent) -> bool:
         """Whether a key is one of these arrows, which are the window's too."""
         return event.key() in (Qt.Key.Key_Left, Qt.Key.Key_Right) and is_plain(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Bring the tab beside the one in front to the front."""
+        """Bring the next tab to the front."""
         tabs = self.parentWidget()
         if not self.keeps(event) or not isinstance(tabs, QTabWidget):
             super().keyPressEvent(event)
@@ -173,7 +167,7 @@ class _OverflowTabBar(QTabBar):
 
 
 class OverflowTabs(QTabWidget):
-    """Tabs in one row, as many as have room; the one in front always has."""
+    """Tabs in one row, as many as fit; the current one always does."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -196,7 +190,7 @@ class OverflowTabs(QTabWidget):
         super().setCurrentIndex(index)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Ctrl+Tab goes through all tabs; Qt passes over those that are hidden."""
+        """Ctrl+Tab goes through all tabs; Qt passes over hidden ones."""
         step = {Qt.Key.Key_Tab: 1, Qt.Key.Key_Backtab: -1}.get(Qt.Key(event.key()))
         if step is None or not event.modifiers() & Qt.KeyboardModifier.ControlModifier:
             super().keyPressEvent(event)
@@ -204,18 +198,17 @@ class OverflowTabs(QTabWidget):
             self.setCurrentIndex((self.currentIndex() + step) % self.count())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show what has room."""
         super().resizeEvent(event)
         self._fit()
 
     def changeEvent(self, event: QEvent) -> None:
-        """A larger font takes more room."""
+        """Lay out again: a larger font takes more room."""
         super().changeEvent(event)
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange):
             self._fit()
 
     def _fit(self) -> None:
-        """Hide the tabs that have no room, the last ones first."""
+        """Hide the tabs that do not fit, the last ones first."""
         bar, front = self.tabBar(), self.currentIndex()
         widths = [bar.tabSizeHint(index).width() for index in range(self.count())]
         room = self.width()
@@ -233,7 +226,7 @@ class OverflowTabs(QTabWidget):
         bar.setElideMode(bar.elideMode())  # lays them out anew from the left
 
     def _fill(self) -> None:
-        """Offer the tabs that have no room."""
+        """Offer the tabs that do not fit."""
         self._menu.clear()
         for index in range(self.count()):
             if not self.isTabVisible(index):

@@ -13,13 +13,18 @@ from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragMoveEvent, QDropEve
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
+    QComboBox,
+    QHBoxLayout,
+    QInputDialog,
+    QLabel,
     QStackedWidget,
     QTabWidget,
+    QWidget,
 )
 
+from forcelab.errors import ForcelabError
 from forcelab.formats.signatures import is_bag_folder
 from forcelab.gui import dialogs, settings, theme
-from forcelab.gui.author_choice import AuthorChoice
 from forcelab.gui.capture.tab import ENDLESS, CaptureTab
 from forcelab.gui.demonstration_list import DemonstrationList
 from forcelab.gui.document import Document
@@ -34,11 +39,13 @@ from forcelab.gui.project_actions import ProjectActions, sample_place
 from forcelab.gui.review.tab import BACKGROUND_JOBS, ReviewTab
 from forcelab.gui.shortcuts import bind
 from forcelab.gui.status_bar import StatusLine
+from forcelab.gui.text import settle_name
 from forcelab.gui.welcome import SampleProgress, Welcome
+from forcelab.gui.widgets import ElidedComboBox
 from forcelab.jobs import Progress
 from forcelab.runtime import return_memory
 
-__all__ = ["Window"]
+__all__ = ["AuthorChoice", "Window"]
 
 #: The workspaces in the order of their tabs, as the command line names them.
 WORKSPACES = ("label", "review", "capture")
@@ -53,18 +60,15 @@ TIDY_MS = 30_000
 NARROWEST, WIDEST = 180, 250
 #: The share of the time that such looks may take, in a project with thousands of tracks.
 VIEW_SHARE = 0.05
+#: How many letters of a name are shown at most; the tooltip has all of it.
+NAME_LETTERS = 44
 
 
 class Window(DockedWindow):
     """The program's one window.
 
-    Parameters
-    ----------
-    author : str
-        The coder who labels in the project that is opened first; ``""`` for the one who did so
-        last.
-    remembering : bool
-        Whether layout and recent projects are kept for the next time; not for pictures.
+    `author` is the coder in the project that is opened first; ``""`` for the last one. Unless
+    `remembering`, as for pictures, layout and recent projects are neither used nor stored.
     """
 
     def __init__(self, author: str, *, remembering: bool = True) -> None:
@@ -125,7 +129,7 @@ class Window(DockedWindow):
     # What the program does with the window
 
     def begin(self, start: LaunchOptions) -> bool:
-        """Show what the program was started for; gives whether a project is there."""
+        """Show what the launch options ask for; returns whether a project is open."""
         self.show_workspace(start.workspace)
         project = start.project
         if project is None and self._remembering:
@@ -155,7 +159,7 @@ class Window(DockedWindow):
             self.review.workspace.show_list("tradeoff")
 
     def restore_layout(self) -> None:
-        """Look as when the window was last closed."""
+        """Restore the layout of the last time."""
         if geometry := settings.data("window/geometry"):
             self.restoreGeometry(QByteArray(geometry))
         if state := settings.data("window/layout"):
@@ -166,29 +170,25 @@ class Window(DockedWindow):
 
     @property
     def settled(self) -> bool:
-        """Whether everything that can be asked for now is on the screen.
+        """Whether all that was requested is on the screen.
 
-        A training goes on behind it, and so does a measurement; what they bring comes when they
-        are done.
+        Trainings and measurements may go on; what they bring comes when they are done.
         """
         behind = BACKGROUND_JOBS | ENDLESS
         quiet = behind.issuperset(self.jobs.busy)
         return quiet and self.label.settled
 
     def at_rest(self, patience: float) -> bool:
-        """Whether nothing works in the background any more, once it is closed.
+        """Whether all background work has ended after the window was closed.
 
-        Parameters
-        ----------
-        patience : float
-            Seconds to wait at most for each of jobs and video.
+        Waits at most `patience` s for each of jobs and video.
         """
         return self.jobs.close(patience) and self.label.video.close_video(patience)
 
     # Qt
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Remember the layout and let go of everything; all labels are stored already."""
+        """Store the layout and release everything; all labels are stored already."""
         # Who closes it from within has asked, or is a signal that waits for nobody.
         if event.spontaneous() and not self.capture.may_close(self):
             event.ignore()
@@ -206,7 +206,7 @@ class Window(DockedWindow):
                 leaving.callback(self._remember_layout)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Share out the room once there is some, unless a layout was remembered."""
+        """Distribute the room at first, unless a layout was restored."""
         super().showEvent(event)
         if not self._shared_out:
             self._shared_out = True
@@ -215,17 +215,15 @@ class Window(DockedWindow):
             QTimer.singleShot(0, self, self.note_widths)
 
     def changeEvent(self, event: QEvent) -> None:
-        """Show in the menu whether the window fills the screen, whoever made it so."""
+        """Check the menu entry of full screen, however it was entered."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.WindowStateChange:
             self.commands["full_screen"].setChecked(self.isFullScreen())
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Take files, and folders of projects."""
         accept_as_copy(event)
 
     def dragMoveEvent(self, event: QDragMoveEvent) -> None:
-        """Go on taking them."""
         accept_as_copy(event)
 
     def dropEvent(self, event: QDropEvent) -> None:
@@ -244,7 +242,6 @@ class Window(DockedWindow):
     # Inside
 
     def _connect(self) -> None:
-        """Listen to the document and to what is pressed."""
         document, opening = self.document, self.opening
         document.project_changed.connect(self._project_changed)
         document.demonstration_changed.connect(opening.remember_demonstration)
@@ -274,7 +271,7 @@ class Window(DockedWindow):
         self._check_snapping()
 
     def _handlers(self) -> dict[str, Callable[[], object]]:
-        """What each command of the table does."""
+        """The handler of each command."""
         document, opening = self.document, self.opening
         handlers: dict[str, Callable[[], object]] = {
             "new_project": opening.ask_new,
@@ -315,7 +312,7 @@ class Window(DockedWindow):
         )
 
     def _workspace_changed(self, index: int) -> None:
-        """Lend timeline and video to the workspace in front; build it, the first time."""
+        """Give timeline and video to the workspace in front; build it, the first time."""
         name = WORKSPACES[index]
         self.review.come_to_front(name == "review")
         self.capture.come_to_front(name == "capture")
@@ -330,26 +327,26 @@ class Window(DockedWindow):
         verb()
 
     def _focus_tracks(self) -> None:
-        """Let the next key paint, or choose what to paint on, and not be typed into a search field.
+        """Let the next key paint, or choose an action, instead of being typed into a search field.
 
-        Who goes through a list of the review, which leaves such keys to the window, goes on in it.
+        A list of the review keeps the keyboard, as it leaves such keys to the window.
         """
         now = QApplication.focusWidget()
         if not (isinstance(now, QAbstractItemView) and self.review.isAncestorOf(now)):
-            there = self.document.demonstration is not None
-            (self.label.tracks if there else self.demonstrations.view).setFocus()
+            is_open = self.document.demonstration is not None
+            (self.label.tracks if is_open else self.demonstrations.view).setFocus()
 
     def _project_changed(self) -> None:
         """Show the project, or how to open one."""
-        there = self.document.project is not None
-        self._stack.setCurrentIndex(1 if there else 0)
-        self._dock.setVisible(there)
+        is_open = self.document.project is not None
+        self._stack.setCurrentIndex(1 if is_open else 0)
+        self._dock.setVisible(is_open)
         self._welcome.set_recent(settings.recent_projects())
         self._welcome.show_trouble("")
         self._title()
 
     def _show_sample(self, progress: Progress | None) -> None:
-        """Show how far the sample project is, where one is looking."""
+        """Show the progress of the sample project."""
         self._welcome.show_progress(progress)
         self._sample.show_progress(progress if self.document.project is not None else None)
 
@@ -361,28 +358,27 @@ class Window(DockedWindow):
         self._look.setInterval(max(LOOK_MS, round(took / VIEW_SHARE)))
 
     def _title(self) -> None:
-        """Name what is open in the window's title."""
+        """Show what is open in the window's title."""
         project, demonstration = self.document.project, self.document.demonstration
         parts = [demonstration.name] if demonstration is not None else []
         parts += [project.path.name] if project is not None else []
         if self.capture.recording:
             stuck = self.capture.stuck
-            said = "'{0}' is not kept yet" if stuck else "recording '{0}'"
-            parts.insert(0, said.format(self.capture.recording))
+            template = "'{0}' is not kept yet" if stuck else "recording '{0}'"
+            parts.insert(0, template.format(self.capture.recording))
         self.setWindowTitle(self.capture.title(" · ".join([*parts, "forcelab"])))
 
     def _recording_changed(self) -> None:
-        """Say in the tab and in the title that something is recorded."""
+        """Show in the tab and in the title that something is being recorded."""
         name = self.commands["workspace_capture"].text()
         self._tabs.setTabText(WORKSPACES.index("capture"), self.capture.title(name))
         self._title()
 
     def _check_snapping(self) -> None:
-        """Show in the menu whether snapping is on."""
         self.commands["snapping"].setChecked(self.document.view.snapping)
 
     def _set_theme(self, choice: theme.Choice) -> None:
-        """Put on another theme and remember it."""
+        """Use another theme and store the choice."""
         application = QApplication.instance()
         assert isinstance(application, QApplication)
         theme.use_theme(application, choice)
@@ -390,11 +386,9 @@ class Window(DockedWindow):
         self.commands[f"theme_{choice}"].setChecked(True)
 
     def _dress(self) -> None:
-        """Look like the theme."""
         theme.apply_to_application(self)
 
     def _remember_layout(self) -> None:
-        """Keep the layout for the next time."""
         settings.store("window/geometry", bytes(self.saveGeometry().data()))
         settings.store("window/layout", bytes(self.saveState(LAYOUT).data()))
         settings.store("window/widths", self.widths)
@@ -403,7 +397,6 @@ class Window(DockedWindow):
         self.review.remember_layout()
 
     def _reset_layout(self) -> None:
-        """Put every panel back."""
         self.restoreState(self._standard, LAYOUT)
         self._share_out()
         self._dock.setVisible(self.document.project is not None)
@@ -414,3 +407,67 @@ class Window(DockedWindow):
         """Give the list a fifth of the width, and no more than any workspace leaves it."""
         width = min(max(self.width() * 3 // 16, NARROWEST), WIDEST)
         self.set_widths([self._dock], width)
+
+
+class AuthorChoice(QWidget):
+    """The project's coders, and a way to become another one."""
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self._document = document
+        self._box = ElidedComboBox()
+        self._box.setAccessibleName("Coder")
+        self._box.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # after a click keys paint, as before
+        self._box.setMinimumContentsLength(10)
+        self._box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+        self._box.setMaximumWidth(NAME_LETTERS * self.fontMetrics().averageCharWidth())
+        self._box.activated.connect(self._chosen)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 2, 8, 2)
+        row.addWidget(QLabel("Coder"))
+        row.addWidget(self._box)
+        document.project_changed.connect(self._list)
+        document.author_changed.connect(self._list)
+        document.listing_changed.connect(self._relist)
+        self._list()
+
+    def choose(self) -> None:
+        """Open the list, as a click does."""
+        if self.isVisible():
+            self._box.showPopup()
+        else:
+            self._document.show_message("Open a project first.", True)
+
+    def _list(self) -> None:
+        names = self._names()
+        self._box.clear()
+        self._box.addItems(names)
+        self._box.setCurrentIndex(names.index(self._document.author))
+        self._box.insertSeparator(len(names))
+        self._box.addItem("Another coder…")
+        self._box.setToolTip(f"You label as {self._document.author}")
+
+    def _relist(self) -> None:
+        """List the coders again if somebody was assigned something, or has begun to label."""
+        try:
+            names = self._names()
+        except ForcelabError:  # whoever reads the listing says so
+            return
+        if names != [self._box.itemText(at) for at in range(self._box.count() - 2)]:
+            self._list()
+
+    def _names(self) -> list[str]:
+        """The project's coders and the current one."""
+        project, author = self._document.project, self._document.author
+        return list(dict.fromkeys([*(() if project is None else project.coding.people()), author]))
+
+    def _chosen(self, index: int) -> None:
+        name = self._box.itemText(index)
+        if index == self._box.count() - 1:
+            title, text = "Another coder", "Name of the coder:"
+            name, agreed = QInputDialog.getText(self, title, text)
+            name = settle_name(self, name, self._names()) if agreed else ""
+        self._document.set_author(name)
+        project = self._document.project
+        settings.remember_coder(project.path if project else None, self._document.author)
+        self._list()

@@ -14,14 +14,13 @@ from pathlib import Path
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QPaintEvent
 
-from forcelab.gui import window as program
-from forcelab.gui.app import run
+from forcelab.gui import app
 from forcelab.gui.launch_options import LaunchOptions
 
 __all__: list[str] = []
 
 
-class _Told(program.Window):
+class _Told(app.Window):
     """A window that tells when it was first painted, and closes once it is complete."""
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -44,5 +43,5 @@ class _Told(program.Window):
 
 
 if __name__ == "__main__":
-    program.Window = _Told  # type: ignore[misc]
-    sys.exit(run(LaunchOptions(project=Path(sys.argv[1]) if len(sys.argv) > 1 else None)))
+    app.Window = _Told  # type: ignore[misc]
+    sys.exit(app.run(LaunchOptions(project=Path(sys.argv[1]) if len(sys.argv) > 1 else None)))

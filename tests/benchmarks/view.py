@@ -34,13 +34,13 @@ from forcelab.capture.emulator import VirtualOptoForce
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.gui import theme
+from forcelab.gui.app import quiet_qt
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.gui.capture.live_model import RecogniserSelection
 from forcelab.gui.capture.workspace import CaptureWorkspace
 from forcelab.gui.label.overview import Overview
 from forcelab.gui.label.scalogram import LOADING_DELAY_MS, ScalogramPanel
 from forcelab.gui.qt_check import require_qt
-from forcelab.gui.screenshot import quiet_qt
 from forcelab.gui.time_panel import TimePanel
 from forcelab.gui.window import Window
 from forcelab.jobs import Progress

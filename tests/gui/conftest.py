@@ -37,16 +37,16 @@ def answers(app, monkeypatch):
     from PySide6.QtWidgets import QMessageBox
 
     def press(text):
-        asked = []
+        questions = []
 
         def exec_(box):
-            asked.append(f"{box.text()} {box.informativeText()}".strip())
+            questions.append(f"{box.text()} {box.informativeText()}".strip())
             [button] = [one for one in box.buttons() if one.text().replace("&", "") == text]
             button.click()
             return 0
 
         monkeypatch.setattr(QMessageBox, "exec", exec_)
-        return asked
+        return questions
 
     return press
 

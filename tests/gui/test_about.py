@@ -18,18 +18,18 @@ from forcelab.resources import versions
 
 @pytest.fixture
 def dialog(app):
-    made = AboutDialog()
-    yield made
-    made.close()
-    made.deleteLater()
+    created = AboutDialog()
+    yield created
+    created.close()
+    created.deleteLater()
 
 
 def test_it_tells_versions_and_where_settings_and_log_lie(dialog):
-    said = {label.text() for label in dialog.findChildren(QLabel)}
-    assert f"forcelab {__version__}" in said
+    messages = {label.text() for label in dialog.findChildren(QLabel)}
+    assert f"forcelab {__version__}" in messages
     known = versions()
-    wanted = {known["python"], known["numpy"], PySide6.__version__, qVersion(), str(log_file())}
-    assert wanted | {settings.settings().fileName()} <= said
+    expected = {known["python"], known["numpy"], PySide6.__version__, qVersion(), str(log_file())}
+    assert expected | {settings.settings().fileName()} <= messages
 
 
 def test_all_of_it_can_be_copied_for_a_report(dialog):
@@ -81,7 +81,7 @@ def test_wide_output_is_broken_and_tables_stand_apart(app):
 
 def test_where_no_manual_is_installed_it_is_said(app, monkeypatch):
     monkeypatch.setattr(help_module, "manual", lambda: "")
-    document, said = Document("Ada"), []
-    document.message_shown.connect(lambda sentence, trouble: said.append((sentence, trouble)))
+    document, messages = Document("Ada"), []
+    document.message_shown.connect(lambda sentence, trouble: messages.append((sentence, trouble)))
     dialogs.show_manual(document, None)
-    assert said == [("The manual is not installed here.", True)]
+    assert messages == [("The manual is not installed here.", True)]

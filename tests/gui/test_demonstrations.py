@@ -30,7 +30,6 @@ from forcelab.gui.document import Document
 from forcelab.gui.removal_dialog import Removal, removal_of
 from forcelab.labels import Segment, Track
 from forcelab.project import DemonstrationInfo, Incoming, Project
-from forcelab.project.tracks import TrackStore
 from forcelab.text import natural_order
 
 MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
@@ -95,11 +94,11 @@ def listing(document):
 
 
 @pytest.fixture
-def said(document):
+def messages(document):
     """What the status line says, and whether that is trouble."""
-    told = []
-    document.message_shown.connect(lambda *what: told.append(what))
-    return told
+    reported = []
+    document.message_shown.connect(lambda *what: reported.append(what))
+    return reported
 
 
 def id_of(document: Document, name: str) -> str:
@@ -130,7 +129,7 @@ def entries(
     listing: DemonstrationList, rows: Sequence[DemonstrationRow | TaskGroup]
 ) -> dict[str, QAction]:
     """The menu of one row, or of several."""
-    menu = listing.menu.made_for(rows[0], rows if len(rows) > 1 else ())
+    menu = listing.menu.menu_for(rows[0], rows if len(rows) > 1 else ())
     return {action.text(): action for action in menu.actions() if action.text()}
 
 
@@ -166,8 +165,8 @@ def test_a_row_tells_ones_own_share_and_who_else_labelled(listing):
     assert row(listing, "block").others == (("net", 0.1),)
     assert row(listing, "pen-10") == DemonstrationRow(row(listing, "pen-10").info)
     index = listing.model.index_of(row(listing, "pen-2").info.id)
-    told = index.data(Qt.ItemDataRole.AccessibleTextRole)
-    assert told == "pen-2; Labelled by you: 50 %; Labelled by bert: 25 %; No video"
+    reported = index.data(Qt.ItemDataRole.AccessibleTextRole)
+    assert reported == "pen-2; Labelled by you: 50 %; Labelled by bert: 25 %; No video"
     tip = index.data(Qt.ItemDataRole.ToolTipRole)
     for part in ("10.00 s", "10 Hz", "/data/pen-2.csv", row(listing, "pen-2").info.id):
         assert part in tip
@@ -180,10 +179,10 @@ def test_another_coder_sees_their_own_share(listing, document):
 
 
 @pytest.mark.parametrize(
-    ("share", "told"), [(0, 0), (1e-9, 1), (0.5, 50), (0.996, 99), (0.99995, 100), (1, 100)]
+    ("share", "reported"), [(0, 0), (1e-9, 1), (0.5, 50), (0.996, 99), (0.99995, 100), (1, 100)]
 )
-def test_zero_and_hundred_percent_are_nothing_and_everything(share, told):
-    assert percent(share) == told
+def test_zero_and_hundred_percent_are_nothing_and_everything(share, reported):
+    assert percent(share) == reported
 
 
 def test_painting_past_the_end_is_not_more_than_everything():
@@ -194,9 +193,8 @@ def test_painting_past_the_end_is_not_more_than_everything():
 
 def test_what_is_painted_is_soon_in_the_list(listing, document, until):
     document.open_demonstration(id_of(document, "pen-10"))
-    demonstrations = document.project.demonstrations
-    before = demonstrations.infos
-    demonstrations.infos = lambda: pytest.fail("the whole list was read")
+    store = document.project.demonstrations
+    store.infos = lambda: pytest.fail("the whole list was read")
     assert document.editor.paint(0.0, 2.0, "grab")
     until(lambda: row(listing, "pen-10").share == pytest.approx(0.2))
     assert document.editor.undo_everywhere()
@@ -206,7 +204,7 @@ def test_what_is_painted_is_soon_in_the_list(listing, document, until):
     document.open_demonstration(id_of(document, "pen-2"))
     document.listing_changed.emit()
     assert row(listing, "pen-10").share == pytest.approx(0.3)
-    demonstrations.infos = before
+    del store.infos
 
 
 def test_a_click_opens_and_a_click_on_a_task_folds_it(listing, document):
@@ -289,7 +287,7 @@ def test_what_the_coder_labelled_last_comes_first_with_its_task(listing, documen
     assert shown(listing)["stylus"] == ["pen-10", "pen-2"]  # what others do does not count
 
 
-def test_next_and_previous_stay_among_what_is_shown(listing, document, said):
+def test_next_and_previous_stay_among_what_is_shown(listing, document, messages):
     listing.search.setText("foam")
     listing.open_next()
     assert opened(document) == "block"
@@ -297,17 +295,17 @@ def test_next_and_previous_stay_among_what_is_shown(listing, document, said):
     assert opened(document) == "sponge"
     listing.open_next()
     assert opened(document) == "sponge"
-    assert said[-1][0].startswith("This is the last")
+    assert messages[-1][0].startswith("This is the last")
     listing.open_previous()
     listing.open_previous()
     assert opened(document) == "block"
-    assert said[-1][0].startswith("This is the first")
+    assert messages[-1][0].startswith("This is the first")
     listing.search.setText("nowhere")
     listing.open_next()
-    assert said[-1][0].startswith("No demonstration is shown")
+    assert messages[-1][0].startswith("No demonstration is shown")
 
 
-def test_the_next_one_to_label_is_found_wherever_it_is(listing, document, said):
+def test_the_next_one_to_label_is_found_wherever_it_is(listing, document, messages):
     names = [row.info.name for row in listing.model.rows]
     assert names == [LONG, "block", "sponge", "pen-2", "pen-10"]  # anna began block and pen-2
     document.open_demonstration(id_of(document, "block"))
@@ -324,7 +322,7 @@ def test_the_next_one_to_label_is_found_wherever_it_is(listing, document, said):
     listing.search.setText("pen")
     listing.open_to_label()
     assert document.demonstration.name == "pen-2"
-    assert said[-1][0] == "Of the demonstrations shown, no other one is left to label."
+    assert messages[-1][0] == "No other demonstration in the list is left to label."
 
 
 def test_going_on_by_a_key_with_ctrl_chooses_that_one_alone(listing, document):
@@ -420,8 +418,8 @@ def test_what_is_half_labelled_is_never_lost(listing, document, until):
     listing.menu.set_done([id_of(document, "pen-10")], True)
     assert shown(listing)["stylus"] == ["pen-2"]
     show(listing, "all")
-    told = listing.model.index(2, 0).data(Qt.ItemDataRole.AccessibleTextRole)
-    assert told == "stylus; 1 of 2 done by you; 2 started"
+    reported = listing.model.index(2, 0).data(Qt.ItemDataRole.AccessibleTextRole)
+    assert reported == "stylus; 1 of 2 done by you; 2 started"
 
 
 def test_a_filtered_list_highlights_only_what_is_open(listing, document):
@@ -450,9 +448,9 @@ def test_a_blind_coder_learns_nothing_of_the_others(listing, document, answers):
         assert "bert" not in index.data(role)
         assert "blind" in index.data(role)
     assert not any("bert" in title for title in entries(listing, [row(listing, "pen-2")]))
-    asked = answers("Cancel")
+    questions = answers("Cancel")
     entries(listing, [row(listing, "pen-2")])["Mark as done"].trigger()
-    assert "Mark 'pen-2' as done and end blind coding?" in asked[0]
+    assert "Mark 'pen-2' as done and end blind coding?" in questions[0]
     assert document.coding_blind
     answers("Mark as done")
     entries(listing, [row(listing, "pen-2")])["Mark as done"].trigger()
@@ -462,20 +460,22 @@ def test_a_blind_coder_learns_nothing_of_the_others(listing, document, answers):
 
 
 @pytest.mark.parametrize(
-    ("names", "told"),
+    ("names", "reported"),
     [
         (["pen-10"], "The demonstration is assigned to bert."),
         (["pen-2", "pen-10"], "2 demonstrations are assigned to bert."),
     ],
 )
-def test_who_assigns_is_told_that_it_is_done(listing, document, said, monkeypatch, names, told):
+def test_who_assigns_is_told_that_it_is_done(
+    listing, document, messages, monkeypatch, names, reported
+):
     monkeypatch.setattr(QInputDialog, "getItem", lambda *_: ("bert", True))
     listing.menu._ask_assign([id_of(document, name) for name in names])
-    assert (told, False) in said
+    assert (reported, False) in messages
     assert len(document.project.coding.assignments("bert")) == len(names)
 
 
-def test_what_the_menu_does_is_in_the_project(listing, document, said, tmp_path):
+def test_what_the_menu_does_is_in_the_project(listing, document, messages, tmp_path):
     menu, project = listing.menu, document.project
     id_ = id_of(document, "pen-10")
     document.open_demonstration(id_)
@@ -489,7 +489,7 @@ def test_what_the_menu_does_is_in_the_project(listing, document, said, tmp_path)
     assert not list((project.path / "demonstrations" / id_).glob("video-*"))
     write_with_opencv(film, "MJPG", 3)
     assert menu.attach_video(id_, film)
-    assert any("'film.avi' lasts 0.07 s" in text for text, _ in said)
+    assert any("'film.avi' lasts 0.07 s" in text for text, _ in messages)
     assert document.demonstration.video is not None
     assert row(listing, "pencil").info.has_video
     assert menu.set_done([id_], True)
@@ -513,49 +513,47 @@ def test_a_demonstration_changes_its_task_and_comes_back(listing, document):
     assert shown(listing)["stylus"] == ["pen-2", "pen-10"]
 
 
-def test_what_was_imported_by_mistake_is_removed(listing, document, said):
+def test_what_was_imported_by_mistake_is_removed(listing, document, messages):
     id_ = id_of(document, "pen-2")
     document.open_demonstration(id_)
     heads = {name: document.project.tracks.head(id_, name) for name in ("anna", "bert")}
     assert not listing.menu.remove({id_: {"anna": heads["anna"]}})
-    assert "was labelled meanwhile" in said[-1][0]
+    assert "was labelled meanwhile" in messages[-1][0]
     assert document.id == id_
     assert listing.menu.remove({id_: heads})
     assert document.id == ""
     assert shown(listing)["stylus"] == ["pen-10"]
 
 
-def test_several_are_removed_at_once_or_none_of_them(listing, document, said, monkeypatch):
+def test_several_are_removed_at_once_or_none_of_them(listing, document, messages, monkeypatch):
     names = ("pen-2", "pen-10", "block")
     rows = [row(listing, name) for name in names]
     ids = [one.info.id for one in rows]
     document.open_demonstration(ids[1])
     action = entries(listing, rows)["Remove 3 from the project…"]
-    asked = []
+    questions = []
 
     def exec_(dialog):
-        asked.append(dialog)
+        questions.append(dialog)
         assert dialog.remove.isEnabled() == dialog.others.isHidden()
-        return len(asked) > 1
+        return len(questions) > 1
 
     monkeypatch.setattr(Removal, "exec", exec_)
     action.trigger()
-    assert "the labels of bert (on 1)" in asked[0].text.text()
-    assert "bert" in asked[0].others.text()
+    assert "the labels of bert (on 1)" in questions[0].text.text()
+    assert "bert" in questions[0].others.text()
     assert {one.id for one in document.infos} >= set(ids)
-    head = TrackStore.head
+    tracks, head = document.project.tracks, document.project.tracks.head
     with monkeypatch.context() as stale:  # bert has gone on labelling one of them meanwhile
-        stale.setattr(
-            TrackStore, "head", lambda self, *at: head(self, *at) - (at == (ids[0], "bert"))
-        )
+        stale.setattr(tracks, "head", lambda *at: head(*at) - (at == (ids[0], "bert")))
         action.trigger()
-    assert len(asked) == 2
+    assert len(questions) == 2
     assert {one.id for one in document.infos} >= set(ids)
     assert document.id == ids[1]
     action.trigger()
     assert not {one.id for one in document.infos} & set(ids)
     assert document.id == ""
-    assert said[-1][0] == "3 demonstrations were removed."
+    assert messages[-1][0] == "3 demonstrations were removed."
 
 
 def test_others_labels_go_only_where_that_is_agreed_to(listing, document):
@@ -576,15 +574,15 @@ def test_others_labels_go_only_where_that_is_agreed_to(listing, document):
         assert not dialog.remove.isEnabled()
 
 
-def test_what_cannot_be_done_is_said(listing, document, said, tmp_path):
+def test_what_cannot_be_done_is_said(listing, document, messages, tmp_path):
     id_ = id_of(document, "pen-10")
     assert not listing.menu.rename(id_, "pen-2")
-    assert said[-1][1]
-    assert "choose another name" in said[-1][0]
+    assert messages[-1][1]
+    assert "choose another name" in messages[-1][0]
     assert not listing.menu.attach_video(id_, tmp_path / "missing.mp4")
     assert not listing.menu.assign([id_], "net")
-    assert "is a model" in said[-1][0]
-    assert len(said) == 3
+    assert "is a model" in messages[-1][0]
+    assert len(messages) == 3
 
 
 def test_every_row_has_a_menu(listing, document):
@@ -596,13 +594,13 @@ def test_every_row_has_a_menu(listing, document):
         "Note…",
         "Rename…",
         "Attach video…",
-        "Task…",
+        "Move to another task…",
         "Remove from the project…",
     ]
     assert not entries(listing, [row(listing, "pen-2")])["Open"].isEnabled()
     assert list(entries(listing, listing.model.groups[1:2])) == [
         "Mark 2 as done",
-        "Assign 2 blind…",
+        "Assign 2 for blind coding…",
         "Move 2 to another task…",
         "Remove 2 from the project…",
     ]
@@ -654,8 +652,8 @@ def test_what_another_window_does_shows_and_leaves_the_cursor_where_it_is(listin
 
 def test_where_there_is_nothing_it_says_what_to_do(listing, document, tmp_path):
     def button() -> QPushButton | None:
-        there = [b for b in listing.findChildren(QPushButton) if b.isVisible()]
-        return there[0] if there else None
+        visible = [b for b in listing.findChildren(QPushButton) if b.isVisible()]
+        return visible[0] if visible else None
 
     assert button() is None
     listing.search.setText("nowhere")
@@ -665,10 +663,10 @@ def test_where_there_is_nothing_it_says_what_to_do(listing, document, tmp_path):
     assert len(shown(listing)) == 3
     Project.create(tmp_path / "empty.forcelab").close()
     document.open_project(tmp_path / "empty.forcelab")
-    asked = []
-    listing.importing.connect(lambda: asked.append(1))
+    questions = []
+    listing.importing.connect(lambda: questions.append(1))
     QTest.mouseClick(button(), Qt.MouseButton.LeftButton)
-    assert asked == [1]
+    assert questions == [1]
     assert not listing.search.isVisible()
     document.close()
     assert button() is None

@@ -96,21 +96,21 @@ def test_what_an_undo_changes_comes_into_view(document):
 
 
 def test_what_stands_in_the_way_is_said_and_nothing_changes(document):
-    heard = Heard(document)
+    listener = Heard(document)
     assert not document.editor.paint(3, 3, "hold")
     assert not document.editor.split(8)
     assert not document.editor.move_edge(0, "start", 2.5)
-    assert [trouble for _, trouble in heard.sentences] == [True] * 3
-    assert "tracks_changed" not in heard.events
+    assert [trouble for _, trouble in listener.sentences] == [True] * 3
+    assert "tracks_changed" not in listener.events
     assert stored(document) == (Segment(1, 2, "grab"),)
 
 
 def test_an_edit_from_elsewhere_is_not_written_over_but_shown(document):
     with Project.open(document.project.path) as other:
         other.tracks.edit(document.id, "Ada", document.editor.segments, (), "emptied")
-    heard = Heard(document)
+    listener = Heard(document)
     assert not document.editor.paint(1, 3, "hold")
-    assert heard.sentences[-1][1]
+    assert listener.sentences[-1][1]
     assert document.editor.segments == ()
     assert document.editor.paint(1, 3, "hold")
     assert stored(document) == (Segment(1, 3, "hold"),)
@@ -121,13 +121,13 @@ def test_what_another_process_painted_appears_when_one_looks(document):
     with Project.open(document.project.path) as other:
         other.tracks.edit(document.id, "Ben", (Segment(3, 4, "pull"),), (), "emptied")
         other.tracks.edit(document.id, "Cleo", (), (Segment(0, 1, "wobble"),), "painted")
-    heard = Heard(document)
+    listener = Heard(document)
     document.refresh()
     assert document.other_tracks == {"Ben": (), "Cleo": (Segment(0, 1, "wobble"),)}
     assert "wobble" in document.vocabulary
-    assert heard.events.count("tracks_changed") == 1
+    assert listener.events.count("tracks_changed") == 1
     document.refresh()
-    assert heard.events.count("tracks_changed") == 1
+    assert listener.events.count("tracks_changed") == 1
 
 
 def test_a_new_action_gets_a_look_and_the_others_keep_theirs(document):
@@ -270,10 +270,10 @@ def refusing(*_):
 
 
 def test_a_coder_cannot_take_a_models_name(document):
-    heard = Heard(document)
+    listener = Heard(document)
     document.set_author("model LEGO")
     assert document.author == "Ada"
-    assert heard.sentences[-1][1]
+    assert listener.sentences[-1][1]
     document.set_author("Ben")
     assert document.editor.segments == (Segment(3, 4, "pull"),)
     assert set(document.other_tracks) == {"Ada"}

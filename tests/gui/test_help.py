@@ -16,26 +16,26 @@ VOCABULARY = Vocabulary().with_actions("grab", "a < b & c")
 
 @pytest.fixture
 def document(app):
-    made = Document("Ada")
-    made.vocabulary = VOCABULARY
-    return made
+    created = Document("Ada")
+    created.vocabulary = VOCABULARY
+    return created
 
 
 @contextmanager
 def shown(document, keys):
-    made = HelpPage(document, keys)
-    made.resize(1200, 860)
-    made.show()
-    assert QTest.qWaitForWindowActive(made)
-    yield made
-    made.close()
-    made.deleteLater()
+    created = HelpPage(document, keys)
+    created.resize(1200, 860)
+    created.show()
+    assert QTest.qWaitForWindowActive(created)
+    yield created
+    created.close()
+    created.deleteLater()
 
 
 @pytest.fixture
 def page(document, keys):
-    with shown(document, keys) as made:
-        yield made
+    with shown(document, keys) as created:
+        yield created
 
 
 @pytest.fixture(scope="module")
@@ -44,8 +44,8 @@ def kept(app, tmp_path_factory):
         patched.setenv("FORCELAB_SETTINGS", str(tmp_path_factory.mktemp("help") / "settings.ini"))
         document, keys = Document("Ada"), Keys()
     document.vocabulary = VOCABULARY
-    with shown(document, keys) as made:
-        yield made
+    with shown(document, keys) as created:
+        yield created
 
 
 @pytest.fixture
@@ -110,7 +110,7 @@ def test_searching_leaves_what_matches_in_name_key_or_heading(unchanged):
         "Drag on the overview",
         "Show that stretch of time",
     ]
-    assert "Play or pause" in search(unchanged, "playing")
+    assert "Play or pause" in search(unchanged, "playback")
     assert search(unchanged, "coder") == ["Labelling", "Ctrl+L", "Label as another coder"]
 
 
@@ -118,8 +118,8 @@ def test_a_search_in_vain_says_so_in_plain_text(unchanged):
     assert search(unchanged, "<b>tea") == ["Nothing is called '<b>tea'."]
     QTest.qWait(1)
     inside = unchanged.findChild(QScrollArea).widget()
-    (said,) = inside.findChildren(QLabel)
-    assert abs(said.geometry().center().x() - inside.rect().center().x()) < 20
+    (messages,) = inside.findChildren(QLabel)
+    assert abs(messages.geometry().center().x() - inside.rect().center().x()) < 20
     assert len(search(unchanged, "")) > 100
 
 

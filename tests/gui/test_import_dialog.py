@@ -61,7 +61,7 @@ def test_delete_leaves_a_file_out_and_the_first_import_is_opened(document, dialo
     QTest.mouseClick(dialog._go, Qt.MouseButton.LeftButton)
     until(lambda: document.id)
     assert document.demonstration.name == "foam-01"
-    assert "1 new" in dialog._report_label.text()
+    assert "1 demonstration imported" in dialog._report_label.text()
 
 
 def test_counts_become_newtons_with_a_calibration_that_is_chosen(
@@ -97,7 +97,7 @@ def test_what_is_added_during_an_import_is_imported_after_it(document, open_on, 
     dialog._go.click()
     dialog.add_files([later])
     assert not dialog._go.isEnabled()  # one at a time
-    until(lambda: "1 new" in dialog._report_label.text())
+    until(lambda: "1 demonstration imported" in dialog._report_label.text())
     assert dialog._chosen() == [str(later)]
     QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
     until(lambda: dialog._chosen() == [])
@@ -107,13 +107,13 @@ def test_what_is_added_during_an_import_is_imported_after_it(document, open_on, 
 def test_without_files_enter_asks_for_them_and_then_imports_them(
     open_on, tmp_path, until, monkeypatch
 ):
-    asked = []
-    monkeypatch.setattr(import_dialog, "ask_files", lambda *_: asked.append(1) or [FOAM])
+    questions = []
+    monkeypatch.setattr(import_dialog, "ask_files", lambda *_: questions.append(1) or [FOAM])
     dialog = open_on()
     for _ in range(2):
         QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
-    until(lambda: "1 new" in dialog._report_label.text())
-    assert len(asked) == 1
+    until(lambda: "1 demonstration imported" in dialog._report_label.text())
+    assert len(questions) == 1
     dialog.add_files([tmp_path / "next.csv"])
     assert dialog._report.isHidden()  # it told of what is imported already
 
@@ -124,7 +124,7 @@ def test_glitches_are_told(dialog, tmp_path, until):
     (tmp_path / "torn.csv").write_text("\n".join(["time,fx", *rows]))
     dialog.add_files([tmp_path / "torn.csv"])
     dialog._go.click()
-    until(lambda: "1 new" in dialog._report_label.text())
+    until(lambda: "1 demonstration imported" in dialog._report_label.text())
     assert "torn.csv: 1 sample is a glitch" in dialog._report_label.text()
 
 
@@ -139,7 +139,7 @@ def test_files_that_cannot_be_read_are_left_out_and_selected(document, dialog, t
     assert dialog._chosen() == wrong
     assert [item.text() for item in dialog._files.selectedItems()] == wrong
     lines = dialog._report_label.text()
-    assert "1 new" in lines
+    assert "1 demonstration imported" in lines
     assert all(name in lines for name in wrong)
     guard_typing()  # as in the program
     QTest.keyClick(dialog._files, Qt.Key.Key_Delete)
@@ -186,7 +186,7 @@ def test_a_clock_that_stands_still_is_named(open_on, tmp_path):
     stuck = tmp_path / "stuck.csv"
     stuck.write_text("time,fx\n" + "12.5,0.1\n12.5,0.2\n" * 20)
     heading = open_on(stuck).columns.heading
-    assert heading.text().startswith("stuck.csv has in 'time' one and the same time; choose")
+    assert heading.text().startswith("In stuck.csv the times in 'time' never change; choose")
 
 
 def test_clocks_that_are_not_wanted_do_not_stand_still(open_on, tmp_path):
@@ -199,17 +199,17 @@ def test_clocks_that_are_not_wanted_do_not_stand_still(open_on, tmp_path):
 
 
 def test_files_are_looked_for_where_the_last_ones_were_chosen(dialog, tmp_path, monkeypatch):
-    asked = []
+    questions = []
 
     def choose(_parent, _title, folder):
-        asked.append(Path(folder))
+        questions.append(Path(folder))
         return [str(FOAM)], ""
 
     monkeypatch.setattr("PySide6.QtWidgets.QFileDialog.getOpenFileNames", choose)
     settings.remember_project(tmp_path / "study.forcelab")
     dialog._choose()
     dialog._choose()
-    assert asked == [tmp_path, FOAM.parent]
+    assert questions == [tmp_path, FOAM.parent]
 
 
 def test_labels_are_the_files_own_unless_a_coder_is_chosen(document, dialog, until):
@@ -228,10 +228,10 @@ def test_a_task_that_differs_by_case_alone_is_asked_about(
 ):
     with Project.open(document.project.path) as other:
         other.demonstrations.add(demonstration())  # of task foam
-    asked = []
+    questions = []
 
     def press(box):
-        asked.append((box.text(), [button.text() for button in box.buttons()]))
+        questions.append((box.text(), [button.text() for button in box.buttons()]))
         box.buttons()[answer].click()
 
     monkeypatch.setattr(QMessageBox, "exec", press)
@@ -239,8 +239,8 @@ def test_a_task_that_differs_by_case_alone_is_asked_about(
     dialog._remove()
     dialog._task.setCurrentText(" Foam ")
     dialog._go.click()
-    until(lambda: "1 new" in dialog._report_label.text())
-    assert asked == [("There is 'foam' already.", ["Use 'foam'", "Add 'Foam'"])]
+    until(lambda: "1 demonstration imported" in dialog._report_label.text())
+    assert questions == [("'foam' already exists.", ["Use 'foam'", "Add 'Foam'"])]
     assert sorted(document.project.demonstrations.tasks()) == list(tasks)
 
 
@@ -345,7 +345,7 @@ def test_every_remark_is_shown_once_for_all_files(open_on, tmp_path, until):
         files[-1].write_text(GERMAN.replace("0,1;", f"0,{number};"))
     dialog = open_on(*files)
     dialog._go.click()
-    until(lambda: "8 new" in dialog._report_label.text())
+    until(lambda: "8 demonstrations imported" in dialog._report_label.text())
     named = "trial 0.csv, trial 1.csv, trial 2.csv and 5 more: "
     assert f"{named}Column Paket was left out: counting samples.\n" in dialog._report_label.text()
     assert dialog._report_label.text().count("Paket") == 1
@@ -355,7 +355,7 @@ def test_a_remark_names_no_option_of_the_command_line(german, until):
     path = Path(german._chosen()[0])
     path.write_text(path.read_text().replace("Paket", "Wert"))
     german._go.click()
-    until(lambda: "1 new" in german._report_label.text())
+    until(lambda: "1 demonstration imported" in german._report_label.text())
     assert "if it is a signal, import it as one (Read as: signal)" in german._report_label.text()
 
 
@@ -419,7 +419,7 @@ def test_stamps_that_run_backwards_are_taken_where_they_may_jitter(
     dialog = open_on(file)
     dialog._go.click()
     until(lambda: "time runs backwards" in dialog._report_label.text())
-    assert "(Stamps may jitter by)" in dialog._report_label.text()
+    assert "(Timestamps may jitter by)" in dialog._report_label.text()
     dialog.jitter.setValue(20)
     dialog._go.click()
     until(lambda: document.id)

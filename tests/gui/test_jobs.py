@@ -11,9 +11,9 @@ from forcelab.gui.jobs import Jobs
 
 @pytest.fixture
 def jobs(app):
-    made = Jobs()
-    yield made
-    assert made.close(PATIENCE)
+    created = Jobs()
+    yield created
+    assert created.close(PATIENCE)
 
 
 def steps(count=3, result="done", began=None):
@@ -47,45 +47,45 @@ def test_a_job_works_in_another_thread_and_answers_in_this_one(jobs, until):
 
 
 def test_progress_comes_in_order_and_before_the_result(jobs, until):
-    told, heard = [], threading.Semaphore(0)
+    messages, listener = [], threading.Semaphore(0)
 
     def job():
         for step in range(5):
             yield step
-            assert heard.acquire(timeout=PATIENCE)
+            assert listener.acquire(timeout=PATIENCE)
         return "done"
 
     def hear(step):
-        told.append(step)
-        heard.release()
+        messages.append(step)
+        listener.release()
 
-    jobs.run(job(), told.append, progress=hear)
-    until(lambda: "done" in told)
-    assert told == [0, 1, 2, 3, 4, "done"]
+    jobs.run(job(), messages.append, progress=hear)
+    until(lambda: "done" in messages)
+    assert messages == [0, 1, 2, 3, 4, "done"]
 
 
 def test_only_the_newest_progress_waits_for_a_busy_window(jobs, until):
-    told = []
-    job = jobs.run(steps(1000), lambda _: told.append("done"), progress=told.append)
+    messages = []
+    job = jobs.run(steps(1000), lambda _: messages.append("done"), progress=messages.append)
     while job.running:
         time.sleep(0.001)
-    until(lambda: "done" in told)
-    assert told == [999, "done"]
+    until(lambda: "done" in messages)
+    assert messages == [999, "done"]
 
 
 def test_a_cancelled_job_stops_and_delivers_nothing(jobs, until):
-    told, began, closed = [], [], []
-    job = jobs.run(endless(began, closed), told.append, told.append, key="slow")
+    messages, began, closed = [], [], []
+    job = jobs.run(endless(began, closed), messages.append, messages.append, key="slow")
     until(lambda: began)
     assert jobs.busy == ("slow",)
     job.cancel()
     until(lambda: not job.running and not jobs.busy)
-    assert told == []
+    assert messages == []
     assert closed == began
 
 
 def test_the_newest_of_a_key_wins(jobs, until):
-    told, began, go_on = [], [], threading.Event()
+    messages, began, go_on = [], [], threading.Event()
 
     def held(number):
         began.append(number)
@@ -93,28 +93,28 @@ def test_the_newest_of_a_key_wins(jobs, until):
         yield
 
     for number in range(5):
-        jobs.run(held(number), lambda _, n=number: told.append(n), key="view")
-    last = jobs.run(steps(result="last"), told.append, key="view")
+        jobs.run(held(number), lambda _, n=number: messages.append(n), key="view")
+    last = jobs.run(steps(result="last"), messages.append, key="view")
     go_on.set()
-    until(lambda: told)
-    assert told == ["last"]
+    until(lambda: messages)
+    assert messages == ["last"]
     assert not last.running
     # The first had begun; the others were replaced while they waited and never did.
     assert began in ([], [0])
 
 
 def test_an_older_job_that_ended_before_it_was_asked_again_is_dropped_too(jobs, until):
-    told = []
-    old = jobs.run(steps(result="old"), told.append, key="view")
+    messages = []
+    old = jobs.run(steps(result="old"), messages.append, key="view")
     while old.running:
         time.sleep(0.001)
-    jobs.run(steps(result="new"), told.append, key="view")
-    until(lambda: "new" in told)
-    assert told == ["new"]
+    jobs.run(steps(result="new"), messages.append, key="view")
+    until(lambda: "new" in messages)
+    assert messages == ["new"]
 
 
 def test_jobs_of_one_key_share_a_thread_and_never_overlap(jobs, until):
-    working, most, told = [], [], []
+    working, most, messages = [], [], []
 
     def job():
         working.append(1)
@@ -127,32 +127,32 @@ def test_jobs_of_one_key_share_a_thread_and_never_overlap(jobs, until):
             working.pop()
 
     for _ in range(10):
-        jobs.run(job(), told.append, key="view")
+        jobs.run(job(), messages.append, key="view")
         time.sleep(0.003)
-    until(lambda: told)
+    until(lambda: messages)
     assert max(most) == 1
 
 
 def test_jobs_of_different_keys_run_side_by_side(jobs, until):
-    meeting, told = threading.Barrier(2, timeout=PATIENCE), []
+    meeting, messages = threading.Barrier(2, timeout=PATIENCE), []
 
     def job():
         yield None
         meeting.wait()
         return "met"
 
-    jobs.run(job(), told.append, key="one")
-    jobs.run(job(), told.append, key="two")
-    until(lambda: len(told) == 2)
-    assert told == ["met", "met"]
+    jobs.run(job(), messages.append, key="one")
+    jobs.run(job(), messages.append, key="two")
+    until(lambda: len(messages) == 2)
+    assert messages == ["met", "met"]
 
 
 def test_jobs_without_a_key_do_not_replace_each_other(jobs, until):
-    told = []
+    messages = []
     for number in range(4):
-        jobs.run(steps(result=number), told.append)
-    until(lambda: len(told) == 4)
-    assert sorted(told) == [0, 1, 2, 3]
+        jobs.run(steps(result=number), messages.append)
+    until(lambda: len(messages) == 4)
+    assert sorted(messages) == [0, 1, 2, 3]
 
 
 def failing(error):
@@ -161,33 +161,33 @@ def failing(error):
 
 
 def test_a_failure_the_coder_can_mend_reaches_who_asked(jobs, until):
-    told = []
-    jobs.run(failing(InputError("Choose a shorter span.")), told.append, told.append)
-    until(lambda: told)
-    assert [str(error) for error in told] == ["Choose a shorter span."]
+    messages = []
+    jobs.run(failing(InputError("Choose a shorter span.")), messages.append, messages.append)
+    until(lambda: messages)
+    assert [str(error) for error in messages] == ["Choose a shorter span."]
 
 
 def test_where_nobody_takes_care_the_sentence_is_told(jobs, until):
-    told = []
-    jobs.trouble.connect(told.append)
-    jobs.run(failing(InputError("Choose a shorter span.")), told.append)
-    until(lambda: told)
-    assert told == ["Choose a shorter span."]
+    messages = []
+    jobs.trouble.connect(messages.append)
+    jobs.run(failing(InputError("Choose a shorter span.")), messages.append)
+    until(lambda: messages)
+    assert messages == ["Choose a shorter span."]
 
 
 def test_a_fault_of_the_program_is_reported_besides(jobs, until, monkeypatch):
-    faults, told = [], []
+    faults, messages = [], []
     monkeypatch.setattr(sys, "excepthook", lambda *what: faults.append(what))
-    jobs.run(failing(ZeroDivisionError("oh")), told.append, told.append)
-    until(lambda: told)
-    assert [type(error) for error in told] == [ZeroDivisionError]
+    jobs.run(failing(ZeroDivisionError("oh")), messages.append, messages.append)
+    until(lambda: messages)
+    assert [type(error) for error in messages] == [ZeroDivisionError]
     [(kind, error, trace)] = faults
-    assert (kind, error) == (ZeroDivisionError, told[0])
+    assert (kind, error) == (ZeroDivisionError, messages[0])
     assert trace is not None
 
 
 def test_a_fault_while_cleaning_up_is_reported_even_after_a_cancel(jobs, until, monkeypatch):
-    faults, told, began = [], [], []
+    faults, messages, began = [], [], []
     monkeypatch.setattr(sys, "excepthook", lambda *what: faults.append(what))
 
     def untidy():
@@ -199,53 +199,53 @@ def test_a_fault_while_cleaning_up_is_reported_even_after_a_cancel(jobs, until, 
         finally:
             raise OSError("cannot clean up")
 
-    job = jobs.run(untidy(), told.append, told.append)
+    job = jobs.run(untidy(), messages.append, messages.append)
     until(lambda: began)
     job.cancel()
     until(lambda: faults)
-    assert told == []
+    assert messages == []
     assert str(faults[0][1]) == "cannot clean up"
 
 
 def test_an_error_in_an_answer_leaves_the_jobs_working(jobs, until, monkeypatch):
-    faults, told = [], []
+    faults, messages = [], []
     monkeypatch.setattr(sys, "excepthook", lambda *what: faults.append(what[0]))
     jobs.run(steps(), lambda _: 1 / 0)
-    jobs.run(steps(), told.append)
-    until(lambda: told and faults)
+    jobs.run(steps(), messages.append)
+    until(lambda: messages and faults)
     assert faults == [ZeroDivisionError]
 
 
 def test_closing_ends_all(app, until):
-    jobs, told, began, closed = Jobs(), [], [], []
-    running = [jobs.run(endless(began, closed), told.append, key=str(i % 3)) for i in range(9)]
+    jobs, messages, began, closed = Jobs(), [], [], []
+    running = [jobs.run(endless(began, closed), messages.append, key=str(i % 3)) for i in range(9)]
     until(lambda: {thread.name for thread in began} == {"forcelab 0", "forcelab 1", "forcelab 2"})
     assert jobs.close(PATIENCE)
     app.processEvents()
-    assert told == []
+    assert messages == []
     assert sorted(map(id, closed)) == sorted(map(id, began))
     assert not any(job.running for job in running)
     assert not [t for t in threading.enumerate() if t.name.startswith("forcelab")]
 
 
 def test_what_is_asked_after_closing_is_cleaned_up_and_not_done(app, until):
-    jobs, told, began = Jobs(), [], []
+    jobs, messages, began = Jobs(), [], []
     jobs.close()
-    job = jobs.run(steps(began=began), told.append)
+    job = jobs.run(steps(began=began), messages.append)
     until(lambda: not job.running)
     app.processEvents()
-    assert (told, began) == ([], [])
+    assert (messages, began) == ([], [])
 
 
 def test_closing_does_not_wait_for_ever_for_a_job_that_never_yields(app):
-    release, told = threading.Event(), []
+    release, messages = threading.Event(), []
 
     def stubborn():
         release.wait()
         yield None
 
     jobs = Jobs()
-    jobs.run(stubborn(), told.append)
+    jobs.run(stubborn(), messages.append)
     assert not jobs.close(patience=0.1)
     release.set()
 

@@ -135,10 +135,10 @@ def test_a_long_note_leaves_room_for_what_else_is_said_of_removing(window):
     document.refresh_listing()
     dialog = removal_of([*window.demonstrations.model.rows][:1], "Ada", window)
     dialog.show()
-    told = dialog.text
-    assert "a long story a long" in told.text()
-    assert "This cannot be undone." in told.text()
-    assert told.height() >= told.heightForWidth(told.width())
+    reported = dialog.text
+    assert "a long story a long" in reported.text()
+    assert "This cannot be undone." in reported.text()
+    assert reported.height() >= reported.heightForWidth(reported.width())
 
 
 @pytest.mark.parametrize("count", [1, 2])
@@ -146,22 +146,22 @@ def test_a_note_written_while_removing_is_asked_about_is_not_lost_unseen(
     window, path, until, monkeypatch, count
 ):
     rows = [*window.demonstrations.model.rows][-count:]
-    told = []
+    reported = []
 
     def answer(dialog):
-        told.append(dialog.text.text())
-        if len(told) == 1:
+        reported.append(dialog.text.text())
+        if len(reported) == 1:
             with Project.open(path) as other:
                 other.coding.set_note(rows[-1].info.id, "Ben", "keep this one")
-        return len(told) == 1
+        return len(reported) == 1
 
     monkeypatch.setattr(Removal, "exec", answer)
     before = len(window.document.infos)
     window.demonstrations.menu._ask_remove(rows)
-    assert len(told) == 2
-    assert "note" not in told[0]
-    assert told[1].startswith("Notes have changed meanwhile.")
-    assert ("notes (1)" if count > 1 else "the note of Ben: “keep this one”") in told[1]
+    assert len(reported) == 2
+    assert "note" not in reported[0]
+    assert reported[1].startswith("Notes have changed meanwhile.")
+    assert ("notes (1)" if count > 1 else "the note of Ben: “keep this one”") in reported[1]
     assert len(window.document.infos) == before
     monkeypatch.setattr(Removal, "exec", lambda _: True)
     window.demonstrations.menu._ask_remove([*window.demonstrations.model.rows][-count:])
@@ -191,10 +191,10 @@ def test_who_codes_blind_learns_nothing_of_the_notes_of_others(window, path, unt
         other.coding.set_note(id_, "Bert", "slipped where I say")
         other.coding.assign(id_, "Ada")
     window.document.refresh()
-    told = index_of(window, "01").data(ALOUD) + index_of(window, "01").data(TIP)
-    assert "Note by Ada: mine" in told
-    assert "Bert" not in told
-    assert "slipped" not in told
+    reported = index_of(window, "01").data(ALOUD) + index_of(window, "01").data(TIP)
+    assert "Note by Ada: mine" in reported
+    assert "Bert" not in reported
+    assert "slipped" not in reported
     QTest.keyClicks(window.demonstrations.search, "slipped")
     assert found(window) == []
     window.demonstrations.search.clear()
@@ -206,8 +206,8 @@ def test_who_codes_blind_learns_nothing_of_the_notes_of_others(window, path, unt
 
 
 def test_what_could_not_be_stored_is_said_and_stays_typed(window, path, until, monkeypatch):
-    said = []
-    window.document.message_shown.connect(lambda *what: said.append(what))
+    messages = []
+    window.document.message_shown.connect(lambda *what: messages.append(what))
     window.document.project._db.execute("PRAGMA busy_timeout = 20")
     QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
     dialog, line = the_dialog(window, until)
@@ -215,8 +215,8 @@ def test_what_could_not_be_stored_is_said_and_stays_typed(window, path, until, m
     with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as other:
         other.execute("BEGIN IMMEDIATE")
         QTest.keyClick(line, Qt.Key.Key_Return)
-        assert "kept busy by another program" in said[-1][0]
-        assert said[-1][1]
+        assert "kept busy by another program" in messages[-1][0]
+        assert messages[-1][1]
         other.execute("ROLLBACK")
     again, line = the_dialog(window, until)
     assert again is dialog
@@ -225,16 +225,16 @@ def test_what_could_not_be_stored_is_said_and_stays_typed(window, path, until, m
     until(lambda: "leave out" in index_of(window, "01").data(ALOUD))
     monkeypatch.setattr(window.document.project._db, "_refusal", "It may only be read here.")
     QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
-    assert "may only be read here" in said[-1][0]
+    assert "may only be read here" in messages[-1][0]
     assert not asking(window)
 
 
 def test_without_a_demonstration_there_is_nothing_to_note_on(window):
-    said = []
-    window.document.message_shown.connect(lambda *what: said.append(what))
+    messages = []
+    window.document.message_shown.connect(lambda *what: messages.append(what))
     window.document.close()
     window.demonstrations.ask_note()
-    assert said == [("Open a demonstration first; a note belongs to one.", True)]
+    assert messages == [("Open a demonstration first; a note belongs to one.", True)]
 
 
 @pytest.mark.parametrize("choice", ["light", "dark"])

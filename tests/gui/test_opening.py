@@ -8,13 +8,12 @@ from PySide6.QtWidgets import QInputDialog, QMessageBox, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
-from forcelab.gui.author_choice import AuthorChoice
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.project_actions import ProjectActions
 from forcelab.gui.welcome import SampleProgress
-from forcelab.gui.window import Window
+from forcelab.gui.window import AuthorChoice, Window
 from forcelab.jobs import Progress
 from forcelab.project import Project
 
@@ -30,12 +29,12 @@ def make(app):
     """Make what opens projects into a document."""
     windows = []
 
-    def made(document, *, remembering=True, author=""):
+    def created(document, *, remembering=True, author=""):
         windows.append(QWidget())
         jobs = Jobs(windows[-1])
         return ProjectActions(document, jobs, windows[-1], remembering=remembering, author=author)
 
-    yield made
+    yield created
     for window in windows:
         window.deleteLater()
 
@@ -103,11 +102,11 @@ def test_a_new_project_does_not_label_as_the_coder_of_another(make, tmp_path, mo
 
 
 def test_a_key_offers_the_coders(app, document, make, tmp_path):
-    told = []
-    document.message_shown.connect(lambda text, _: told.append(text))
+    reported = []
+    document.message_shown.connect(lambda text, _: reported.append(text))
     choice = AuthorChoice(document)
     choice.choose()  # there is no project, and so the choice is not on screen
-    assert told == ["Open a project first."]
+    assert reported == ["Open a project first."]
     make(document).open(tmp_path / "study.forcelab")
     choice.show()
     choice.choose()
@@ -126,30 +125,30 @@ def test_who_is_to_label_blind_is_found_under_the_name_that_was_assigned_to(
     project.coding.assign(one.id, "Bert")
     document.refresh_listing()
     assert choice._box.findText("Bert") >= 0
-    asked = []
+    questions = []
     monkeypatch.setattr(QInputDialog, "getText", lambda *_: ("bert", True))
-    monkeypatch.setattr(QMessageBox, "exec", lambda box: asked.append(box.text()))
+    monkeypatch.setattr(QMessageBox, "exec", lambda box: questions.append(box.text()))
     choice._chosen(choice._box.count() - 1)
-    assert asked == ["There is 'Bert' already."]
+    assert questions == ["'Bert' already exists."]
     assert document.author == "Bert"
-    said = []
-    document.message_shown.connect(lambda text, _: said.append(text))
+    messages = []
+    document.message_shown.connect(lambda text, _: messages.append(text))
     make(document, author="bert").open(path)
-    assert said == ["'bert' is a new coder beside 'Bert'."]
+    assert messages == ["'bert' is a new coder beside 'Bert'."]
     choice.deleteLater()
 
 
 def test_a_list_of_coders_that_cannot_be_read_stays_as_it_was(document, monkeypatch):
     choice, faults = AuthorChoice(document), []
-    there = [choice._box.itemText(at) for at in range(choice._box.count())]
+    existing = [choice._box.itemText(at) for at in range(choice._box.count())]
 
-    def fail(_):
+    def fail():
         raise ForcelabError("the disk is gone")
 
     monkeypatch.setattr("sys.excepthook", lambda *fault: faults.append(fault))
-    monkeypatch.setattr(type(document.project), "assignments", fail)
+    monkeypatch.setattr(document.project.coding, "assignments", fail)
     document.refresh_listing()
-    assert [choice._box.itemText(at) for at in range(choice._box.count())] == there
+    assert [choice._box.itemText(at) for at in range(choice._box.count())] == existing
     choice.deleteLater()
     assert not faults
 
@@ -167,14 +166,14 @@ def test_a_long_name_of_a_coder_ends_in_an_ellipsis_and_is_told_whole(document):
 
 
 @pytest.mark.parametrize(
-    ("typed", "made"),
+    ("typed", "created"),
     [("pens", "pens.forcelab"), ("pens.forcelab", "pens.forcelab"), ("a.b", "a.b")],
 )
-def test_a_new_project_gets_its_ending(document, make, tmp_path, monkeypatch, typed, made):
+def test_a_new_project_gets_its_ending(document, make, tmp_path, monkeypatch, typed, created):
     where = str(tmp_path / typed)
     monkeypatch.setattr("PySide6.QtWidgets.QFileDialog.getSaveFileName", lambda *_: (where, ""))
     make(document).ask_new()
-    assert document.project.path == tmp_path / made
+    assert document.project.path == tmp_path / created
 
 
 def test_a_new_project_is_suggested_beside_the_others_and_not_in_one(
@@ -185,7 +184,7 @@ def test_a_new_project_is_suggested_beside_the_others_and_not_in_one(
     monkeypatch.setattr("forcelab.gui.project_actions.last_folder", lambda _: tmp_path)
     monkeypatch.setattr(
         "PySide6.QtWidgets.QFileDialog.getSaveFileName",
-        lambda *asked: (suggested.append(Path(asked[2])) or asked[2], ""),
+        lambda *questions: (suggested.append(Path(questions[2])) or questions[2], ""),
     )
     assert document.project.path == tmp_path / "study.forcelab"
     for _ in range(2):
@@ -217,9 +216,9 @@ def endless(ended):
     return making
 
 
-@pytest.mark.parametrize("asked", [False, True])
+@pytest.mark.parametrize("requested", [False, True])
 def test_a_sample_project_nobody_asked_for_ends_when_a_project_is_opened(
-    make, tmp_path, monkeypatch, until, asked
+    make, tmp_path, monkeypatch, until, requested
 ):
     ended, shown, study = [], [], tmp_path / "study.forcelab"
     monkeypatch.setattr("forcelab.sample.making", endless(ended))
@@ -227,10 +226,10 @@ def test_a_sample_project_nobody_asked_for_ends_when_a_project_is_opened(
     document = Document("Ann")
     opening = make(document)
     opening.sampling.connect(shown.append)
-    opening.make_sample(tmp_path / "sample", asked=asked)
+    opening.make_sample(tmp_path / "sample", asked=requested)
     until(lambda: len(shown) > 1)
     opening.open(study)
-    if asked:
+    if requested:
         opening._jobs.cancel("sample")
         assert shown[-1] is not None
     else:
@@ -256,9 +255,9 @@ def test_making_the_sample_project_can_be_cancelled_wherever_it_is_shown(
     assert not here.isVisible()
     window.opening.make_sample(tmp_path / "sample")
     window.opening.open(study)
-    (there,) = window.statusBar().findChildren(SampleProgress)
-    until(there.isVisible)
-    there.cancel.click()
+    (progress,) = window.statusBar().findChildren(SampleProgress)
+    until(progress.isVisible)
+    progress.cancel.click()
     until(lambda: len(ended) == 2)
-    assert not there.isVisible()
+    assert not progress.isVisible()
     window.close()

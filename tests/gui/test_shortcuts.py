@@ -88,10 +88,10 @@ class Window(QMainWindow):
 
 @pytest.fixture
 def window(keys):
-    made = Window(keys)
-    yield made
-    made.close()
-    made.deleteLater()
+    created = Window(keys)
+    yield created
+    created.close()
+    created.deleteLater()
 
 
 def test_every_habit_is_kept():
@@ -261,12 +261,12 @@ def test_a_command_can_do_without_a_key(window, keys):
 def test_all_keys_can_be_put_back(keys):
     keys.set_keys("play", ["F8"])
     keys.set_keys("quit", [])
-    told = []
-    keys.changed.connect(lambda: told.append(1))
+    messages = []
+    keys.changed.connect(lambda: messages.append(1))
     keys.reset_all()
     assert keys.all() == Keys().all()
     assert keys["play"] == ("Space",)
-    assert told == [1]
+    assert messages == [1]
 
 
 @pytest.mark.parametrize(

@@ -127,16 +127,16 @@ def test_every_colour_is_written_alike(colours):
 
 @THEMES
 def test_the_palette_names_every_role_in_every_group(colours):
-    made = theme.palette(colours)
+    created = theme.palette(colours)
     for group in ("Active", "Inactive", "Disabled"):
         for role in QPalette.ColorRole:
             if role not in (QPalette.ColorRole.NoRole, QPalette.ColorRole.NColorRoles):
-                assert made.isBrushSet(QPalette.ColorGroup[group], role), (group, role)
+                assert created.isBrushSet(QPalette.ColorGroup[group], role), (group, role)
 
 
 @THEMES
 def test_the_palettes_texts_can_be_read_and_what_is_disabled_looks_so(colours):
-    made, role, group = theme.palette(colours), QPalette.ColorRole, QPalette.ColorGroup
+    created, role, group = theme.palette(colours), QPalette.ColorRole, QPalette.ColorGroup
     pairs = [
         (role.WindowText, role.Window),
         (role.Text, role.Base),
@@ -147,22 +147,22 @@ def test_the_palettes_texts_can_be_read_and_what_is_disabled_looks_so(colours):
         (role.ToolTipText, role.ToolTipBase),
     ]
     for ink, ground in pairs:
-        here = contrast(made.color(group.Active, ink).name(), made.color(ground).name())
+        here = contrast(created.color(group.Active, ink).name(), created.color(ground).name())
         assert here >= 4.5, (ink, ground)
     for ink, ground in pairs[:2] + pairs[4:5]:
-        dimmed = made.color(group.Disabled, ink).name()
-        assert 2 <= contrast(dimmed, made.color(group.Disabled, ground).name()) < 4.5
+        dimmed = created.color(group.Disabled, ink).name()
+        assert 2 <= contrast(dimmed, created.color(group.Disabled, ground).name()) < 4.5
 
 
 def test_a_theme_is_put_on_and_told(themed):
-    told = []
-    theme.themes().changed.connect(lambda: told.append(theme.colours()))
+    messages = []
+    theme.themes().changed.connect(lambda: messages.append(theme.colours()))
     theme.use_theme(themed, "dark")
     label = QLabel()
-    assert told == [theme.DARK]
+    assert messages == [theme.DARK]
     assert label.palette().color(QPalette.ColorRole.Window).name() == theme.DARK.panel
     theme.use_theme(themed, "light")
-    assert told[1:] == [theme.LIGHT]
+    assert messages[1:] == [theme.LIGHT]
     assert themed.palette().color(QPalette.ColorRole.WindowText).name() == theme.LIGHT.text
     theme.themes().changed.disconnect()
     assert themed.style().name() == "fusion"
@@ -198,11 +198,11 @@ def test_the_system_is_followed_while_that_is_the_choice(themed, monkeypatch):
     assert theme.colours() is theme.LIGHT
 
 
-@pytest.mark.parametrize("made", [QSpinBox, QComboBox])
+@pytest.mark.parametrize("created", [QSpinBox, QComboBox])
 @pytest.mark.parametrize("choice", ["light", "dark"])
-def test_a_box_to_type_or_choose_in_has_a_frame_that_is_seen(themed, choice, made):
+def test_a_box_to_type_or_choose_in_has_a_frame_that_is_seen(themed, choice, created):
     theme.use_theme(themed, choice)
-    box = made()
+    box = created()
     box.resize(120, 30)
     picture = box.grab().toImage()
     ground = theme.colours().panel

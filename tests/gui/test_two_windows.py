@@ -46,17 +46,17 @@ def path(tmp_path):
 @pytest.fixture
 def window(app, path):
     """Make documents of one coder, as two windows have them."""
-    made = []
+    created = []
 
     def make(author="Ada", name="pen"):
         document = Document(author)
         document.open_project(path)
         document.open_demonstration(name)
-        made.append(document)
+        created.append(document)
         return document
 
     yield make
-    for document in made:
+    for document in created:
         document.close()
 
 
@@ -102,11 +102,11 @@ def test_a_project_whose_list_cannot_be_read_leaves_the_open_one(window, path, m
 
 def test_a_demonstration_that_cannot_be_read_leaves_the_open_one(window, monkeypatch):
     document = window()
-    told = []
-    document.message_shown.connect(lambda sentence, trouble: told.append((sentence, trouble)))
+    messages = []
+    document.message_shown.connect(lambda sentence, trouble: messages.append((sentence, trouble)))
     monkeypatch.setattr(document.project.tracks, "of", broken)
     assert not document.open_demonstration("brick")
-    assert told == [("The disk is gone.", True)]
+    assert messages == [("The disk is gone.", True)]
     assert document.demonstration.name == "pen"
     assert document.editor.segments == (ONE, TWO, THREE)
 
@@ -186,8 +186,8 @@ def test_a_name_and_a_clock_given_elsewhere_are_taken_over(window, path, tmp_pat
     document = window()
     document.project.media.attach_video(document.id, film)
     document.reread()
-    heard = []
-    document.demonstration_changed.connect(lambda: heard.append(document.id))
+    listener = []
+    document.demonstration_changed.connect(lambda: listener.append(document.id))
     with Project.open(path) as other:
         other.media.set_video_clock(document.id, ClockMap(1.5))
         other.demonstrations.rename(document.id, "pencil")
@@ -195,21 +195,21 @@ def test_a_name_and_a_clock_given_elsewhere_are_taken_over(window, path, tmp_pat
     document.refresh()
     assert document.demonstration.video.clock.offset == 1.5
     assert document.demonstration.name == "pencil"
-    assert heard == [document.id]
+    assert listener == [document.id]
     assert document.view.cursor == 3
 
 
 def test_what_was_removed_elsewhere_is_put_down_and_said(window, path):
     document = window()
-    told = []
-    document.message_shown.connect(lambda sentence, _: told.append(sentence))
+    messages = []
+    document.message_shown.connect(lambda sentence, _: messages.append(sentence))
     with Project.open(path) as other:
         other.demonstrations.remove_all(
             {document.id: {"Ada": other.tracks.head(document.id, "Ada")}}
         )
     document.refresh()
     assert document.demonstration is None
-    assert told == ["'pen' was removed elsewhere."]
+    assert messages == ["'pen' was removed elsewhere."]
 
 
 def test_blindness_given_elsewhere_hides_labels_and_their_actions(window, path):

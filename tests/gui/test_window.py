@@ -55,11 +55,11 @@ def study(tmp_path):
 @pytest.fixture
 def windows(app, until):
     """Make windows that are closed at the end."""
-    made = []
+    created = []
 
     def make(start=None, author="Ann"):
         window = Window(author)
-        made.append(window)
+        created.append(window)
         window.resize(1100, 700)
         window.restore_layout()
         window.show()
@@ -68,7 +68,7 @@ def windows(app, until):
         return window
 
     yield make
-    for window in made:
+    for window in created:
         window.close()
 
 
@@ -201,13 +201,13 @@ def test_a_click_on_what_is_switched_off_says_why(windows, study, until):
     window.show_workspace("capture")
     page = window.capture.workspace
     until(page.zero_button.isVisible)
-    said = []
+    messages = []
     for control in (page.zero_button, page.record_button, page.discard_button):
         assert not control.isEnabled()
         QToolTip.hideText()
         click_on(window, control)
-        said.append(QToolTip.text())
-    assert said == [
+        messages.append(QToolTip.text())
+    assert messages == [
         "Connect devices before zeroing them.",
         "Connect devices before recording.",
         "There is no recording to discard.",
@@ -236,8 +236,8 @@ def test_a_menu_says_why_an_entry_is_switched_off(windows, study, until):
         menu.popup(window.mapToGlobal(QPoint(0, 0)))
         spot = menu.actionGeometry(split).center()
         QToolTip.showText(QPoint(0, 0), "no reason")
-        asked = QHelpEvent(QEvent.Type.ToolTip, spot, menu.mapToGlobal(spot))
-        QApplication.sendEvent(menu, asked)
+        questions = QHelpEvent(QEvent.Type.ToolTip, spot, menu.mapToGlobal(spot))
+        QApplication.sendEvent(menu, questions)
         assert QToolTip.text() == (reason or "no reason")
         QToolTip.showText(QPoint(0, 0), "no reason")
         QTest.mouseClick(menu, Qt.MouseButton.LeftButton, pos=spot)
@@ -278,9 +278,9 @@ def test_a_last_project_that_was_moved_is_not_replaced_by_another(
         "other.forcelab",
     ]
     monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(moved))
-    asked = answers("Locate…")
+    questions = answers("Locate…")
     menu.actions()[0].trigger()
-    assert len(asked) == 1
+    assert len(questions) == 1
     assert window.document.project.path == moved
     assert settings.recent_projects() == (moved, other)
 
@@ -298,12 +298,14 @@ def test_a_hidden_scalogram_is_not_computed(windows, study, monkeypatch):
     first = windows(LaunchOptions(project=study))
     first.label.toggles["scalogram"].setChecked(False)
     first.close()
-    asked = []
-    monkeypatch.setattr("forcelab.gui.jobs.Jobs.run", lambda *_, key="", **__: asked.append(key))
+    questions = []
+    monkeypatch.setattr(
+        "forcelab.gui.jobs.Jobs.run", lambda *_, key="", **__: questions.append(key)
+    )
     second = windows(LaunchOptions(project=study))
     assert not second.label.scalogram.isVisible()
     second.document.view.set_span(1, 2)
-    assert not [key for key in asked if "scalogram" in key]
+    assert not [key for key in questions if "scalogram" in key]
     second.label.toggles["scalogram"].setChecked(True)
     assert second.label.scalogram.isVisible()
 
@@ -394,13 +396,13 @@ def test_a_blind_coder_sees_nobody_elses_labels_anywhere(windows, study, answers
     row = model.index(0, 0, model.index(0, 0))
     roles = (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole)
     assert not any("Ben" in str(row.data(role)) for role in roles)
-    asked = answers("Cancel")
+    questions = answers("Cancel")
     window.commands["done"].trigger()
     assert window.document.other_tracks == {}
     assert window.document.coding_blind
-    assert len(asked) == 1
-    assert "end blind coding" in asked[0]
-    assert "labels and notes of others" in asked[0]
+    assert len(questions) == 1
+    assert "end blind coding" in questions[0]
+    assert "labels and notes of others" in questions[0]
     answers("Mark as done")
     window.commands["done"].trigger()
     assert window.document.other_tracks == {"Ben": HIS}
@@ -445,15 +447,15 @@ def test_a_drop_is_answered_with_copy(windows, study, monkeypatch, tmp_path):
 def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, until, monkeypatch):
     """After the drop: a dialog within it crashes the program when files are dropped there, too."""
     window = windows(LaunchOptions(project=study))
-    asked = []
-    monkeypatch.setattr(window.opening, "ask_import", asked.append)
-    monkeypatch.setattr(window.opening, "open", asked.append)
+    questions = []
+    monkeypatch.setattr(window.opening, "ask_import", questions.append)
+    monkeypatch.setattr(window.opening, "open", questions.append)
 
     def drop(*paths):
-        before = len(asked)
+        before = len(questions)
         dropped(window, paths)
-        assert len(asked) == before
-        until(lambda: len(asked) > before)
+        assert len(questions) == before
+        until(lambda: len(questions) > before)
 
     drop(study.parent / "a.csv", study.parent / "b.csv")
     drop(study)
@@ -461,7 +463,7 @@ def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, 
     bag.mkdir()
     (bag / "metadata.yaml").touch()
     drop(bag)
-    assert asked == [(study.parent / "a.csv", study.parent / "b.csv"), study, (bag,)]
+    assert questions == [(study.parent / "a.csv", study.parent / "b.csv"), study, (bag,)]
 
 
 def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, study):
@@ -475,10 +477,10 @@ def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, st
     assert "grab" in bar.currentMessage()
     assert document.open_demonstration(second.id)
     assert bar.currentMessage() == ""
-    for verb, told in (("undo", "nothing to undo"), ("next_segment", "no segment after")):
+    for verb, reported in (("undo", "nothing to undo"), ("next_segment", "no segment after")):
         document.open_demonstration(second.id)
         window.commands[verb].trigger()
-        assert told in bar.currentMessage()
+        assert reported in bar.currentMessage()
         document.open_demonstration(document.infos[0].id)
         assert bar.currentMessage() == ""
     document.open_demonstration(second.id)

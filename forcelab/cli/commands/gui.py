@@ -13,18 +13,17 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import re
 from contextlib import suppress
-from importlib import import_module
 from pathlib import Path
 
 from forcelab.cli.interrupts import uninterrupted
 from forcelab.cli.options import add_author
 from forcelab.cli.output import printable
-from forcelab.gui.app import has_display
-from forcelab.gui.app import run as run_window
+from forcelab.errors import InputError
 from forcelab.gui.launch_options import LaunchOptions
-from forcelab.gui.qt_check import require_qt
+from forcelab.gui.qt_check import has_display, require_qt
 
 #: Pixels a side that a window may have at most.
 LARGEST = 8192
@@ -66,14 +65,22 @@ def run(arguments: argparse.Namespace) -> int:
         author=arguments.author or "",
         screenshot=arguments.screenshot,
     )
+    if not has_display() and start.screenshot is None:
+        raise InputError(
+            "There is no display to open a window on; start forcelab on a desktop, or draw a "
+            "picture with --screenshot FILE.png."
+        )
     with uninterrupted():  # Qt crashes on what is raised while it begins, or calls a method
+        if start.screenshot is not None:
+            os.environ["QT_QPA_PLATFORM"] = "offscreen"
+        require_qt()
+        # Only now: it loads Qt.
+        from forcelab.gui.app import run as run_window
+
         if start.screenshot is not None:
             status = run_window(start)
             print(printable(str(start.screenshot)))
             return status
-        if has_display():
-            require_qt()
-            import_module("forcelab.gui.window")
     return run_window(start)
 
 

@@ -200,7 +200,7 @@ class HeldKeys(KeyEventFilter):
     @property
     def _in_window(self) -> bool:
         """Whether keys go to the page's window."""
-        return self._heard is not None and self._heard.window() is self._page.window()
+        return self._filtered is not None and self._filtered.window() is self._page.window()
 
 
 def _key_name(event: QKeyEvent) -> str:

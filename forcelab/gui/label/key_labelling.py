@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QAbstractItemView, QApplication, QDockWidget, QMen
 
 from forcelab.gui import settings
 from forcelab.gui.document import Document
-from forcelab.gui.key_events import AutoRepeatFilter, is_typing, kept_keys
+from forcelab.gui.key_events import AutoRepeatFilter, is_reserved_key, is_typing
 from forcelab.gui.label.segment_commands import fill_range
 from forcelab.gui.label.track_gestures import (
     SAME_TIME,
@@ -125,7 +125,7 @@ class KeyLabelling(QObject):
         focus = QApplication.focusWidget()
         if is_typing(focus) or (isinstance(watched, QWidget) and is_typing(watched)):
             return False
-        if kept_keys(focus, event) or not self._is_shown():
+        if is_reserved_key(focus, event) or not self._is_shown():
             return False
         if event.key() == Qt.Key.Key_Escape:
             return self.cancel()

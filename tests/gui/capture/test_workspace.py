@@ -214,7 +214,7 @@ def test_a_task_that_is_nearly_one_there_is_is_asked_about_once(window, monkeypa
     monkeypatch.setattr(QMessageBox, "exec", press)
     page.next_recording.task.setCurrentText(" L E G O ")
     page.next_recording.task.lineEdit().editingFinished.emit()
-    assert asked == ["There is 'L e g o' already."]
+    assert asked == ["'L e g o' already exists."]
     assert (page.controller.task, page.next_recording.task.currentText()) == (task, task)
     page.next_recording.task.lineEdit().editingFinished.emit()
     assert len(asked) == 1

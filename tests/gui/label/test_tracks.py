@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from forcelab.gui.figures import text
-from forcelab.gui.key_events import kept_keys
+from forcelab.gui.key_events import is_reserved_key
 from forcelab.gui.label import track_menus, tracks
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.view_state import Snap
@@ -160,7 +160,7 @@ def test_esc_is_kept_for_the_drag_whatever_else_it_is_bound_to(hand, panel):
     def wanted():
         none = Qt.KeyboardModifier.NoModifier
         event = QKeyEvent(QEvent.Type.ShortcutOverride, Qt.Key.Key_Escape, none)
-        return kept_keys(panel, event)
+        return is_reserved_key(panel, event)
 
     assert not wanted()
     hand.press(3.5)

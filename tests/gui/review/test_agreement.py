@@ -387,7 +387,7 @@ def test_a_consensus_whose_name_is_nearly_a_coder_s_is_asked_about(
         monkeypatch.setattr(QMessageBox, "exec", press)
         author.setText(" cleo ")
         author.editingFinished.emit()
-        assert asked == ["There is 'Cleo' already."]
+        assert asked == ["'Cleo' already exists."]
         assert (b.bar.name, author.text()) == (name, name)
         author.editingFinished.emit()
         assert len(asked) == 1

@@ -89,11 +89,11 @@ def test_a_blind_coder_exports_only_what_is_not_hidden(dialog, document, tmp_pat
 
 
 def test_files_that_are_there_are_replaced_only_on_demand(dialog, tmp_path, until):
-    for replacing, told in ((False, "Written"), (False, "already"), (True, "Written")):
+    for replacing, messages in ((False, "Written"), (False, "already"), (True, "Written")):
         dialog.replacing.setChecked(replacing)
         dialog.export(tmp_path / "out")
         until(dialog.go.isEnabled)
-        assert told in dialog._report_label.text()
+        assert messages in dialog._report_label.text()
 
 
 def test_recent_projects_are_opened_from_the_menu(app, tmp_path):

@@ -34,12 +34,12 @@ def document(app):
 
 @pytest.fixture
 def dialog(document, keys):
-    made = KeysDialog(document, keys)
-    made.show()
-    assert QTest.qWaitForWindowActive(made)
-    yield made
-    made.close()
-    made.deleteLater()
+    created = KeysDialog(document, keys)
+    created.show()
+    assert QTest.qWaitForWindowActive(created)
+    yield created
+    created.close()
+    created.deleteLater()
 
 
 def rows(dialog, hidden=False):

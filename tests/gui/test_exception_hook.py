@@ -16,14 +16,14 @@ from forcelab.gui.review.loss_plot import LossCurves
 
 
 @pytest.fixture
-def said():
+def messages():
     return []
 
 
 @pytest.fixture
-def watching(app, said):
+def watching(app, messages):
     window = QWidget()
-    yield exception_hook.ExceptionHook(window, said.append)
+    yield exception_hook.ExceptionHook(window, messages.append)
     shiboken6.delete(window)
 
 
@@ -133,7 +133,7 @@ def test_another_error_while_one_is_shown_opens_nothing(watching, shown):
     in_a_slot(lambda: empty[0])
     in_a_slot(lambda: {}["key"])
     [dialog] = shown()
-    assert "written down in the same file: 2" in text_of(dialog)
+    assert "in the same file: 2" in text_of(dialog)
     assert "IndexError" in log()
     assert "KeyError" in log()
 
@@ -165,13 +165,13 @@ def test_details_can_be_seen_and_copied(watching, shown):
     assert details.isHidden()
 
 
-def test_a_sentence_for_the_coder_is_no_fault(watching, shown, said):
+def test_a_sentence_for_the_coder_is_no_fault(watching, shown, messages):
     def refuse():
         raise InputError("'a < b' is no name; choose another.")
 
     in_a_slot(refuse)
     assert shown() == []
-    assert said == ["'a < b' is no name; choose another."]
+    assert messages == ["'a < b' is no name; choose another."]
     assert not watching.counts
     assert "Traceback" not in log()
 

@@ -1,11 +1,11 @@
-"""A key that is held, as X11 tells of it, and a command that is to happen once."""
+"""Keys that are held, as X11 reports them: commands that happen once, releases that are none."""
 
 import pytest
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence, QShortcutEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 
-from forcelab.gui.key_events import HeldShortcuts
+from forcelab.gui.key_events import AutoRepeatFilter, HeldShortcuts
 
 SPACE = Qt.Key.Key_Space
 
@@ -21,7 +21,7 @@ def field(app):
 @pytest.fixture
 def press(app, field):
     """Press or release a key at a time in ms; the action's shortcut is Space."""
-    held = HeldShortcuts(app, apart=True)
+    held = HeldShortcuts(app, unmarked=True)
     held._follow(None, field)
     action = QAction("Play", field)
     done = []
@@ -69,7 +69,7 @@ def test_a_key_that_is_held_while_nothing_has_the_keyboard_acts_once(app, until)
     window = QWidget()
     field = QLineEdit(window)
     action = QAction("Play", window)
-    held = HeldShortcuts(app, apart=True)
+    held = HeldShortcuts(app, unmarked=True)
     done = []
     action.triggered.connect(lambda: done.append(True))
     held.watch(action)
@@ -88,3 +88,47 @@ def test_a_key_that_is_held_while_nothing_has_the_keyboard_acts_once(app, until)
     assert done == []
     window.close()
     held.deleteLater()
+
+
+NONE = Qt.KeyboardModifier.NoModifier
+
+
+def key(kind, at, code=Qt.Key.Key_1, *, marked=False):
+    event = QKeyEvent(kind, code, NONE, "", marked)
+    event.setTimestamp(at)
+    return event
+
+
+@pytest.fixture
+def owner(app):
+    owner = QObject()
+    yield owner
+    owner.deleteLater()
+
+
+def test_a_key_that_is_held_is_not_let_go_by_its_repetition(owner, until):
+    repeats, ups = AutoRepeatFilter(owner, unmarked=True), []
+    assert not repeats.repeats(key(QEvent.Type.KeyPress, 1000))
+    for at in range(1660, 2000, 40):
+        repeats.released(key(QEvent.Type.KeyRelease, at), lambda at=at: ups.append(at))
+        assert repeats.repeats(key(QEvent.Type.KeyPress, at))
+    assert ups == []
+    repeats.released(key(QEvent.Type.KeyRelease, 2015), lambda: ups.append(2015))
+    until(lambda: ups == [2015])
+
+
+def test_what_was_put_off_is_done_before_the_next_key(owner):
+    repeats, ups = AutoRepeatFilter(owner, unmarked=True), []
+    repeats.released(key(QEvent.Type.KeyRelease, 1500), lambda: ups.append("1"))
+    assert not repeats.repeats(key(QEvent.Type.KeyPress, 1500, Qt.Key.Key_2))
+    assert ups == ["1"]
+    repeats.released(key(QEvent.Type.KeyRelease, 1600), lambda: ups.append("2"))
+    assert not repeats.repeats(key(QEvent.Type.KeyPress, 1650)), "pressed again by a finger"
+    assert ups == ["1", "2"]
+
+
+def test_where_repetition_is_marked_a_release_counts_at_once(owner):
+    repeats, ups = AutoRepeatFilter(owner, unmarked=False), []
+    repeats.released(key(QEvent.Type.KeyRelease, 1500), lambda: ups.append("1"))
+    assert ups == ["1"]
+    assert repeats.repeats(key(QEvent.Type.KeyPress, 1500, marked=True))

@@ -25,8 +25,8 @@ def lame_qt(tmp_path, monkeypatch):
         (lame / file.name).symlink_to(file)
     for name in ("libqoffscreen.so", "libqxcb.so"):
         data = (real / "Qt" / "plugins" / "platforms" / name).read_bytes()
-        for there, lacking in LACKING.items():
-            data = data.replace(there, lacking)
+        for existing, lacking in LACKING.items():
+            data = data.replace(existing, lacking)
         (lame / "Qt" / "plugins" / "platforms" / name).write_bytes(data)
     monkeypatch.setattr(qt_check, "_folder", lambda: lame)
     monkeypatch.setitem(qt_check.PACKAGES, "libxkbcommun", "libxkbcommun0")

@@ -25,24 +25,24 @@ class OnSmallScreen(QWidget):
 
 
 @pytest.mark.parametrize(
-    ("wanted", "got"),
+    ("expected", "got"),
     [
         (QSize(600, 400), QSize(600, 400)),
         (QSize(680, 560), QSize(680, 540 - FRAME.height())),
         (QSize(1280, 800), SMALL.size() - FRAME),
     ],
 )
-def test_a_window_is_no_larger_than_its_screen_with_its_frame(app, wanted, got):
+def test_a_window_is_no_larger_than_its_screen_with_its_frame(app, expected, got):
     window = OnSmallScreen()
-    resize_on_screen(window, wanted)
+    resize_on_screen(window, expected)
     assert window.size() == got
     window.deleteLater()
 
 
 @pytest.mark.parametrize("make", [copyable, muted_label, placeholder, partial(set_tone, "warning")])
 def test_a_name_that_looks_like_markup_is_shown_as_it_is(app, make):
-    said = "Nobody labelled <b>this</b> here."
-    room = QLabel(said, textFormat=Qt.TextFormat.PlainText).sizeHint().width()
-    label = make(said)
+    messages = "Nobody labelled <b>this</b> here."
+    room = QLabel(messages, textFormat=Qt.TextFormat.PlainText).sizeHint().width()
+    label = make(messages)
     label.setWordWrap(False)
     assert label.sizeHint().width() >= room

@@ -14,14 +14,14 @@ from forcelab.gui.file_dialogs import ask_picture
 @pytest.fixture
 def dialog(monkeypatch):
     """Answers the dialog: what it began with, and what is chosen."""
-    asked = []
+    questions = []
 
     def name_file(_parent, _title, suggested, _kinds):
-        asked.append(Path(suggested))
+        questions.append(Path(suggested))
         return name_file.chosen, ""
 
     monkeypatch.setattr(QFileDialog, "getSaveFileName", name_file)
-    name_file.asked = asked
+    name_file.asked = questions
     return name_file
 
 

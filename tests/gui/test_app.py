@@ -90,8 +90,8 @@ QTimer.singleShot(1000, application.closeAllWindows)
 
 def test_the_interpreter_is_not_taken_apart_below_a_thread_that_does_not_end(run):
     done = run("""
-from forcelab.gui import shutdown, jobs, window
-shutdown.TIMEOUT = jobs.THREAD_TIMEOUT = 0.1
+from forcelab.gui import app, jobs, window
+app.SHUTDOWN_TIMEOUT = jobs.THREAD_TIMEOUT = 0.1
 def stubborn():
     time.sleep(30)
     yield None
