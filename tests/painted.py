@@ -8,7 +8,7 @@ from made_once import made_once
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
 from forcelab.labels import Segment, Track
-from forcelab.project import Incoming, Project
+from forcelab.project import NewDemonstration, Project
 
 #: What Ada painted.
 TRACK = (
@@ -26,7 +26,7 @@ def study(path, segments, seconds):
     two = Demonstration("02", "foam", times, np.cos(times)[:, None], (Channel("f", "N"),))
     with Project.create(path) as project:
         track = (Track("Ada", segments),) if segments else ()
-        project.demonstrations.add_all([Incoming(one, track), Incoming(two)])
+        project.demonstrations.add_all([NewDemonstration(one, track), NewDemonstration(two)])
 
 
 @contextmanager

@@ -25,9 +25,9 @@ from forcelab.capture.journal import (
 )
 from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
-from forcelab.project import Added, Project
+from forcelab.project import AddResult, Project
 from forcelab.project.media import Camera, camera_stamps
-from forcelab.project.records import Incoming
+from forcelab.project.records import NewDemonstration
 
 #: Name of the folder in a project that holds recordings while they last.
 CAPTURES = "captures"
@@ -45,7 +45,7 @@ def unfinished_journals(path: Path) -> tuple[Path, ...]:
 class SavedRecording:
     """A recording that has become a demonstration."""
 
-    added: Added
+    added: AddResult
     samples: int
     seconds: float
     #: Sentences for the user.
@@ -96,7 +96,7 @@ def save(path: Path, contents: JournalReader) -> SavedRecording:
     assembled = assemble(contents, path / CAPTURES)
     demonstration = assembled.demonstration
     devices = ", ".join(str(device) for device in assembled.stamps["devices"])
-    incoming = Incoming(
+    incoming = NewDemonstration(
         demonstration,
         () if assembled.track is None else (assembled.track,),
         source=f"captured {contents.header.get('started', '')} from {devices}",
@@ -128,7 +128,7 @@ def save(path: Path, contents: JournalReader) -> SavedRecording:
     return SavedRecording(added, samples, duration, remarks, heads, assembled.precision)
 
 
-def _compare(project: Project, added: Added, assembled: AssembledRecording) -> None:
+def _compare(project: Project, added: AddResult, assembled: AssembledRecording) -> None:
     """Hold what the project stored against what was recorded, before the journal may go."""
     stored = project.demonstrations.load(added.id)
     columns = slice(assembled.lead_column, assembled.lead_column + assembled.lead_values.shape[1])

@@ -52,8 +52,8 @@ from forcelab.project import (
     AssignmentEvent,
     DemonstrationInfo,
     Edit,
-    Incoming,
     LabelsUsed,
+    NewDemonstration,
     Note,
     Project,
     StoredRecogniser,
@@ -614,7 +614,7 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
                 demonstration, source = _demonstration(members, id_, Path(scratch))
                 truth = _truth(members, id_)
                 notes = _notes(members, id_)
-                incoming = Incoming(demonstration, source=source, truth=truth, notes=notes)
+                incoming = NewDemonstration(demonstration, source=source, truth=truth, notes=notes)
                 bounds[id_] = demonstration.start, demonstration.end
                 added = project.demonstrations.add_all([incoming])
                 if added[0].name != demonstration.name:

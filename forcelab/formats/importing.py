@@ -21,7 +21,7 @@ from forcelab.formats.calibration import read_calibrations
 from forcelab.formats.label_tables import has_labels_beside
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.jobs import Progress, finish
-from forcelab.project import Added, Incoming, Project
+from forcelab.project import AddResult, NewDemonstration, Project
 from forcelab.project.records import Keepable
 from forcelab.signals.grid import glitch_remarks
 from forcelab.text import listed
@@ -129,7 +129,7 @@ class Imported:
     """What became of one demonstration."""
 
     file: Path
-    added: Added
+    added: AddResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -298,7 +298,7 @@ def _unpacking(
     with read_archive(path, project) as unpacked:
         infos = unpacked.demonstrations.infos()
     yield Progress(1, 1, "done")
-    demonstrations = tuple(Imported(path, Added(i.id, i.name, "new")) for i in infos)
+    demonstrations = tuple(Imported(path, AddResult(i.id, i.name, "new")) for i in infos)
     if options == ReadOptions(unpack=options.unpack, videos=options.videos):
         return ImportReport(demonstrations)
     remark = (
@@ -368,7 +368,7 @@ def _write(
     """Add all demonstrations or none; a new project gets its name once it is complete."""
     files = [file for file, recordings in read_files.items() for _ in recordings]
     demonstrations = [
-        Incoming(
+        NewDemonstration(
             recording.demonstration,
             recording.tracks,
             recording.source or file.name,

@@ -2,13 +2,13 @@
 
 from forcelab.project.project import Project
 from forcelab.project.records import (
-    Added,
+    AddResult,
     Assignment,
     AssignmentEvent,
     Author,
     DemonstrationInfo,
     Edit,
-    Incoming,
+    NewDemonstration,
     Note,
     Origin,
     StoredVerdict,
@@ -19,14 +19,14 @@ from forcelab.project.runs import LabelsUsed, RunSummary, RunUse, StoredRecognis
 from forcelab.project.tracks import UndoResult
 
 __all__ = [
-    "Added",
+    "AddResult",
     "Assignment",
     "AssignmentEvent",
     "Author",
     "DemonstrationInfo",
     "Edit",
-    "Incoming",
     "LabelsUsed",
+    "NewDemonstration",
     "Note",
     "Origin",
     "Project",

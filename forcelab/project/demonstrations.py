@@ -33,7 +33,7 @@ from forcelab.project.actions import ActionStore
 from forcelab.project.coding import CodingStore
 from forcelab.project.database import Database, Value, content_errors
 from forcelab.project.files import DEMONSTRATIONS
-from forcelab.project.records import Added, DemonstrationInfo, Incoming, check_length
+from forcelab.project.records import AddResult, DemonstrationInfo, NewDemonstration, check_length
 from forcelab.project.runs import give_back, without_trigger
 from forcelab.project.tracks import TrackStore, undo_state
 from forcelab.text import natural_order, unknown_word
@@ -175,17 +175,17 @@ class DemonstrationStore:
 
     def add(
         self, demonstration: Demonstration, tracks: Iterable[Track] = (), source: str = ""
-    ) -> Added:
+    ) -> AddResult:
         """Add one demonstration; see :meth:`add_all`.
 
         Parameters
         ----------
         demonstration, tracks, source
-            As of :class:`Incoming`.
+            As of :class:`NewDemonstration`.
         """
-        return self.add_all([Incoming(demonstration, tuple(tracks), source)])[0]
+        return self.add_all([NewDemonstration(demonstration, tuple(tracks), source)])[0]
 
-    def add_all(self, demonstrations: Iterable[Incoming]) -> tuple[Added, ...]:
+    def add_all(self, demonstrations: Iterable[NewDemonstration]) -> tuple[AddResult, ...]:
         """Add demonstrations, or update those with the same content, all or none of them.
 
         Name, task, rate and video become those given, but for what is to be kept; without a video,
@@ -196,12 +196,12 @@ class DemonstrationStore:
 
         Parameters
         ----------
-        demonstrations : iterable of Incoming
+        demonstrations : iterable of NewDemonstration
             What is to be added, in this order.
 
         Returns
         -------
-        tuple of Added
+        tuple of AddResult
             What became of each.
 
         Raises
@@ -451,7 +451,7 @@ class _Addition:
     tracks: TrackStore
     actions: ActionStore
     coding: CodingStore
-    incoming: Incoming
+    incoming: NewDemonstration
     staged: Path
     video: str | None = None
     name: str = ""
@@ -532,10 +532,10 @@ class _Addition:
             if self.old and row and self.old["video"] not in (None, row["video"]):
                 files.remove_video(self.home, self.old["video"])
 
-    def result(self) -> Added:
+    def result(self) -> AddResult:
         status: Literal["new", "updated", "unchanged"]
         status = "new" if self.old is None else "updated" if self.changed else "unchanged"
-        return Added(self.id, self.name, status, tuple(self.remarks))
+        return AddResult(self.id, self.name, status, tuple(self.remarks))
 
     def _task(self) -> str:
         if self.old is not None and "task" in self.incoming.keep:

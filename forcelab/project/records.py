@@ -210,7 +210,7 @@ class Author:
 
 
 @dataclass(frozen=True, slots=True)
-class Incoming:
+class NewDemonstration:
     """A demonstration to add to a project.
 
     Parameters
@@ -248,7 +248,7 @@ class Incoming:
 
 
 @dataclass(frozen=True, slots=True)
-class Added:
+class AddResult:
     """What became of a demonstration that was added.
 
     Parameters

@@ -17,7 +17,7 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.jobs import Progress, finish
 from forcelab.parallel import map_in_processes
-from forcelab.project import Added, Incoming, Project
+from forcelab.project import AddResult, NewDemonstration, Project
 from forcelab.project.records import segments_to_json
 from forcelab.simulation.coder_model import CODERS, Coding, code
 from forcelab.simulation.origin import Origin
@@ -47,7 +47,7 @@ class Job:
 
 def produce_demonstrations(
     orders: Sequence[Job], scratch: Path, jobs: int = 1
-) -> Generator[Progress, None, tuple[Incoming, ...]]:
+) -> Generator[Progress, None, tuple[NewDemonstration, ...]]:
     """Make demonstrations; the same orders give the same bytes, whatever the number of jobs.
 
     A demonstration depends on its own order alone, not on those beside it.
@@ -69,7 +69,7 @@ def produce_demonstrations(
     portions = [orders[first : first + HELD] for first in range(0, len(orders), HELD)]
     total = len(orders) + sum(len(list(_batches(portion))) for portion in portions)
     done = 0
-    incoming_demonstrations: list[Incoming] = []
+    incoming_demonstrations: list[NewDemonstration] = []
     for portion in portions:
         batches = list(_batches(portion))
         yield Progress(done, total, _progress_text(batches))
@@ -116,7 +116,7 @@ def _perform(batch: Sequence[Origin]) -> tuple[Performance, ...]:
     return tuple(moved[numbers.index(origin.number)] for origin in batch)
 
 
-def _record(part: tuple[Job, Performance, Path]) -> Incoming:
+def _record(part: tuple[Job, Performance, Path]) -> NewDemonstration:
     """A performance as it comes out of sensors, coders and camera."""
     order, performance, scratch = part
     origin = order.origin
@@ -144,7 +144,7 @@ def _record(part: tuple[Job, Performance, Path]) -> Incoming:
         channels=tuple(Channel(name, "N") for name in CHANNELS),
         video=video,
     )
-    return Incoming(
+    return NewDemonstration(
         demonstration,
         tracks=tuple(coding.track for coding in codings),
         source=str(origin),
@@ -194,7 +194,7 @@ def _film(
 
 def simulating(
     path: str | PathLike[str], origins: Sequence[Origin], *, video: bool = True, jobs: int = 1
-) -> Generator[Progress, None, tuple[Added, ...]]:
+) -> Generator[Progress, None, tuple[AddResult, ...]]:
     """Simulate demonstrations, labelled by every simulated coder, and add them to a project.
 
     To stop iterating cancels it; nothing is written before all of them are made.
@@ -212,7 +212,7 @@ def simulating(
 
     Returns
     -------
-    tuple of Added
+    tuple of AddResult
         What became of each; one that is there already is unchanged.
 
     Raises

@@ -46,7 +46,7 @@ from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.labels import Segment, Segments, Track
 from forcelab.measure.cwt import made_up_demonstration
-from forcelab.project import Incoming, Project
+from forcelab.project import NewDemonstration, Project
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import save_recogniser
@@ -282,14 +282,14 @@ def segmented(folder: Path, segments: int, count: int = 1_000_000) -> Path:
 def many(folder: Path, count: int) -> Path:
     """A project with so many short demonstrations of ten tasks, by two coders."""
 
-    def each() -> Iterator[Incoming]:
+    def each() -> Iterator[NewDemonstration]:
         for number in range(count):
             one = recording(200, f"{number:04d}", seed=number)
             there = Demonstration(
                 one.name, f"task {number % 10}", one.times, one.signals, one.channels
             )
             track = (Segment(0.02, 0.08, "grab"), Segment(0.08, 0.15, "hold"))
-            yield Incoming(there, (Track(AUTHOR, track), Track("Other", track)))
+            yield NewDemonstration(there, (Track(AUTHOR, track), Track("Other", track)))
 
     with Project.create(folder / f"many {count}.forcelab") as project:
         project.demonstrations.add_all(each())

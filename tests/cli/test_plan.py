@@ -19,7 +19,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.measure import timing
 from forcelab.measure.timing import Cost, measure_works
-from forcelab.project import Incoming, Project
+from forcelab.project import NewDemonstration, Project
 from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
@@ -149,7 +149,9 @@ def test_the_mechanics_of_a_simulated_demonstration_are_listed(forcelab, tmp_pat
     origin = Origin(task, 3, 2)
     project = tmp_path / "lab.forcelab"
     with Project.create(project) as opened:
-        opened.demonstrations.add_all([Incoming(replace(FOAM, task=task), source=str(origin))])
+        opened.demonstrations.add_all(
+            [NewDemonstration(replace(FOAM, task=task), source=str(origin))]
+        )
     mechanics = forcelab("plan", project, FOAM.name, "--json").json["mechanics"]
     scene = scene_of(task, 3, 2)
     assert mechanics["source"] == str(origin)

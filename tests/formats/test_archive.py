@@ -36,7 +36,7 @@ from forcelab.formats.archive import (
 from forcelab.formats.importing import import_files
 from forcelab.formats.recording import ReadOptions
 from forcelab.labels import Segment, Track
-from forcelab.project import Incoming, LabelsUsed, Origin, Project, Verdict
+from forcelab.project import LabelsUsed, NewDemonstration, Origin, Project, Verdict
 from forcelab.segment_edits import erase, paint
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
@@ -801,7 +801,7 @@ def archive(tmp_path):
     with Project.create(tmp_path / "study.forcelab") as project:
         track = Track("Ines", (Segment(0.0, 0.05, "grab"),))
         project.demonstrations.add_all(
-            [Incoming(one, (track,), SOURCE, truth=TRUTH), Incoming(other)]
+            [NewDemonstration(one, (track,), SOURCE, truth=TRUTH), NewDemonstration(other)]
         )
         write_archive(project, tmp_path / "study.zip")
     return tmp_path / "study.zip"

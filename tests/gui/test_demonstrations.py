@@ -29,7 +29,7 @@ from forcelab.gui.demonstration_model import (
 from forcelab.gui.document import Document
 from forcelab.gui.removal_dialog import Removal, removal_of
 from forcelab.labels import Segment, Track
-from forcelab.project import DemonstrationInfo, Incoming, Project
+from forcelab.project import DemonstrationInfo, NewDemonstration, Project
 from forcelab.text import natural_order
 
 MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
@@ -42,7 +42,7 @@ def tmp_path():
         yield Path(folder)
 
 
-def incoming(name: str, task: str, seed: int, **labelled: float) -> Incoming:
+def incoming(name: str, task: str, seed: int, **labelled: float) -> NewDemonstration:
     """A demonstration of 10 s of which each author has labelled so many."""
     times = np.arange(100) / 10
     signals = np.random.default_rng(seed).normal(size=(100, 1))
@@ -50,7 +50,7 @@ def incoming(name: str, task: str, seed: int, **labelled: float) -> Incoming:
         Track(author, (Segment(0.0, seconds, "grab"),)) for author, seconds in labelled.items()
     )
     demonstration = Demonstration(name, task, times, signals, (Channel("fz", "N"),))
-    return Incoming(demonstration, tracks, f"/data/{name}.csv"[:80])
+    return NewDemonstration(demonstration, tracks, f"/data/{name}.csv"[:80])
 
 
 def study(path):

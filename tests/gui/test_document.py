@@ -13,7 +13,7 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.review.reviewed_run import reviewed_vocabulary
 from forcelab.labels import Segment, Track
-from forcelab.project import Incoming, Project
+from forcelab.project import NewDemonstration, Project
 from forcelab.project.demonstrations import DemonstrationStore
 
 
@@ -28,14 +28,14 @@ def study(path):
     with Project.create(path) as project:
         project.demonstrations.add_all(
             [
-                Incoming(
+                NewDemonstration(
                     demonstration("pen 1"),
                     (
                         Track("Ada", (Segment(1, 2, "grab"),)),
                         Track("Ben", (Segment(3, 4, "pull"),)),
                     ),
                 ),
-                Incoming(demonstration("pen 2", 5.0)),
+                NewDemonstration(demonstration("pen 2", 5.0)),
             ]
         )
 

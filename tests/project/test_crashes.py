@@ -33,7 +33,7 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import ForcelabError, StaleTrackError
 from forcelab.labels import Segment, Track
 from forcelab.segment_edits import paint
-from forcelab.project import Incoming, Project
+from forcelab.project import NewDemonstration, Project
 
 def say(text):
     os.write(1, f"{text}\\n".encode())
@@ -145,7 +145,8 @@ def test_many_demonstrations_imported_at_once_and_killed_are_all_there_or_none(p
         known = project.demonstrations.add(make(1)).id
     code = """
 given = [
-    Incoming(large(seed, 20_000), (Track("anna", (Segment(0, 1, "grab"),)),)) for seed in range(20)
+    NewDemonstration(large(seed, 20_000), (Track("anna", (Segment(0, 1, "grab"),)),))
+    for seed in range(20)
 ]
 say("go")
 project.demonstrations.add_all(given)

@@ -11,7 +11,7 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
-from forcelab.project import Incoming, LabelsUsed, Project
+from forcelab.project import LabelsUsed, NewDemonstration, Project
 from forcelab.project.actions import ActionStore
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
@@ -139,7 +139,7 @@ def test_labels_beyond_their_recording_are_refused_and_nothing_is_added(project,
     late = Track("anna", (Segment(*place, "grab"),))
     with pytest.raises(InputError, match=r"beyond its recording.*'anna' on '02'; shift or erase"):
         project.demonstrations.add_all(
-            [Incoming(make(1), ()), Incoming(make(2, name="02"), (late,))]
+            [NewDemonstration(make(1), ()), NewDemonstration(make(2, name="02"), (late,))]
         )
     assert project.demonstrations.infos() == ()
     project.demonstrations.add(make(2), [Track("anna", (Segment(-0.9, 1.4, "grab"),))])
@@ -324,17 +324,17 @@ def test_names_with_numbers_are_listed_as_people_count(project, make):
 
 def test_what_is_to_be_kept_is_kept_and_what_is_said_is_changed(project, make):
     first = project.demonstrations.add(make(1, task="foam", grid_rate=250.0))
-    silent = Incoming(make(1, task=""), keep=("task", "grid_rate"))
+    silent = NewDemonstration(make(1, task=""), keep=("task", "grid_rate"))
     assert project.demonstrations.add_all([silent]) == (replace(first, status="unchanged"),)
     (info,) = project.demonstrations.infos()
     assert (info.task, info.rate) == ("foam", 250.0)
     (said,) = project.demonstrations.add_all(
-        [Incoming(make(1, task="sponge"), keep=("grid_rate",))]
+        [NewDemonstration(make(1, task="sponge"), keep=("grid_rate",))]
     )
     assert said.status == "updated"
     (info,) = project.demonstrations.infos()
     assert (info.task, info.rate) == ("sponge", 250.0)
-    new = Incoming(make(2, task="", name="02"), keep=("task", "grid_rate"))
+    new = NewDemonstration(make(2, task="", name="02"), keep=("task", "grid_rate"))
     assert [one.status for one in project.demonstrations.add_all([new])] == ["new"]
     assert project.demonstrations.load("02").task == ""
 
@@ -342,7 +342,7 @@ def test_what_is_to_be_kept_is_kept_and_what_is_said_is_changed(project, make):
 def test_a_kept_task_decides_which_names_are_taken_and_where_actions_go(project, make):
     project.demonstrations.add(make(1, name="a", task="foam"))
     project.demonstrations.add(make(2, name="b", task="foam"))
-    silent = Incoming(make(2, name="a", task=""), (Track("anna", GRAB),), keep=("task",))
+    silent = NewDemonstration(make(2, name="a", task=""), (Track("anna", GRAB),), keep=("task",))
     assert project.demonstrations.add_all([silent])[0].name == "a (2)"
     assert project.actions.vocabulary("foam").names == ("grab",)
     assert "" not in project.actions.vocabularies()
@@ -350,7 +350,7 @@ def test_a_kept_task_decides_which_names_are_taken_and_where_actions_go(project,
 
 def test_the_same_recording_twice_in_one_import_is_one_demonstration(project, make):
     added = project.demonstrations.add_all(
-        [Incoming(make(1)), Incoming(make(1)), Incoming(make(2, name="02"))]
+        [NewDemonstration(make(1)), NewDemonstration(make(1)), NewDemonstration(make(2, name="02"))]
     )
     assert [one.status for one in added] == ["new", "unchanged", "new"]
     assert len(project.demonstrations.infos()) == 2
@@ -372,7 +372,10 @@ def test_an_import_that_is_stopped_half_way_leaves_everything_as_it_was(
             raise stop
         extend(*args)
 
-    given = [Incoming(make(seed, name=str(seed)), (Track("anna", HOLD),)) for seed in (1, 2, 3, 4)]
+    given = [
+        NewDemonstration(make(seed, name=str(seed)), (Track("anna", HOLD),))
+        for seed in (1, 2, 3, 4)
+    ]
     with monkeypatch.context() as patch:
         patch.setattr(ActionStore, "extend", stopped)
         with pytest.raises(stop):

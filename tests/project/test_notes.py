@@ -10,7 +10,7 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
-from forcelab.project import Incoming, Note, Project, coding
+from forcelab.project import NewDemonstration, Note, Project, coding
 from forcelab.project.schema import MIGRATIONS
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
@@ -153,11 +153,13 @@ def test_two_projects_that_take_each_others_notes_come_to_have_the_same(tmp_path
         b.coding.set_note(id_, "bert", "of b")
         b.coding.set_note(id_, "bert", "")
         statuses = [
-            into.demonstrations.add_all([Incoming(made, notes=of.coding.note_events())])[0].status
+            into.demonstrations.add_all([NewDemonstration(made, notes=of.coding.note_events())])[
+                0
+            ].status
             for into, of in ((a, b), (b, a), (a, b))
         ]
         assert statuses == ["updated", "updated", "unchanged"]
         assert a.coding.note_events() == b.coding.note_events()
         assert told(a.coding.notes()) == [("anna", "new")]
         with pytest.raises(InputError, match="needs an author"):
-            a.demonstrations.add_all([Incoming(made, notes=(Note(id_, " ", "x", THEN),))])
+            a.demonstrations.add_all([NewDemonstration(made, notes=(Note(id_, " ", "x", THEN),))])

@@ -8,7 +8,7 @@ from synthetic import synthetic_set
 
 from forcelab.jobs import finish
 from forcelab.labels import Segment, Track, to_codes
-from forcelab.project import Incoming, Project
+from forcelab.project import NewDemonstration, Project
 from forcelab.review.agreement import (
     CoderTracks,
     agreement,
@@ -272,7 +272,9 @@ def test_a_project_gives_coders_and_never_models_nor_what_is_blind(tmp_path):
     (one, _), (two, _) = synthetic_set(2, 100.0)
     with Project.create(tmp_path / "p.forcelab") as project:
         pair = (Track("Ann", ANN), Track("Ben", BEN))
-        first, second = project.demonstrations.add_all([Incoming(one, pair), Incoming(two, pair)])
+        first, second = project.demonstrations.add_all(
+            [NewDemonstration(one, pair), NewDemonstration(two, pair)]
+        )
         project.tracks.edit(first.id, "model paper", (), ANN, "predicted", kind="predict")
         found, hidden = coded_demonstrations(project)
         assert [sorted(one.tracks) for one in found] == [["Ann", "Ben"]] * 2

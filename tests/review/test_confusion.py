@@ -10,7 +10,7 @@ from synthetic import synthetic_set
 
 from forcelab.jobs import finish
 from forcelab.labels import Segment, Track, from_codes
-from forcelab.project import Incoming, Project
+from forcelab.project import NewDemonstration, Project
 from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.experiments import evaluate_tasks
 from forcelab.recognition.metrics import count
@@ -158,7 +158,7 @@ def test_the_matrix_of_a_stored_run_is_the_confusion_that_evaluate_counted(tmp_p
     with Project.create(tmp_path / "p.forcelab") as project:
         pairs = synthetic_set(3, rate=100.0)
         project.demonstrations.add_all(
-            [Incoming(d, (Track("Ada", segments),)) for d, segments in pairs]
+            [NewDemonstration(d, (Track("Ada", segments),)) for d, segments in pairs]
         )
         settings_ = Settings(classifier="naive-bayes", max_scale=32)
         finish(evaluate_tasks(project, settings_, DataSelection(("foam",))))

@@ -19,7 +19,7 @@ from forcelab.gui.review import agreement as coders_module
 from forcelab.gui.review.agreement import AgreementView
 from forcelab.gui.review.agreement_details import ConsistencyView, histogram_bins
 from forcelab.labels import Segment, Track
-from forcelab.project import Incoming, Project
+from forcelab.project import NewDemonstration, Project
 from forcelab.review.agreement import Agreement, Consistency, Durations
 
 
@@ -59,7 +59,7 @@ def bench(app, until, *tracks, blind=()):
         path = Path(folder) / "study.forcelab"
         times = np.arange(1000) / 100
         incoming = [
-            Incoming(
+            NewDemonstration(
                 Demonstration(f"foam {i}", "foam", times, np.sin(times + i)[:, None], CHANNELS),
                 tuple(Track(name, segments) for name, segments in each.items()),
             )
