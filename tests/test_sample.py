@@ -30,7 +30,7 @@ from forcelab.simulation.scene import TASKS
 def whole(tmp_path_factory):
     """The sample project, of brief performances; two of one task are really filmed."""
     path = tmp_path_factory.mktemp("whole") / "sample.forcelab"
-    really = generate._filmed
+    really = generate._film
 
     def filmed(performance, origin, scratch):
         # All brief performances look alike; one is synchronised with its video and one is not.
@@ -39,7 +39,7 @@ def whole(tmp_path_factory):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(generate, "performing", brief.performing)
-        patch.setattr(generate, "_filmed", filmed)
+        patch.setattr(generate, "_film", filmed)
         assert finish(sample.making(path))
     return path
 
@@ -47,7 +47,7 @@ def whole(tmp_path_factory):
 @pytest.fixture
 def quick(monkeypatch):
     monkeypatch.setattr(generate, "performing", brief.performing)
-    monkeypatch.setattr(generate, "_filmed", brief.filmed)
+    monkeypatch.setattr(generate, "_film", brief.filmed)
 
 
 @pytest.fixture
@@ -144,7 +144,7 @@ def test_interrupted_it_leaves_nothing(quick, monkeypatch, tmp_path, capsys):
         assert any(tmp_path.glob(".forcelab-*.part/project.sqlite"))
         signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(generate, "_filmed", interrupting)
+    monkeypatch.setattr(generate, "_film", interrupting)
     monkeypatch.setattr(demo, "cpu_count", lambda: 1)
     try:
         assert main(["demo", str(tmp_path / "sample.forcelab")]) == 130
@@ -163,7 +163,7 @@ from forcelab.jobs import finish
 from forcelab.simulation import generate
 
 generate.performing = brief.performing
-generate._filmed = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
+generate._film = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
 finish(sample.making(Path("sample.forcelab")))
 """
 

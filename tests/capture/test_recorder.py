@@ -345,7 +345,7 @@ def test_a_project_that_is_away_when_it_stops_gets_the_recording_later(project, 
     with Recorder(project, [FakeDevice()]) as recorder:
         recorder.start("LEGO")
         came(recorder, 200)
-        project.demonstrations.rename(tmp_path / "away")
+        project.rename(tmp_path / "away")
         came(recorder, 400)
         with pytest.raises(InputError):
             recorder.stop()

@@ -149,7 +149,7 @@ def test_what_the_disk_does_not_take_is_kept_elsewhere_and_can_be_recovered(
     monkeypatch.setenv("HOME", str(home))
     process = started(project, "--device", f"optoforce:{daq.port}", "--task", "LEGO")
     journal_of(project, process)
-    project.demonstrations.rename(away)
+    project.rename(away)
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)

@@ -21,7 +21,7 @@ def made(tmp_path_factory):
     cheap = presets.preset("paper").replace(classifier="naive-bayes")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(generate, "performing", brief.performing)
-        patch.setattr(generate, "_filmed", brief.filmed)
+        patch.setattr(generate, "_film", brief.filmed)
         patch.setattr(demo, "cpu_count", lambda: 1)
         patch.setattr(presets, "preset", lambda _: cheap)
         assert main(["demo", str(folder / "my sample.forcelab")]) == 0

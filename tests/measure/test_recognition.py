@@ -92,7 +92,9 @@ def test_features_and_fits_are_shared(labelled, monkeypatch):
 
         return called
 
-    monkeypatch.setattr(recognition, "prepare", counting(prepared, recognition.prepare))
+    monkeypatch.setattr(
+        recognition, "prepare_examples", counting(prepared, recognition.prepare_examples)
+    )
     monkeypatch.setattr(recognition, "fit_examples", counting(fitted, recognition.fit_examples))
     finish(measure_variants(labelled, FEW, "foam"))
     assert len(prepared) == len(labelled) + 1  # the first one once more, for its memory

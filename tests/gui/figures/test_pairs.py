@@ -96,7 +96,7 @@ def rich(**changes):
     human, predicted = (Segment(1, 9, "grab"),), (Segment(1, 5, "grab"), Segment(5, 9, "hold"))
     given = {
         "lanes": (PairRow("raw", (Segment(2, 4, "release"),), True), PairRow("Bob & co", human)),
-        "certainty": sure_of(0.5),
+        "probability_trace": sure_of(0.5),
         "marks": find_differences("x", human, predicted),
         **changes,
     }
