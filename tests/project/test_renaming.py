@@ -277,4 +277,5 @@ def test_undoing_a_relabel_is_no_undo_of_a_renaming(project, ids):
     assert "is now put in" in editor.history()[-1].what
     assert not editor.undo_everywhere().renames
     project.actions.rename("Ada", "hold", "grip")
-    assert editor.refresh() and editor.undo_everywhere().renames
+    assert editor.refresh()
+    assert editor.undo_everywhere().renames
