@@ -779,7 +779,7 @@ class ReviewState(QObject):
 
     Attributes
     ----------
-    run : Outcome or None
+    run : RunResult or None
         The run that is reviewed.
     examined : Interval or None
         The interval that is being looked at.

@@ -16,7 +16,7 @@ __all__ = ["SHORTEST_SPAN", "Snap", "ViewState"]
 #: The closest look at the time axis, in seconds.
 SHORTEST_SPAN = 1e-4
 #: Times closer than this are the same, in seconds.
-SHORTEST_MARK = 1e-9
+SAME_TIME = 1e-9
 #: How many samples a span holds at least.
 FEWEST_SAMPLES = 5
 #: Where in the span the cursor comes to lie when it left it: near the start while playing, so that
@@ -158,8 +158,8 @@ class ViewState(QObject):
             if times is None or not len(times):
                 continue
             # A time within float dust of a frame is on that frame.
-            current = int(np.searchsorted(times, time + SHORTEST_MARK, side="right")) - 1
-            on_it = current >= 0 and time - times[current] <= SHORTEST_MARK
+            current = int(np.searchsorted(times, time + SAME_TIME, side="right")) - 1
+            on_it = current >= 0 and time - times[current] <= SAME_TIME
             target = current + count if count > 0 or on_it else current + count + 1
             target_time = float(times[min(max(target, 0), len(times) - 1)])
             if (target_time - time) * count > 0:
@@ -242,6 +242,4 @@ class ViewState(QObject):
             return
         length = self.end - self.start
         start = time - (PAGE if self.playing else MIDDLE) * length
-        low, high = self.bounds
-        start = min(max(start, low), max(high - length, low))
         self.set_span(start, start + length)

@@ -282,7 +282,7 @@ class CodingStore:
         """Keep several verdicts as one transaction, all or nothing; see :meth:`add_verdict`."""
         verdicts = tuple(verdicts)
         with self._db.writing():
-            return tuple(_insert(self._db, verdict) for verdict in verdicts)
+            return tuple(_insert_verdict(self._db, verdict) for verdict in verdicts)
 
     def verdicts(self, demonstration: str | None = None) -> tuple[StoredVerdict, ...]:
         """The verdicts that count: of each place the latest, unless it was withdrawn.
@@ -394,14 +394,14 @@ def follow_edit(database: Database, edit: Edit, original: Edit) -> None:
         )
         assert latest is not None
         if edit.kind == "redo" and latest["verdict"] == "withdrawn":
-            _insert(database, verdict)
+            _insert_verdict(database, verdict)
         elif edit.kind == "undo" and latest["verdict"] == "model":
-            _insert(database, replace(verdict, verdict="withdrawn", time=edit.time))
+            _insert_verdict(database, replace(verdict, verdict="withdrawn", time=edit.time))
 
 
-def _insert(database: Database, verdict: Verdict) -> StoredVerdict:
-    """Store one verdict."""
-    _check(database, verdict)
+def _insert_verdict(database: Database, verdict: Verdict) -> StoredVerdict:
+    """Store a verdict."""
+    _check_verdict(database, verdict)
     number = database.insert(
         "verdict",
         demonstration=verdict.demonstration,
@@ -420,7 +420,7 @@ def _insert(database: Database, verdict: Verdict) -> StoredVerdict:
     return _verdict(row)
 
 
-def _check(database: Database, verdict: Verdict) -> None:
+def _check_verdict(database: Database, verdict: Verdict) -> None:
     """Refuse a verdict on what is not there."""
     name = database.demonstration(verdict.demonstration)["name"]
     Track(verdict.author)  # refuses an author without a name

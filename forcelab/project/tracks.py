@@ -16,6 +16,7 @@ first half of their sentence, by which one undo finds them again in a copied or 
 from __future__ import annotations
 
 import json
+import re
 import sqlite3
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
@@ -175,7 +176,7 @@ class UndoResult:
     @property
     def renames(self) -> bool:
         """Whether it is a renaming that was undone or redone."""
-        return RENAMED in self.edits[0].what
+        return bool(_renaming(self.edits[0].what))
 
     def sentence(self) -> str:
         """What was done, for people."""
@@ -183,8 +184,7 @@ class UndoResult:
         if len(self.edits) > 1:
             pairs = [zip(edit.removed, edit.inserted, strict=True) for edit in self.edits]
             changed = sum(old != new for pair in pairs for old, new in pair)
-            what, _, _ = sentence.rpartition(NUMBER)
-            sentence = f"{what}{NUMBER}{counted(changed, 'segment')} of "
+            sentence = f"{_renaming(sentence)}{NUMBER}{counted(changed, 'segment')} of "
             sentence += counted(len(self.edits), "demonstration")
         if self.left:
             names = listed([f"'{name}'" for name in self.left], MOST_NAMED)
@@ -570,8 +570,8 @@ class TrackStore:
 
     def _edits_made_with(self, edit: Edit) -> list[sqlite3.Row]:
         """The edits of other tracks that were made by the same renaming as this one."""
-        what, _, number = edit.what.rpartition(NUMBER)
-        if not number or RENAMED not in what:
+        what = _renaming(edit.what)
+        if not what:
             return []
         return self._db.all(
             "SELECT edit.id, track, demonstration, demonstration.name, task FROM edit "
@@ -673,6 +673,12 @@ class TrackStore:
             raise InputError(
                 f"'{proposer}' is no model that proposes labels to a coder; copy a coder's labels."
             )
+
+
+def _renaming(what: str) -> str:
+    """The half that sentences of one renaming share; ``""`` of another edit, such as a relabel."""
+    found = re.fullmatch(rf"(.+{RENAMED}.+){NUMBER}[0-9,]+ segments?", what, re.DOTALL)
+    return "" if found is None else found[1]
 
 
 def _as_stored(segments: Segments) -> Segments:

@@ -6,6 +6,7 @@ from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
 from forcelab.project import LabelsUsed, Project
 from forcelab.project import actions as renaming
+from forcelab.project.track_editor import TrackEditor
 from forcelab.vocabulary import Vocabulary
 
 #: Ada's and Ben's labels: two of Ada's 'hold' touch, and stay two.
@@ -268,3 +269,13 @@ def test_two_renamings_in_one_tick_of_the_clock_are_undone_one_by_one(project, i
     assert (len(done.edits), done.left) == (1, ())
     assert actions(project, ids[0]) == actions(project, ids[1]) == ["grab", "grip", "grip"]
     assert project.tracks.get(ids[2], "Ada").segments == ADA
+
+
+def test_undoing_a_relabel_is_no_undo_of_a_renaming(project, ids):
+    editor = TrackEditor(project, ids[0], "Ada")
+    editor.relabel(0, "put in")
+    assert "is now put in" in editor.history()[-1].what
+    assert not editor.undo_everywhere().renames
+    project.actions.rename("Ada", "hold", "grip")
+    assert editor.refresh()
+    assert editor.undo_everywhere().renames

@@ -588,7 +588,7 @@ class TradeoffView(QWidget):
         if controller.reading:
             return ""
         return (
-            f"Nothing was measured for '{task}' yet. “Measure” tries the presets and single "
+            f"Nothing was measured for '{task}' yet. 'Measure' tries the presets and single "
             "settings on its demonstrations, which takes some minutes in the background. Each "
             "then becomes a point, error against run time; click a point to train with it."
         )
