@@ -154,7 +154,10 @@ def test_three_hundred_demonstrations_leave_nothing_behind(app, study, until):
                 document.open_demonstration(document.infos[0].id)
                 for _ in range(20):
                     yield
+                window.show_workspace("review")  # a hidden queue stays as it is
                 until(lambda: window.settled and not queue.reader.stale)
+                window.show_workspace("label")
+                until(lambda: window.settled)
                 counts.append(there_is(window))
 
     drive(day())

@@ -74,6 +74,8 @@ def read_queue(
                     tracks[id_] = as_trained(track, outcome, tested[id_])
     known = before.known if before is not None else {}
     queue, known = yield from arrange_queue(outcome, tracks, verdicts, known, invented=True)
+    # Equal tracks are held once, however often they are read again.
+    tracks.update((id_, compared.segments) for id_, compared in known.items())
     return QueueData(outcome, queue, tracks, known)
 
 
@@ -607,6 +609,10 @@ class QueueView(QWidget):
     def _compared(self) -> None:
         """Show the comparison, then carry out what was asked for meanwhile."""
         self._show()
+        asked = self._steps or self._verdict
+        if asked and self.reader.stale and not self.reader.watched:
+            self.reader.compare()  # labels changed during it, and hidden it is not repeated
+            return
         if self._steps and not self.reader.stale:
             direction, self._steps = self._steps, 0
             self.step(direction)

@@ -156,6 +156,24 @@ def test_next_works_while_the_queue_is_hidden_and_nothing_was_compared_yet(bench
         assert view.told[1:] == ["Human: hold; model: unlabelled."]
 
 
+def test_next_while_the_queue_is_hidden_outlasts_labelling_during_the_comparison(bench, until):
+    with bench(visible=False) as view:
+        view.step(1)
+        assert view.document.editor.paint(9, 10, "grab")  # before the comparison is delivered
+        until(lambda: view.document.review.examined is not None)
+        assert examined(view) == (9, 10, "grab", "hold")  # it goes to what was painted
+        assert not view.reader.stale
+
+
+def test_tracks_that_are_read_again_and_are_the_same_are_held_once(bench, until):
+    with bench() as view:
+        before = view.reader.read
+        view.document.review.run_changed.emit()  # every track is read again
+        until(lambda: not view.reader.stale and view.reader.read is not before)
+        read, id_ = view.reader.read, view.document.id
+        assert read.tracks[id_] is read.known[id_].segments
+
+
 @pytest.mark.parametrize("visible", [True, False])
 def test_who_looks_next_sees_at_once_nothing_that_he_codes_blind(bench, until, visible):
     with bench() as view:
