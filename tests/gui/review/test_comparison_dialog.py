@@ -128,7 +128,7 @@ def test_coverage_is_neither_better_nor_worse(dialog):
 
 def test_a_run_beside_itself_differs_in_nothing(dialog, until):
     dialog.first.setCurrentIndex(0)
-    until(lambda: dialog.comparison is not None and dialog.comparison.one.number == 3)
+    until(lambda: dialog.comparison is not None and dialog.comparison.first.number == 3)
     assert all(row.colours[3] is None for row in dialog.model.rows)
     assert row_of(dialog, "Accuracy").cells[3:] == ("0.0", "0.0 to 0.0")
     assert dialog.settings.text() == "Both runs have the same settings."
@@ -144,7 +144,7 @@ def test_settings_that_differ_are_called_as_in_the_dialog_where_they_are_chosen(
     assert "Learn where actions change: no → yes" in told
     assert "Classifier: Multilayer perceptron → Extra trees" in told
     assert "Preset: paper → best" in told
-    assert "Whose labels:" in told
+    assert "Labels of:" in told
 
 
 def test_the_chosen_metric_is_shown_for_each_demonstration(dialog, document, runs):
