@@ -73,7 +73,7 @@ class ActionRename:
         else:
             text += f" in {where}; {self.author} has no segment of '{self.old}'."
         if self.merges and not done:
-            text += f" There is an action '{self.new}' already."
+            text += f" The action '{self.new}' already exists."
         if self.others:
             left = [
                 f"{coder} ({counted(number, 'segment')})" for coder, number in self.others.items()
@@ -256,7 +256,7 @@ class ActionStore:
             change = self.preview_rename(author, old, new, tasks)
             if change.merges and not merge:
                 raise InputError(
-                    f"There is an action '{new}' already; merge the two or choose another name."
+                    f"The action '{new}' already exists; merge the two or choose another name."
                 )
             now = self._unused_time()
             for id_, number in change.segments.items():

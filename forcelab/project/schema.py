@@ -71,7 +71,7 @@ _VERSION_1: Step = (
     ) WITHOUT ROWID
     """,
     # parent links the edits that can be undone, and those that can be redone, into two stacks:
-    # see forcelab.project.edits.
+    # see forcelab.project.tracks.
     """
     CREATE TABLE edit (
         id       INTEGER PRIMARY KEY AUTOINCREMENT,

@@ -428,7 +428,7 @@ _FEATURE_FIELDS = (
         "choice",
         "Features",
         (
-            "Wavelets tell frequencies apart; windows also see how hard one grips, and take less "
+            "Wavelets distinguish frequencies; windows also see how firm the grip is, and take less "
             "time."
         ),
         options=(("wavelets", "Wavelets"), ("windows", "Level, slope and strength in windows")),
@@ -437,13 +437,13 @@ _FEATURE_FIELDS = (
         "channels",
         "channels",
         "Channels",
-        "What the recogniser looks at; leaving some out saves time.",
+        "The channels the recogniser uses; leaving some out saves time.",
     ),
     SettingField(
         "rate",
         "number",
         "Rate",
-        "Samples a second of the grid; off: that of the demonstrations.",
+        "Samples per second at which features are computed; off: the rate of the demonstrations.",
         lowest=0.1,
         highest=1e5,
         step=100.0,
@@ -455,7 +455,7 @@ _FEATURE_FIELDS = (
         "wavelet",
         "choice",
         "Wavelet",
-        "What the forces are compared with at every scale.",
+        "The waveform with which the forces are compared at every scale.",
         options=(
             ("morlet", "Morlet (complex)"),
             ("real-morlet", "Morlet (real part)"),
@@ -470,8 +470,8 @@ _FEATURE_FIELDS = (
         "number",
         "Parameter p",
         (
-            "Of a Morlet how many oscillations it has: larger tells frequencies better apart, "
-            "smaller times. Of a Gaussian which derivative."
+            "Morlet: number of oscillations; more resolve frequency better, fewer resolve time "
+            "better. Gaussian: order of the derivative."
         ),
         highest=1000.0,
         decimals=2,
@@ -480,7 +480,7 @@ _FEATURE_FIELDS = (
         "min_scale",
         "number",
         "Smallest scale",
-        "The finest detail that is looked at.",
+        "The finest detail that is analysed.",
         lowest=0.1,
         highest=1e5,
         decimals=1,
@@ -491,8 +491,8 @@ _FEATURE_FIELDS = (
         "number",
         "Largest scale",
         (
-            "The slowest movement that is looked at. Very large scales tell where in the "
-            "choreography one is, which need not carry over to another task."
+            "The slowest movement that is analysed. Very large scales show the position within "
+            "the choreography, which need not carry over to another task."
         ),
         lowest=0.1,
         highest=1e5,
@@ -522,8 +522,8 @@ _FEATURE_FIELDS = (
         "choice",
         "Unit of forces",
         (
-            "People grip differently hard, which each demonstration's own amplitude takes out; but "
-            "hard and soft objects differ by nothing else."
+            "Dividing by each demonstration's own amplitude removes how hard people grip; but "
+            "hard and soft objects differ in nothing else."
         ),
         options=(
             ("absolute", "As recorded"),
@@ -571,7 +571,7 @@ _CLASSIFIER_FIELDS = (
         "calibrated",
         "flag",
         "Calibrate",
-        "So that of what is 80 % sure 80 % is right, on demonstrations that were left out.",
+        "Of predictions at 80 % probability, 80 % are right; fitted on demonstrations left out.",
     ),
     SettingField(
         "trimmed",
@@ -587,8 +587,8 @@ _CLASSIFIER_FIELDS = (
         "whole",
         "Stride",
         (
-            "Train on every so many-th time step. Neighbouring ones are almost copies: of samples "
-            "every 10th trains in a sixth of the time. Recognition always covers all of them."
+            "Train on every Nth time step. Neighbouring ones are almost copies: with every 10th "
+            "sample, training takes a sixth of the time. Recognition always covers all of them."
         ),
         lowest=1,
         highest=1e6,
@@ -615,7 +615,7 @@ _DECODER_FIELDS = (
         "choreography",
         "choice",
         "Choreography",
-        "What the decoder may know of the task: less carries over to other tasks better.",
+        "What the decoder learns about the task; the less, the better it carries over to other tasks.",
         options=(
             ("none", "Nothing"),
             ("durations", "Durations of actions"),
@@ -632,7 +632,7 @@ _DECODER_FIELDS = (
         "threshold",
         "number",
         "Probability threshold",
-        "What is less probable becomes unlabelled.",
+        "Decisions less probable than this become unlabelled.",
         highest=1.0,
         step=0.05,
         decimals=2,

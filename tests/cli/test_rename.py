@@ -26,7 +26,7 @@ def test_two_are_merged_only_with_yes(forcelab, project):
     words = ("rename", project, "hold", "grab", "--author", "coder")
     output = forcelab(*words).sentence
     assert "'hold' becomes 'grab' in " in output
-    assert "There is an action 'grab' already. Give --yes to merge the two." in output
+    assert "The action 'grab' already exists. Give --yes to merge the two." in output
     assert output.endswith("Give --yes to merge the two.\n")
     assert actions(project) == before
     content = forcelab(*words, "--yes", "--json").json

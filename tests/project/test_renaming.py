@@ -82,7 +82,7 @@ def test_what_others_use_stays_theirs_and_is_told(project, ids):
 
 
 def test_two_actions_become_one_only_where_that_is_meant(project, ids):
-    with pytest.raises(InputError, match="There is an action 'grab' already"):
+    with pytest.raises(InputError, match="The action 'grab' already exists"):
         project.actions.rename("Ada", "hold", "grab")
     assert project.tracks.get(ids[0], "Ada").segments == ADA
     grab = project.actions.vocabulary("LEGO")["grab"]
@@ -190,7 +190,7 @@ def test_which_of_two_actions_has_the_segments_is_said_before_they_are_merged(pr
         done=False
     ) == (
         "'hold' becomes 'grab' in 2 segments of Ada, in 1 demonstration of foam. "
-        "There is an action 'grab' already."
+        "The action 'grab' already exists."
     )
 
 

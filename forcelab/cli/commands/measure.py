@@ -48,7 +48,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "project", metavar="PROJECT", type=Path, nargs="?", help="recognition: folder of a project"
     )
     add_task(parser, "recognition: only this; may be repeated", action="append")
-    add_author(parser, "recognition: whose labels (who labelled most)")
+    add_author(parser, "recognition: the coder whose labels to use (the one with the most)")
     parser.add_argument(
         "--thorough",
         action="store_true",

@@ -1,4 +1,4 @@
-"""Tell what is computed of a demonstration, and what is left out.
+"""Show what is computed for a demonstration, and what is left out.
 
 Which modules, panels and decoders the window needs for it, and what is computed to
 recognise it with these settings, or those of a trained recogniser. Of a simulated

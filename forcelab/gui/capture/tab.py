@@ -188,7 +188,7 @@ def confirm_leaving(
         box.setText(f"'{name}' is being recorded.")
     box.setInformativeText(_consequence(unsure, in_memory))
     stay_text = "Stay" if stuck else "Go on recording"
-    leave_text = "Try to keep it and close" if unsure else "Keep it and close"
+    leave_text = "Retry saving and close" if unsure else "Keep it and close"
     stay = box.addButton(stay_text, QMessageBox.ButtonRole.RejectRole)
     leave = box.addButton(leave_text, QMessageBox.ButtonRole.AcceptRole)
     box.setDefaultButton(stay if unsure else leave)

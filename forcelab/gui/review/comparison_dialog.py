@@ -36,7 +36,7 @@ _SETTING_LABELS = {
     "windows": "Windows in seconds",
     "tasks": "Train on",
     "test task": "Test on another task",
-    "coder": "Whose labels",
+    "coder": "Labels of",
     "apart": "Actions of the same name stay apart",
     "groups left out": "Groups left out",
 }

@@ -145,7 +145,7 @@ class TaskChoiceForm(QWidget):
         form = QFormLayout(self._coder_box)
         form.setContentsMargins(0, 0, 0, 0)
         self.coder = QComboBox()
-        self.coder.setAccessibleName("Whose labels")
+        self.coder.setAccessibleName("Labels of")
         self.coder.addItem(
             f"mine once I have completed {OWN_MINIMUM}, otherwise the coder with the most", ""
         )
@@ -153,7 +153,7 @@ class TaskChoiceForm(QWidget):
             self.coder.addItem(name, name)
         self.coder.setCurrentIndex(max(self.coder.findData(choice.author or ""), 0))
         self.coder.currentIndexChanged.connect(self._follow)
-        form.addRow("&Whose labels", self.coder)
+        form.addRow("&Labels of", self.coder)
         return self._coder_box
 
     def _coders(self) -> tuple[str, ...]:

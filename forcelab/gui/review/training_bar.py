@@ -40,7 +40,7 @@ class AuthorLabel(ElidedLabel):
         super().__init__()
         self._document = document
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Preferred)
-        self.setAccessibleName("Whose labels are trained on")
+        self.setAccessibleName("Coder of the training labels")
 
     def show_coder(self, whose: str | None) -> None:
         """Name a coder; nothing where no other coder has labelled."""

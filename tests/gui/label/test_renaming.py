@@ -82,7 +82,7 @@ def test_merging_is_asked_with_how_much_it_changes(view, document, press, merged
     (asked,) = rename(view, "grab", "hold", press)
     assert asked.startswith("Merge 'grab' into 'hold'? ")
     assert "'grab' becomes 'hold' in 2 segments of Ada" in asked
-    assert "There is an action 'hold' already." in asked
+    assert "The action 'hold' already exists." in asked
     assert "in 1 demonstration of foam." in asked
     if merged:
         assert actions(document) == ["hold", "hold", "hold", "release"]

@@ -144,7 +144,7 @@ def test_settings_that_differ_are_called_as_in_the_dialog_where_they_are_chosen(
     assert "Learn where actions change: no → yes" in told
     assert "Classifier: Multilayer perceptron → Extra trees" in told
     assert "Preset: paper → best" in told
-    assert "Whose labels:" in told
+    assert "Labels of:" in told
 
 
 def test_the_chosen_metric_is_shown_for_each_demonstration(dialog, document, runs):
