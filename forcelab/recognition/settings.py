@@ -428,8 +428,8 @@ _FEATURE_FIELDS = (
         "choice",
         "Features",
         (
-            "Wavelets distinguish frequencies; windows also see how firm the grip is, and take "
-            "less time."
+            "Wavelets distinguish frequencies; windows also see how firm the grip is and take less "
+            "time."
         ),
         options=(("wavelets", "Wavelets"), ("windows", "Level, slope and strength in windows")),
     ),
@@ -615,10 +615,7 @@ _DECODER_FIELDS = (
         "choreography",
         "choice",
         "Choreography",
-        (
-            "What the decoder learns about the task; the less, the better it carries over to other "
-            "tasks."
-        ),
+        "What the decoder learns of the task; the less, the better it carries over to others.",
         options=(
             ("none", "Nothing"),
             ("durations", "Durations of actions"),

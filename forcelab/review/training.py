@@ -198,8 +198,8 @@ def review_job(
 ) -> Generator[TrainingStep, None, int]:
     """Evaluate, train, and propose labels; returns the number of the stored run.
 
-    Made for :func:`forcelab.process.run_in_process`, so it opens the project by itself. Without
-    `fit` there is only the evaluation. With no task selected the only one is trained on. An InputError
+    Made for :func:`forcelab.process.run_in_process`, so it opens the project itself. Without `fit`
+    there is only the evaluation. With no task selected the only one is trained on. An InputError
     says that there is nothing to learn from, or the project cannot store the run; what only stands
     in the way of testing is a remark of the run.
     """
