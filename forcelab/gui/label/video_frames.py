@@ -100,6 +100,8 @@ class FrameThread:
 
     def _read(self, reader: VideoReader) -> None:
         """Serve requests; in between decode neighbours of the last frame and make sketches."""
+        from forcelab.video.reader import Thumbnails
+
         self._sketches = Thumbnails(self.path, reader.index)
         if self._sketches.worthwhile:
             self._sketching = self._sketches.making()
