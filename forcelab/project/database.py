@@ -371,6 +371,8 @@ def _in_journal(folder: Path) -> bool:
     return journal.is_file() and journal.stat().st_size > 0
 
 
+#: Free pages of the store that are given back to the disk: so many bytes, and this share of it.
+LEAST, SHARE = 1 << 20, 0.25
 #: What a column holds.
 Value = str | int | float | None
 
@@ -553,6 +555,37 @@ class Database:
     def _under_way(self) -> bool:
         """Whether there is a transaction now."""
         return self._connection.in_transaction
+
+
+@contextlib.contextmanager
+def without_trigger(database: Database, trigger: str) -> Iterator[None]:
+    """Lift one of the triggers by which the store refuses to change what people did.
+
+    Only inside a transaction, in which no other process can write: it is back at its end, whatever
+    happens.
+    """
+    keeper = database.one("SELECT sql FROM sqlite_schema WHERE name = ?", trigger)
+    assert keeper is not None
+    database.execute(f"DROP TRIGGER {trigger}")
+    yield
+    database.execute(keeper["sql"])
+
+
+def give_back(database: Database) -> None:
+    """Make the store's file smaller where much of it is free; otherwise the next run fills that.
+
+    SQLite writes it anew, whole or not at all. Where it cannot, as the disk is full or another
+    program is at work, the file stays as large as it was.
+    """
+    pages, free, size = (
+        int(database.execute(f"PRAGMA {name}").fetchone()[0])
+        for name in ("page_count", "freelist_count", "page_size")
+    )
+    if free * size < LEAST or free < SHARE * pages:
+        return
+    with contextlib.suppress(InputError):
+        database.execute("VACUUM")
+        database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
 
 def fits(number: int) -> bool:

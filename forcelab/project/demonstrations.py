@@ -31,10 +31,15 @@ from forcelab.labels import Track, check_within, is_model
 from forcelab.project import files
 from forcelab.project.actions import ActionStore
 from forcelab.project.coding import CodingStore
-from forcelab.project.database import Database, Value, content_errors
+from forcelab.project.database import (
+    Database,
+    Value,
+    content_errors,
+    give_back,
+    without_trigger,
+)
 from forcelab.project.files import DEMONSTRATIONS
 from forcelab.project.records import AddResult, DemonstrationInfo, NewDemonstration, check_length
-from forcelab.project.runs import give_back, without_trigger
 from forcelab.project.tracks import TrackStore, undo_state
 from forcelab.text import natural_order, unknown_word
 from forcelab.vocabulary import Vocabulary

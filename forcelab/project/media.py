@@ -31,7 +31,7 @@ _NAMES, _FILES, _CLOCKS = "video_names", "video_files", "video_clocks"
 #: Stamps of every recording: when time 0 was, and of each camera when its frames arrived.
 _START, _FRAMES = "start", "frames_"
 #: Cameras that are looked for.
-MOST = 8
+MOST_CAMERAS = 8
 #: Names of files that are named after their content.
 _STORED = re.compile(r"[a-z]+-[0-9a-f]{16}(\.[a-z0-9]{1,8})?")
 
@@ -116,6 +116,7 @@ class MediaStore:
             Numbers and names, such as of :class:`~forcelab.capture.assemble.AssembledRecording`.
         """
         path = self._folder(demonstration) / STAMPS
+        self._db.refuse_read_only()
         if any(array.dtype.hasobject for array in arrays.values()):
             raise InputError(
                 f"Stamps of '{demonstration}' are no plain numbers and names; convert them first."
@@ -169,6 +170,7 @@ class MediaStore:
         Archives leave it out.
         """
         home = self._folder(demonstration)
+        self._db.refuse_read_only()
         with (
             files.file_errors(f"'{path}' was not copied to '{home}'"),
             files.staging(home.parent) as staging,
@@ -230,9 +232,11 @@ class MediaStore:
         Of two cameras the attached video is the second one's, and its time 0 is when its first
         frame arrived; of more cameras nothing tells which video is whose.
         """
-        wanted = {_START, *(f"{_FRAMES}{number}" for number in range(MOST))}
+        wanted = {_START, *(f"{_FRAMES}{number}" for number in range(MOST_CAMERAS))}
         found = self.stamps(demonstration, wanted) or {}
-        frames = [found.get(f"{_FRAMES}{number}", np.empty((0, 2))) for number in range(MOST)]
+        frames = [
+            found.get(f"{_FRAMES}{number}", np.empty((0, 2))) for number in range(MOST_CAMERAS)
+        ]
         arrived = [each[:, 0] for each in frames if each.ndim == 2 and len(each)]
         start = found.get(_START, np.empty(0))
         if len(attached) != 1 or len(arrived) != 2 or start.shape != ():

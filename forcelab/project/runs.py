@@ -22,7 +22,14 @@ from typing import Any
 
 from forcelab.errors import ForcelabError, InputError
 from forcelab.project import files
-from forcelab.project.database import Database, Value, content_errors, fits
+from forcelab.project.database import (
+    Database,
+    Value,
+    content_errors,
+    fits,
+    give_back,
+    without_trigger,
+)
 from forcelab.project.files import RECOGNISERS
 from forcelab.project.records import utc_now
 
@@ -44,8 +51,6 @@ _PROPOSER = """(
         CASE WHEN json_valid(settings) THEN json_extract(settings, '$.preset') END, 'paper'
     ) || ' ' || id
 )"""
-#: Free pages of the store that are given back to the disk: so many bytes, and this share of it.
-LEAST, SHARE = 1 << 20, 0.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -676,34 +681,3 @@ def _finite(text: str) -> float:
 
 def _to_json(value: list[list[str | int]] | dict[str, Any]) -> str:
     return json.dumps(value, ensure_ascii=False)
-
-
-@contextlib.contextmanager
-def without_trigger(database: Database, trigger: str) -> Iterator[None]:
-    """Lift one of the triggers by which the store refuses to change what people did.
-
-    Only inside a transaction, in which no other process can write: it is back at its end, whatever
-    happens.
-    """
-    keeper = database.one("SELECT sql FROM sqlite_schema WHERE name = ?", trigger)
-    assert keeper is not None
-    database.execute(f"DROP TRIGGER {trigger}")
-    yield
-    database.execute(keeper["sql"])
-
-
-def give_back(database: Database) -> None:
-    """Make the store's file smaller where much of it is free; otherwise the next run fills that.
-
-    SQLite writes it anew, whole or not at all. Where it cannot, as the disk is full or another
-    program is at work, the file stays as large as it was.
-    """
-    pages, free, size = (
-        int(database.execute(f"PRAGMA {name}").fetchone()[0])
-        for name in ("page_count", "freelist_count", "page_size")
-    )
-    if free * size < LEAST or free < SHARE * pages:
-        return
-    with contextlib.suppress(InputError):
-        database.execute("VACUUM")
-        database.execute("PRAGMA wal_checkpoint(TRUNCATE)")

@@ -6,25 +6,28 @@ read is written here, so that it is the same for both.
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_left
 from collections.abc import Callable
 from functools import wraps
 from operator import attrgetter
 from typing import Concatenate, Literal, ParamSpec, Protocol, TypeVar
 
 from forcelab.errors import InputError
-from forcelab.labels import Segment, Segments, ordered
+from forcelab.labels import Segment, Segments
 from forcelab.project.project import Project
 from forcelab.project.records import Edit
 from forcelab.project.tracks import UndoResult
 from forcelab.segment_edits import (
     SLIVER,
+    delete,
     erase,
     fill_gaps,
+    free_parts,
     merge,
     move_edge,
     move_segment,
     paint,
+    paint_all,
     relabel,
     splice,
     spliced,
@@ -33,73 +36,6 @@ from forcelab.segment_edits import (
 
 _start = attrgetter("start")
 _end = attrgetter("end")
-
-
-def paint_all(segments: Segments, proposed: Segments) -> tuple[Segments, Segments]:
-    """Paint segments one after the other, in one pass over the track.
-
-    Parameters
-    ----------
-    segments : tuple of Segment
-        The track, in order, never overlapping.
-    proposed : tuple of Segment
-        What is painted over it, never overlapping.
-
-    Returns
-    -------
-    after : tuple of Segment
-        As :func:`forcelab.segment_edits.paint` makes it of the track, called for each in turn.
-    painted : tuple of Segment
-        Those of `proposed` that were not there already.
-
-    Raises
-    ------
-    InputError
-        If proposed segments overlap.
-    """
-    done: list[Segment] = []
-    painted = []
-    taken = 0
-    for new in ordered(proposed):
-        while taken < len(segments) and segments[taken].start <= new.end + SLIVER:
-            done.append(segments[taken])
-            taken += 1
-        # All that the new one overlaps or touches stands at the end of what is done.
-        first = len(done)
-        while first and done[first - 1].end >= new.start - SLIVER:
-            first -= 1
-        before = tuple(done[first:])
-        after = paint(before, new.start, new.end, new.action)
-        if after != before:
-            painted.append(new)
-            done[first:] = after
-    done.extend(segments[taken:])
-    return tuple(done), tuple(painted)
-
-
-def free_parts(segments: Segments, proposed: Segments) -> Segments:
-    """Cut proposed segments so that they cover only time that no segment covers.
-
-    Parameters
-    ----------
-    segments : tuple of Segment
-        The track, in order, never overlapping.
-    proposed : tuple of Segment
-        What is cut; a segment may lose all of itself, or become several.
-    """
-    parts = []
-    for new in proposed:
-        start = new.start
-        for index in range(bisect_right(segments, new.start, key=_end), len(segments)):
-            there = segments[index]
-            if there.start >= new.end:
-                break
-            if there.start - start > SLIVER:
-                parts.append(Segment(start, there.start, new.action))
-            start = there.end
-        if new.end - start > SLIVER:
-            parts.append(Segment(start, new.end, new.action))
-    return tuple(parts)
 
 
 Params = ParamSpec("Params")
@@ -264,9 +200,7 @@ class TrackEditor:
     @_verb
     def delete(self, index: int) -> Edit | None:
         """Take a segment away; its time becomes unlabelled."""
-        if not 0 <= index < len(self.segments):
-            raise InputError(f"There is no segment {index}; the track has {len(self.segments)}.")
-        after = self.segments[:index] + self.segments[index + 1 :]
+        after = delete(self.segments, index)
         return self._store(after, f"{_segment_text(self.segments[index])} deleted")
 
     @_verb

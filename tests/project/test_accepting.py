@@ -12,8 +12,8 @@ from in_memory import labelling_in_memory, stored
 
 from forcelab.errors import ForcelabError, InputError
 from forcelab.labels import Segment
-from forcelab.project.track_editor import TrackEditor, free_parts, paint_all
-from forcelab.segment_edits import paint
+from forcelab.project.track_editor import TrackEditor
+from forcelab.segment_edits import free_parts, paint, paint_all
 
 MODEL = "model paper 12"
 ACTIONS = ("grab", "hold", "slip")
