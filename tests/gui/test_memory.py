@@ -17,7 +17,7 @@ from pathlib import Path
 import films
 import painting_bench
 import pytest
-from PySide6.QtCore import QEventLoop, QObject, QPoint, Qt, QTimer
+from PySide6.QtCore import QEventLoop, QObject, QPoint, QPropertyAnimation, Qt, QTimer
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
@@ -102,6 +102,12 @@ def there_is(window: Window) -> Counter[str]:
     return found
 
 
+def moving(window: Window) -> bool:
+    """Whether Qt is moving a panel to its place."""
+    running = QPropertyAnimation.State.Running
+    return any(part.state() == running for part in window.findChildren(QPropertyAnimation))
+
+
 def menu_at(widget) -> None:
     """Open a widget's menu as a right click does, and leave it."""
     at = QPoint(widget.width() // 2, widget.height() // 2)
@@ -157,7 +163,9 @@ def test_three_hundred_demonstrations_leave_nothing_behind(app, study, until):
                 window.show_workspace("review")  # a hidden queue stays as it is
                 until(lambda: window.settled and not queue.reader.stale)
                 window.show_workspace("label")
-                until(lambda: window.settled)
+                until(lambda: window.settled and not moving(window))
+                for _ in range(20):  # what ended is deleted in this loop
+                    yield
                 counts.append(there_is(window))
 
     drive(day())

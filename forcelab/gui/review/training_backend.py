@@ -129,7 +129,7 @@ def freshness_text(
         return (
             ("trained with other settings", "other settings") if resettled else ("up to date", "")
         )
-    age = "of other settings" if resettled else "up to date"
+    age = "other settings" if resettled else "up to date"
     return f"{age}, no recogniser kept", "no recogniser kept"
 
 

@@ -479,9 +479,7 @@ def test_what_was_trained_with_other_settings_is_not_said_to_be_up_to_date(
     line.set_elsewhere(True)
     document.review.set_run(work.result if has_recogniser else replace(work.result, recogniser=""))
     until(lambda: trainer.edits == 0)
-    told = (
-        "trained with other settings" if has_recogniser else "of other settings, no recogniser kept"
-    )
+    told = "trained with other settings" if has_recogniser else "other settings, no recogniser kept"
     trainer.set_settings(preset("fast"))
     assert line.text() == f"{'Recogniser' if has_recogniser else 'Run 1'}: {told}"
     assert bar.freshness.text == told
