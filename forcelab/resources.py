@@ -14,8 +14,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from forcelab import __version__
 from forcelab.errors import InputError
+from forcelab.version import __version__
 
 if sys.version_info >= (3, 11):
     import tomllib

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from forcelab import __version__
 from forcelab.capture.assemble import AssembledRecording, assemble
 from forcelab.capture.device import Device
 from forcelab.capture.journal import (
@@ -28,6 +27,7 @@ from forcelab.errors import InputError
 from forcelab.project import AddResult, Project
 from forcelab.project.media import Camera, camera_stamps
 from forcelab.project.records import NewDemonstration
+from forcelab.version import __version__
 
 #: Name of the folder in a project that holds recordings while they last.
 CAPTURES = "captures"

@@ -17,12 +17,12 @@ from pathlib import Path
 from pkgutil import iter_modules
 from types import ModuleType
 
-from forcelab import __version__
 from forcelab.cli import commands
 from forcelab.cli.interrupts import Interrupted, interruptible
 from forcelab.cli.options import Formatter, Parser, UsageError
 from forcelab.cli.output import printable
 from forcelab.errors import ForcelabError, UnclearAuthorError, UnclearRateError
+from forcelab.version import __version__
 
 __all__ = ["build_parser", "command_modules", "main"]
 

@@ -30,7 +30,6 @@ from PySide6.QtCore import (
 from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QApplication, QWidget
 
-from forcelab import __version__
 from forcelab.errors import InputError
 from forcelab.gui import settings, theme
 from forcelab.gui.exception_hook import ExceptionHook
@@ -39,6 +38,7 @@ from forcelab.gui.layout import resize_on_screen
 from forcelab.gui.window import Window
 from forcelab.io import write_atomically
 from forcelab.runtime import collect_garbage, collect_garbage_rarely, switch_threads_often
+from forcelab.version import __version__
 
 __all__ = ["quiet_qt", "run"]
 

@@ -43,9 +43,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab import __version__
 from forcelab.errors import ForcelabError
 from forcelab.gui.layout import copyable, emphasise
+from forcelab.version import __version__
 
 log = logging.getLogger("forcelab")
 

@@ -37,7 +37,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab import __version__
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.exception_hook import log_file
@@ -45,6 +44,7 @@ from forcelab.gui.keys_dialog import CommandDialog
 from forcelab.gui.layout import emphasise, resize_on_screen
 from forcelab.gui.shortcuts import GROUPS, Keys, key_name
 from forcelab.resources import versions
+from forcelab.version import __version__
 
 
 def _pairs(*texts: str) -> tuple[tuple[str, str], ...]:

@@ -17,7 +17,6 @@ from unicodedata import normalize
 import pytest
 from fast_options import FAST
 
-from forcelab import __version__
 from forcelab.cli import build_parser, main
 from forcelab.formats.label_tables import read_labels
 from forcelab.formats.output_folder import file_names
@@ -28,6 +27,7 @@ from forcelab.project.runs import RunStore
 from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.settings import CLASSIFIERS
 from forcelab.signals.wavelets import WAVELETS
+from forcelab.version import __version__
 
 COMMANDS = [
     "gui", "demo", "simulate", "import", "list", "runs", "assign", "note", "agree", "attach",

@@ -7,13 +7,13 @@ import pytest
 from PySide6.QtCore import QUrl, qVersion
 from PySide6.QtWidgets import QApplication, QLabel
 
-from forcelab import __version__
 from forcelab.gui import dialogs, settings
 from forcelab.gui import help as help_module
 from forcelab.gui.document import Document
 from forcelab.gui.exception_hook import log_file
 from forcelab.gui.help import AboutDialog, ManualDialog
 from forcelab.resources import versions
+from forcelab.version import __version__
 
 
 @pytest.fixture

@@ -17,10 +17,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 
-from forcelab import __version__
 from forcelab.cli.options import add_json
 from forcelab.cli.output import json_text
 from forcelab.errors import InputError
+from forcelab.version import __version__
 
 #: Packages without which a part of the program does not run.
 NEEDED = (
