@@ -25,7 +25,15 @@ from datetime import datetime
 from typing import Literal
 
 from forcelab.errors import InputError, StaleTrackError
-from forcelab.labels import Segment, Segments, Track, check_action_name, is_model, ordered
+from forcelab.labels import (
+    Segment,
+    Segments,
+    Track,
+    check_action_name,
+    check_author,
+    is_model,
+    ordered,
+)
 from forcelab.project.coding import follow_edit
 from forcelab.project.database import Database, content_errors
 from forcelab.project.label_provenance import OriginTracker
@@ -512,7 +520,7 @@ class TrackStore:
         known = self._db.author_kind(author)
         if known == kind and (track := self._track_id(demonstration, author)) is not None:
             return track
-        Track(author)  # refuses an author without a name
+        check_author(author)
         if known is None:
             self._db.execute("INSERT INTO author (name, kind) VALUES (?, ?)", author, kind)
         elif known != kind:
