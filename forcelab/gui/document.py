@@ -385,8 +385,8 @@ class Document(QObject):
         """Mark the open demonstration as done by the coder; blind coding ends then."""
         if self.project is None or not self.id:
             return False
-        blind = self.coding_blind
         with self._reporting_errors() as errors:
+            blind = self.coding_blind
             self.project.coding.set_done(self.id, self.author)
         self.reread()
         if not errors:
@@ -432,11 +432,13 @@ class Document(QObject):
 
     def other_authors(self) -> tuple[str, ...]:
         """Whose tracks exist besides the coder's; none while coding blind."""
-        if self.project is None or not self.id or self.coding_blind:
-            return ()
-        authors = [track.author for track in self.project.tracks.of(self.id)]
-        if self.review.run is not None and self.review.reviewed is not None:
-            authors.append(self.review.run.proposer)
+        authors: list[str] = []
+        if self.project is not None and self.id:
+            with self._reporting_errors():
+                if not self.coding_blind:
+                    authors += (track.author for track in self.project.tracks.of(self.id))
+                    if self.review.run is not None and self.review.reviewed is not None:
+                        authors.append(self.review.run.proposer)
         return tuple(author for author in authors if author != self.author)
 
     def set_hidden_authors(self, authors: frozenset[str]) -> None:
