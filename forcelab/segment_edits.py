@@ -80,8 +80,8 @@ def _agreeing(old: Segments, new: Segments, count: int) -> int:
     return min(same, count)
 
 
-#: Seconds up to which a piece or a hole is float dust: far below any sample period, far above the
-#: rounding of times of a day-long recording (1.5e-11 s).
+#: Seconds up to which two times are the same, and a piece or a hole between them is float dust: far
+#: below any sample period, far above the rounding of times of a day-long recording (1.5e-11 s).
 SLIVER = 1e-9
 
 _start = attrgetter("start")

@@ -38,8 +38,8 @@ __all__ = ["Document", "ReviewState", "Stroke"]
 MARGIN, SHORTEST_MARGIN = 1.0, 1.5
 #: Steps that follow each other within so many seconds are one edit.
 NUDGE_PAUSE = 1.0
-#: Float dust in sums of steps, in seconds, and the digits that are free of it.
-DUST, DIGITS = 1e-9, 9
+#: Digits of a sum of steps, in seconds, that are free of float dust.
+DIGITS = 9
 
 _start = attrgetter("start")
 _end = attrgetter("end")
@@ -721,7 +721,7 @@ class Document(QObject):
         self.view.seek(time)
         # Segments that it grew over may have gone, which changes its index.
         edge = _end if what == "end" else _start
-        self.select(bisect_left(self.editor.segments, time - DUST, key=edge))
+        self.select(bisect_left(self.editor.segments, time - SLIVER, key=edge))
         self._nudges = None
         if edit.kind == "paint" and self.selected is not None:
             after, deadline = self.editor.segments[self.selected], monotonic() + NUDGE_PAUSE
