@@ -21,7 +21,7 @@ from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.results import Evaluation, run_record, run_title
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
-from forcelab.recognition.training import training_job
+from forcelab.recognition.training import Known, training_job
 from forcelab.resources import versions
 
 
@@ -178,20 +178,33 @@ def evaluate_joined(
     jobs: int = 1,
     *,
     probability_trace: bool,
+    known: Known | None = None,
 ) -> Job:
     """One evaluation of joined tasks, of what :meth:`DataSelection.load_parts` gives."""
     if selection.leaves_out:
         title = run_title(tasks, None)
         labelled, folds = datasets[0].labelled, selection.folds
         return leave_one_out(
-            labelled, settings, title, jobs, probability_trace=probability_trace, folds=folds
+            labelled,
+            settings,
+            title,
+            jobs,
+            probability_trace=probability_trace,
+            folds=folds,
+            known=known,
         )
     title = run_title(
         tasks, selection.test_task if selection.test_names is None else selection.test_names
     )
     train, test = (part.labelled for part in datasets)
     return train_and_test(
-        train, test, settings, title, probability_trace=probability_trace, adapt=selection.adapt
+        train,
+        test,
+        settings,
+        title,
+        probability_trace=probability_trace,
+        adapt=selection.adapt,
+        known=known,
     )
 
 

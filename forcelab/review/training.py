@@ -33,7 +33,7 @@ from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.results import Evaluation, run_record, run_summary, run_title
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
-from forcelab.recognition.training import FitProgress, training_job
+from forcelab.recognition.training import FitProgress, Known, training_job
 from forcelab.resources import versions
 from forcelab.review.active_learning import sample_steps, typicality
 from forcelab.review.run_result import KIND
@@ -211,7 +211,8 @@ def review_job(
         selection = selection.with_default_folds(snapshot.train)
         steps = TrainingProgress(_folds(snapshot, selection), fit)
         title = run_title(snapshot.tasks, selection.test_task)
-        evaluation, remarks = yield from _evaluate(snapshot, settings, selection, steps, fit)
+        known: Known = {}  # examples for testing, which the final fit learns from, too
+        evaluation, remarks = yield from _evaluate(snapshot, settings, selection, steps, fit, known)
         if evaluation is not None:
             result = run_record(evaluation, probability_trace=True)
             trained_on: Sequence[str] = evaluation.trained_on
@@ -223,7 +224,9 @@ def review_job(
         )
         recogniser = None
         if fit:
-            recogniser = yield from steps.fit(training_job(snapshot.train.labelled, settings))
+            job = training_job(snapshot.train.labelled, settings, known)
+            recogniser = yield from steps.fit(job)
+            known.clear()
             remarks += unlearnt_remarks(snapshot.train, recogniser)
             trained_on = recogniser.trained_on
             result.setdefault("labels", list(recogniser.actions))
@@ -280,6 +283,7 @@ def _evaluate(
     selection: DataSelection,
     steps: TrainingProgress,
     fit: bool,
+    known: Known,
 ) -> Generator[TrainingStep, None, tuple[Evaluation | None, tuple[str, ...]]]:
     """Evaluate; where that is not possible, None and a remark that says why.
 
@@ -293,7 +297,7 @@ def _evaluate(
             f"others.",
         )
     job = evaluate_joined(
-        snapshot.datasets, settings, snapshot.tasks, selection, probability_trace=True
+        snapshot.datasets, settings, snapshot.tasks, selection, probability_trace=True, known=known
     )
     try:
         return (yield from steps.test(job)), ()
