@@ -362,6 +362,16 @@ def free_parts(segments: Segments, proposed: Segments) -> Segments:
     return tuple(parts)
 
 
+def covering(segments: Segments, segment: Segment) -> Segment | None:
+    """The segment of the same action that covers all of `segment`, if there is one."""
+    index = bisect_right(segments, segment.start + SLIVER, key=_end)
+    if index == len(segments):
+        return None
+    old = segments[index]
+    covers = old.start <= segment.start + SLIVER and segment.end <= old.end + SLIVER
+    return old if covers and old.action == segment.action else None
+
+
 def _check_stretch(start: float, end: float) -> None:
     """Refuse a stretch that holds no time."""
     if not end - start > SLIVER:

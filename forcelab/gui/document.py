@@ -6,7 +6,7 @@ Views listen to its signals and never to each other.
 from __future__ import annotations
 
 import math
-from bisect import bisect_left, bisect_right
+from bisect import bisect_left
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ from forcelab.labels import Segment, Segments, is_model
 from forcelab.project import DemonstrationInfo, Edit, Origin, Project, UndoResult
 from forcelab.project.track_editor import Result, TrackEditor
 from forcelab.review.differences import Interval, as_coded
-from forcelab.segment_edits import SLIVER
+from forcelab.segment_edits import SLIVER, covering
 from forcelab.text import tidy_name
 from forcelab.vocabulary import Action, Vocabulary
 
@@ -900,22 +900,10 @@ class ReviewState(QObject):
         reviewed, run = self.reviewed, self.run
         if reviewed is None or run is None:
             return time
-        end = time
+        end, labels = time, self._document.editor.segments
         for segment in as_coded(reviewed.predicted, run, reviewed):
-            if segment.start > time and not self._is_labelled(segment):
+            if segment.start > time and covering(labels, segment) is None:
                 return segment.start
             if segment.start <= time < segment.end:
                 end = segment.end
         return end
-
-    def _is_labelled(self, segment: Segment) -> bool:
-        """Whether the coder's track has this action all along."""
-        segments = self._document.editor.segments
-        index = bisect_right(segments, segment.start + SLIVER, key=_end)
-        own = segments[index] if index < len(segments) else None
-        return (
-            own is not None
-            and own.action == segment.action
-            and own.start <= segment.start + SLIVER
-            and segment.end <= own.end + SLIVER
-        )
