@@ -25,6 +25,7 @@ __all__ = [
     "Segments",
     "Track",
     "check_action_name",
+    "check_author",
     "check_name",
     "check_within",
     "first_beyond",
@@ -162,6 +163,18 @@ def check_action_name(name: str) -> None:
         )
 
 
+def check_author(name: str) -> None:
+    """Refuse an author without a name.
+
+    Raises
+    ------
+    InputError
+        If the name is blank.
+    """
+    if not name.strip():
+        raise InputError("A track needs an author.")
+
+
 #: What a track holds and the painting verbs take and give: in order, never overlapping.
 Segments = tuple[Segment, ...]
 
@@ -205,8 +218,7 @@ class Track:
     segments: Segments = ()
 
     def __post_init__(self) -> None:
-        if not self.author.strip():
-            raise InputError("A track needs an author.")
+        check_author(self.author)
         object.__setattr__(self, "segments", ordered(self.segments))
 
     @property

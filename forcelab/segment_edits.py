@@ -80,8 +80,8 @@ def _agreeing(old: Segments, new: Segments, count: int) -> int:
     return min(same, count)
 
 
-#: Seconds up to which a piece or a hole is float dust: far below any sample period, far above the
-#: rounding of times of a day-long recording (1.5e-11 s).
+#: Seconds up to which two times are the same, and a piece or a hole between them is float dust: far
+#: below any sample period, far above the rounding of times of a day-long recording (1.5e-11 s).
 SLIVER = 1e-9
 
 _start = attrgetter("start")
@@ -360,6 +360,16 @@ def free_parts(segments: Segments, proposed: Segments) -> Segments:
         if new.end - start > SLIVER:
             parts.append(Segment(start, new.end, new.action))
     return tuple(parts)
+
+
+def covering(segments: Segments, segment: Segment) -> Segment | None:
+    """The segment of the same action that covers all of `segment`, if there is one."""
+    index = bisect_right(segments, segment.start + SLIVER, key=_end)
+    if index == len(segments):
+        return None
+    old = segments[index]
+    covers = old.start <= segment.start + SLIVER and segment.end <= old.end + SLIVER
+    return old if covers and old.action == segment.action else None
 
 
 def _check_stretch(start: float, end: float) -> None:

@@ -15,7 +15,7 @@ from painting_bench import MEMORY
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.labels import Segment
-from forcelab.project import LabelsUsed, Project
+from forcelab.project import LabelsUsed, Project, Provenance
 from forcelab.recognition.presets import preset
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.review.run_result import DemonstrationResult, RunResult
@@ -74,7 +74,7 @@ def outcome_of(project, number=1, task="foam", author="Ann", proposed=(), **chan
         ),
         proposals=tuple(reviewed(i, ()) for i in infos if not i.labelled),
         recogniser=project.runs.add_recogniser(
-            "tiny", b"tiny", settings={}, seed=None, labels=(), versions={}
+            "tiny", b"tiny", Provenance(settings={}, seed=None, labels=(), versions={})
         ),
         seconds={"features": 0.25, "fit": 3.5, "predict": 0.1, "filter": 0.05},
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from forcelab.cli.output import printable
@@ -13,11 +13,18 @@ from forcelab.text import name_alike
 
 
 @contextmanager
-def hint_at_new_names(path: Path) -> Iterator[None]:
-    """Print after the block which new coders or tasks differ from old ones by case or spaces."""
-    before = {} if Project.vacant(path) else _names(path)
-    yield
-    for what, names in _names(path).items():
+def hint_at_new_names(path: Path, project: Project | None = None) -> Iterator[None]:
+    """Print after the block which new coders or tasks differ from old ones by case or spaces.
+
+    `project` is the one at `path`, where that is open already.
+    """
+    with ExitStack() as opened:
+        if project is None and not Project.vacant(path):
+            project = opened.enter_context(Project.open(path))
+        before = {} if project is None else _names(project)
+        yield
+        after = _names(project or opened.enter_context(Project.open(path)))
+    for what, names in after.items():
         old = before.get(what, [])
         for at, name in enumerate(names):
             # Of two that came together the second one is told of.
@@ -26,7 +33,6 @@ def hint_at_new_names(path: Path) -> Iterator[None]:
                 print(printable(f"'{name}' is a new {what} beside '{similar}'."), file=sys.stderr)
 
 
-def _names(path: Path) -> dict[str, list[str]]:
-    with Project.open(path) as project:
-        tasks = [task for task in project.demonstrations.tasks() if task]
-        return {"coder": list(project.coding.people()), "task": tasks}
+def _names(project: Project) -> dict[str, list[str]]:
+    tasks = [task for task in project.demonstrations.tasks() if task]
+    return {"coder": list(project.coding.people()), "task": tasks}

@@ -56,6 +56,7 @@ from forcelab.project import (
     NewDemonstration,
     Note,
     Project,
+    Provenance,
     StoredRecogniser,
     StoredRun,
     Verdict,
@@ -644,7 +645,7 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
         _read_recognisers(members, project, numbers)
         for run in members.each_record("runs.json"):
             kind, result = run.text("kind"), run.get("result", dict)
-            project.runs.add(kind, result=result, **_provenance_of(run, numbers))
+            project.runs.add(kind, _provenance_of(run, numbers), result)
         _read_verdicts(members, project)
         if members.unread:
             raise InputError(f"The archive '{path}' holds '{min(members.unread)}' for no use.")
@@ -778,7 +779,7 @@ def _read_recognisers(members: ArchiveReader, project: Project, numbers: dict[in
     for record in members.records("recognisers.json"):
         id_, name = record.text("id"), record.text("name")
         data = members.content(f"recognisers/{id_}.skops")
-        if project.runs.add_recogniser(name, data, **_provenance_of(record, numbers)) != id_:
+        if project.runs.add_recogniser(name, data, _provenance_of(record, numbers)) != id_:
             raise InputError(
                 f"The content of recogniser '{id_}' does not match its id in {record.where}."
             )
@@ -812,21 +813,21 @@ def _check_demonstrations(
         )
 
 
-def _provenance_of(record: Record, numbers: dict[int, int]) -> dict[str, Any]:
+def _provenance_of(record: Record, numbers: dict[int, int]) -> Provenance:
     """How a recogniser or run was made, with the new numbers of the edits it names."""
     versions = record.get("versions", dict)
     if not all(isinstance(text, str) for text in versions.values()):
         raise InputError(f"'versions' is wrong in {record.where}.")
-    provenance = {
-        "time": record.time("time"),
-        "settings": record.get("settings", dict),
-        "seed": record.get("seed", int, type(None)),
-    }
     labels = [
         LabelsUsed(used.text("demonstration"), used.text("author"), used.get("edit", int))
         for used in record.records("labels")
     ]
     if missing := {used.edit for used in labels} - {0, *numbers}:
         raise InputError(f"The edit {min(missing)} is named but missing in {record.where}.")
-    labels = [replace(used, edit=numbers.get(used.edit, 0)) for used in labels]
-    return {**provenance, "labels": labels, "versions": versions}
+    return Provenance(
+        settings=record.get("settings", dict),
+        seed=record.get("seed", int, type(None)),
+        labels=tuple(replace(used, edit=numbers.get(used.edit, 0)) for used in labels),
+        versions=versions,
+        time=record.time("time"),
+    )

@@ -5,6 +5,7 @@ A file that cannot be read is left out and reported; a strict import takes all f
 
 from __future__ import annotations
 
+import contextlib
 import os
 import tempfile
 from collections import Counter
@@ -231,16 +232,18 @@ def importing(
     project archives bring recordings, their origin, and coders' labels. Neither the task nor the
     rate of an existing demonstration changes unless the file or the options say so.
     """
-    paths, videos = pair_videos(_without_companions(files))
+    formats = _formats_of(files)
+    paths, videos = pair_videos(list(formats))
     if not paths:
         raise InputError("There is no file to import; name at least one.")
     project, options = Path(project_path), options or ReadOptions()
     if options.calibration is not None:
         read_calibrations(options.calibration)  # a wrong name is told, whatever the files need
-    unpacks = options.format in {None, "archive"} and len(paths) == 1 and Project.vacant(project)
-    if unpacks and _is_archive(paths[0]):
+    vacant = Project.vacant(project)
+    whole = options.format in {None, "archive"} and [formats[path] for path in paths] == ["archive"]
+    if vacant and whole:
         return (yield from _unpacking(project, paths[0], options))
-    if not Project.vacant(project):
+    if not vacant:
         with Project.open(project) as opened:
             opened.refuse_read_only()  # before the work and not after it
     total = len(paths) + 1
@@ -250,13 +253,14 @@ def importing(
         failures: dict[Path, InputError] = {}
         for done, path in enumerate(paths):
             yield Progress(done, total, f"reading {path.name}")
+            own = replace(options, format=options.format or formats[path])
             try:
                 read_files[path] = [
                     replace(
                         recording,
                         remarks=(*recording.remarks, *glitch_remarks(recording.demonstration)),
                     )
-                    for recording in _checked(path, read(path, options))
+                    for recording in _checked(path, read(path, own))
                 ]
             except InputError as error:
                 failures[path] = error
@@ -283,13 +287,6 @@ def importing(
     )
 
 
-def _is_archive(path: Path) -> bool:
-    try:
-        return identify(path).name == "archive"
-    except InputError:
-        return False  # what is wrong is told when the file is read
-
-
 def _unpacking(
     project: Path, path: Path, options: ReadOptions
 ) -> Generator[Progress, None, ImportReport]:
@@ -308,21 +305,22 @@ def _unpacking(
     return ImportReport(demonstrations, {path: (remark,)})
 
 
-def _without_companions(files: Iterable[str | os.PathLike[str]]) -> list[Path]:
-    """The files in order, each once, without labels files that are read with their recording."""
+def _formats_of(files: Iterable[str | os.PathLike[str]]) -> dict[Path, str | None]:
+    """The files in order, each once, and which format each has by its content, if any.
+
+    Labels files that are read with their recording, a table or bag, are left out.
+    """
     paths = {os.path.realpath(file): Path(file) for file in reversed(list(files))}
-    beside = {
-        os.path.realpath(labels) for path in paths.values() if (labels := _companion_of(path))
-    }
-    return [path for key, path in reversed(paths.items()) if key not in beside]
-
-
-def _companion_of(path: Path) -> Path | None:
-    """The labels file that is read together with a table or bag."""
-    try:
-        return has_labels_beside(path) if identify(path).name in {"table", "rosbag"} else None
-    except (InputError, OSError):
-        return None  # what is wrong is told when the file is read
+    formats: dict[str, str | None] = {}
+    beside: set[str] = set()
+    for key, path in reversed(paths.items()):
+        formats[key] = None
+        with contextlib.suppress(InputError, OSError):  # told when the file is read
+            formats[key] = identify(path).name
+            several = len(paths) > 1 and formats[key] in {"table", "rosbag"}
+            if several and (labels := has_labels_beside(path)) is not None:
+                beside.add(os.path.realpath(labels))
+    return {paths[key]: name for key, name in formats.items() if key not in beside}
 
 
 def _refusal(failures: Mapping[Path, InputError], total: int) -> InputError:

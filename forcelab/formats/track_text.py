@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
+from forcelab.segment_edits import SLIVER
 
-#: Decimals that are enough for times on microseconds, and how far from one a time may lie to be
-#: on it, in seconds: far more than float64 arithmetic strays in a recording, far less than what
-#: parts two samples.
-DECIMALS, STRAY = 6, 1e-9
+#: Decimals that are enough for times on microseconds.
+DECIMALS = 6
 
 
 def plain_times(track: Track) -> list[tuple[Segment, tuple[float, float]]]:
@@ -44,7 +43,7 @@ def on_samples(tracks: Iterable[Track], times: NDArray[np.float64]) -> tuple[Tra
 def _plain(time: float) -> float:
     """The microsecond on which a time lies, or the time."""
     rounded = round(float(time), DECIMALS)
-    return rounded if abs(rounded - time) <= STRAY else float(time)
+    return rounded if abs(rounded - time) <= SLIVER else float(time)
 
 
 def _on_samples(track: Track, times: NDArray[np.float64]) -> Track:
@@ -52,7 +51,7 @@ def _on_samples(track: Track, times: NDArray[np.float64]) -> Track:
     after = np.clip(np.searchsorted(times, edges), 1, len(times) - 1)
     lower, upper = times[after - 1], times[after]
     nearest = np.where(edges - lower < upper - edges, lower, upper)
-    moved = np.where(abs(nearest - edges) <= STRAY, nearest, edges)
+    moved = np.where(abs(nearest - edges) <= SLIVER, nearest, edges)
     if not (moved[:, 0] < moved[:, 1]).all():
         return track
     pairs = zip(track.segments, moved.tolist(), strict=True)

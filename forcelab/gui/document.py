@@ -6,7 +6,7 @@ Views listen to its signals and never to each other.
 from __future__ import annotations
 
 import math
-from bisect import bisect_left, bisect_right
+from bisect import bisect_left
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ from forcelab.labels import Segment, Segments, is_model
 from forcelab.project import DemonstrationInfo, Edit, Origin, Project, UndoResult
 from forcelab.project.track_editor import Result, TrackEditor
 from forcelab.review.differences import Interval, as_coded
-from forcelab.segment_edits import SLIVER
+from forcelab.segment_edits import SLIVER, covering
 from forcelab.text import tidy_name
 from forcelab.vocabulary import Action, Vocabulary
 
@@ -38,8 +38,8 @@ __all__ = ["Document", "ReviewState", "Stroke"]
 MARGIN, SHORTEST_MARGIN = 1.0, 1.5
 #: Steps that follow each other within so many seconds are one edit.
 NUDGE_PAUSE = 1.0
-#: Float dust in sums of steps, in seconds, and the digits that are free of it.
-DUST, DIGITS = 1e-9, 9
+#: Digits of a sum of steps, in seconds, that are free of float dust.
+DIGITS = 9
 
 _start = attrgetter("start")
 _end = attrgetter("end")
@@ -385,8 +385,8 @@ class Document(QObject):
         """Mark the open demonstration as done by the coder; blind coding ends then."""
         if self.project is None or not self.id:
             return False
-        blind = self.coding_blind
         with self._reporting_errors() as errors:
+            blind = self.coding_blind
             self.project.coding.set_done(self.id, self.author)
         self.reread()
         if not errors:
@@ -432,11 +432,13 @@ class Document(QObject):
 
     def other_authors(self) -> tuple[str, ...]:
         """Whose tracks exist besides the coder's; none while coding blind."""
-        if self.project is None or not self.id or self.coding_blind:
-            return ()
-        authors = [track.author for track in self.project.tracks.of(self.id)]
-        if self.review.run is not None and self.review.reviewed is not None:
-            authors.append(self.review.run.proposer)
+        authors: list[str] = []
+        if self.project is not None and self.id:
+            with self._reporting_errors():
+                if not self.coding_blind:
+                    authors += (track.author for track in self.project.tracks.of(self.id))
+                    if self.review.run is not None and self.review.reviewed is not None:
+                        authors.append(self.review.run.proposer)
         return tuple(author for author in authors if author != self.author)
 
     def set_hidden_authors(self, authors: frozenset[str]) -> None:
@@ -719,7 +721,7 @@ class Document(QObject):
         self.view.seek(time)
         # Segments that it grew over may have gone, which changes its index.
         edge = _end if what == "end" else _start
-        self.select(bisect_left(self.editor.segments, time - DUST, key=edge))
+        self.select(bisect_left(self.editor.segments, time - SLIVER, key=edge))
         self._nudges = None
         if edit.kind == "paint" and self.selected is not None:
             after, deadline = self.editor.segments[self.selected], monotonic() + NUDGE_PAUSE
@@ -898,22 +900,10 @@ class ReviewState(QObject):
         reviewed, run = self.reviewed, self.run
         if reviewed is None or run is None:
             return time
-        end = time
+        end, labels = time, self._document.editor.segments
         for segment in as_coded(reviewed.predicted, run, reviewed):
-            if segment.start > time and not self._is_labelled(segment):
+            if segment.start > time and covering(labels, segment) is None:
                 return segment.start
             if segment.start <= time < segment.end:
                 end = segment.end
         return end
-
-    def _is_labelled(self, segment: Segment) -> bool:
-        """Whether the coder's track has this action all along."""
-        segments = self._document.editor.segments
-        index = bisect_right(segments, segment.start + SLIVER, key=_end)
-        own = segments[index] if index < len(segments) else None
-        return (
-            own is not None
-            and own.action == segment.action
-            and own.start <= segment.start + SLIVER
-            and segment.end <= own.end + SLIVER
-        )

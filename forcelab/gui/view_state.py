@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from forcelab.demonstration import Demonstration
+from forcelab.segment_edits import SLIVER
 
 __all__ = ["SHORTEST_SPAN", "Snap", "ViewState"]
 
 #: The closest look at the time axis, in seconds.
 SHORTEST_SPAN = 1e-4
-#: Times closer than this are the same, in seconds.
-SAME_TIME = 1e-9
 #: How many samples a span holds at least.
 FEWEST_SAMPLES = 5
 #: Where in the span the cursor comes to lie when it left it: near the start while playing, so that
@@ -158,8 +157,8 @@ class ViewState(QObject):
             if times is None or not len(times):
                 continue
             # A time within float dust of a frame is on that frame.
-            current = int(np.searchsorted(times, time + SAME_TIME, side="right")) - 1
-            on_it = current >= 0 and time - times[current] <= SAME_TIME
+            current = int(np.searchsorted(times, time + SLIVER, side="right")) - 1
+            on_it = current >= 0 and time - times[current] <= SLIVER
             target = current + count if count > 0 or on_it else current + count + 1
             target_time = float(times[min(max(target, 0), len(times) - 1)])
             if (target_time - time) * count > 0:

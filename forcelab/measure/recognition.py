@@ -26,7 +26,7 @@ from forcelab.jobs import Progress
 from forcelab.labels import is_model
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.process import interruptible
-from forcelab.project import LabelsUsed, Project, StoredRun
+from forcelab.project import LabelsUsed, Project, Provenance, StoredRun
 from forcelab.recognition.cross_validation import held_out_prediction
 from forcelab.recognition.dataset import Dataset, load_dataset
 from forcelab.recognition.examples import (
@@ -522,14 +522,17 @@ def measure_and_store(
         data = load_dataset(project, [task], coder)
         measured = _with_own(variants, own)
         rows = yield from measure_variants(data.labelled, measured, size_text(task, data))
+        made = Provenance(
+            settings={"choice": {"tasks": [task], "author": coder}},
+            seed=None,
+            labels=data.labels,
+            versions=versions(),
+        )
         with interruptible():
             return project.runs.add(
                 KIND,
-                settings={"choice": {"tasks": [task], "author": coder}},
-                seed=None,
-                labels=data.labels,
-                versions=versions(),
-                result={
+                made,
+                {
                     "digest": {
                         "title": task,
                         "tested": sum(bool(i.segments) for i in data.labelled),

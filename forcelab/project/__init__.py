@@ -15,7 +15,14 @@ from forcelab.project.records import (
     Verdict,
     left_to_label,
 )
-from forcelab.project.runs import LabelsUsed, RunSummary, RunUse, StoredRecogniser, StoredRun
+from forcelab.project.runs import (
+    LabelsUsed,
+    Provenance,
+    RunSummary,
+    RunUse,
+    StoredRecogniser,
+    StoredRun,
+)
 from forcelab.project.tracks import UndoResult
 
 __all__ = [
@@ -30,6 +37,7 @@ __all__ = [
     "Note",
     "Origin",
     "Project",
+    "Provenance",
     "RunSummary",
     "RunUse",
     "StoredRecogniser",

@@ -14,7 +14,7 @@ from dataclasses import replace
 from datetime import datetime, timedelta, timezone
 
 from forcelab.errors import InputError
-from forcelab.labels import Track, is_model
+from forcelab.labels import check_author, is_model
 from forcelab.project.database import Database, fits, read_time
 from forcelab.project.records import (
     VERDICT_KINDS,
@@ -169,7 +169,7 @@ class CodingStore:
                 )
             _assignments_after(events)
             for event in events:
-                Track(event.author)
+                check_author(event.author)
                 self._insert_assignment(event.demonstration, event.author, event.kind, event.time)
 
     def set_note(self, demonstration: str, author: str, text: str) -> None:
@@ -211,7 +211,7 @@ class CodingStore:
             known = {(note.author, note.time, note.text) for note in existing}
             new = [note for note in notes if (note.author, note.time, note.text) not in known]
             for note in new:
-                Track(note.author)  # refuses an author without a name
+                check_author(note.author)
                 self._db.insert(
                     "note",
                     demonstration=demonstration,
@@ -315,7 +315,7 @@ class CodingStore:
 
     def _check_coder(self, author: str, what: str) -> None:
         """Refuse a nameless author and a model."""
-        Track(author)
+        check_author(author)
         if is_model(author) or self._db.author_kind(author) == "model":
             raise InputError(f"'{author}' is a model; only coders {what}.")
 
@@ -423,8 +423,8 @@ def _insert_verdict(database: Database, verdict: Verdict) -> StoredVerdict:
 def _check_verdict(database: Database, verdict: Verdict) -> None:
     """Refuse a verdict on what is not there."""
     name = database.demonstration(verdict.demonstration)["name"]
-    Track(verdict.author)  # refuses an author without a name
-    Track(verdict.coder)
+    check_author(verdict.author)
+    check_author(verdict.coder)
     if verdict.verdict not in VERDICT_KINDS:
         raise InputError(
             f"'{verdict.verdict}' is no verdict; use one of {', '.join(VERDICT_KINDS)}."

@@ -27,7 +27,7 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.io import sync_folder
-from forcelab.labels import Track, check_within, is_model
+from forcelab.labels import Track, is_model
 from forcelab.project import files
 from forcelab.project.actions import ActionStore
 from forcelab.project.coding import CodingStore
@@ -223,10 +223,6 @@ class DemonstrationStore:
             if len(set(authors)) < len(authors):
                 name = each.demonstration.name
                 raise InputError(f"'{name}' has two tracks of one author; rename one.")
-            for track in each.tracks:
-                cure = f", in the labels of '{track.author}' on '{each.demonstration.name}'; shift "
-                bounds = each.demonstration.start, each.demonstration.end
-                check_within(track.segments, *bounds, f"{cure}or erase it first.")
         if not incoming:
             return ()
         self._db.refuse_read_only()

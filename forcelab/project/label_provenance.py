@@ -17,7 +17,7 @@ from types import MappingProxyType
 from forcelab.labels import Segment, Segments
 from forcelab.project.database import Database, content_errors
 from forcelab.project.records import Origin, segments_from_json
-from forcelab.segment_edits import SLIVER
+from forcelab.segment_edits import SLIVER, covering
 
 _Origins = dict[Segment, Origin]
 _end = attrgetter("end")
@@ -114,7 +114,7 @@ def _accepted(removed: Segments, inserted: Segments, took: _Origins, origin: Ori
     """The origins of the segments inserted by accepting a prediction."""
     gave = {}
     for segment in inserted:
-        old = _covering(removed, segment)
+        old = covering(removed, segment)
         if old is None:
             gave[segment] = origin
         elif old in took:  # what is left of a segment beside what was accepted, or all of it
@@ -132,16 +132,6 @@ def _inherited(removed: Segments, inserted: Segments, took: _Origins) -> _Origin
         elif (old := _most_of(proposed, segment)) is not None:
             gave[segment] = Origin(took[old].proposer, True)
     return gave
-
-
-def _covering(segments: Segments, segment: Segment) -> Segment | None:
-    """The segment of the same action that covers all of `segment`, if there is one."""
-    index = bisect_right(segments, segment.start + SLIVER, key=_end)
-    if index == len(segments):
-        return None
-    old = segments[index]
-    covers = old.start <= segment.start + SLIVER and segment.end <= old.end + SLIVER
-    return old if covers and old.action == segment.action else None
 
 
 def _most_of(segments: Segments, segment: Segment) -> Segment | None:

@@ -13,8 +13,8 @@ import math
 import os
 import re
 import sqlite3
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from os import PathLike
 from pathlib import Path
@@ -72,29 +72,29 @@ class LabelsUsed:
     edit: int
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Provenance:
     """How a run or a recogniser was computed: everything needed to repeat it.
 
     Parameters
     ----------
-    time : datetime
-        When it was added, in UTC.
     settings : dict
         Everything that was asked for, as JSON has it.
     seed : int or None
         The random seed, if there was one.
     labels : tuple of LabelsUsed
-        What it was computed from.
+        What it was computed from, one for each demonstration; see ``tracks.head``.
     versions : dict of str to str
         Of the program and the libraries.
+    time : datetime
+        When it was made, in UTC; by default now.
     """
 
-    time: datetime
     settings: dict[str, Any]
     seed: int | None
     labels: tuple[LabelsUsed, ...]
     versions: dict[str, str]
+    time: datetime = field(default_factory=utc_now)
 
     @property
     def demonstrations(self) -> tuple[str, ...]:
@@ -102,13 +102,13 @@ class Provenance:
         return tuple(dict.fromkeys(used.demonstration for used in self.labels))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class StoredRecogniser(Provenance):
     """A trained recogniser's record; its file is opaque to the store.
 
     Parameters
     ----------
-    time, settings, seed, labels, versions
+    settings, seed, labels, versions, time
         As of :class:`Provenance`.
     id : str
         32 hex digits of the SHA-256 of its file.
@@ -120,13 +120,13 @@ class StoredRecogniser(Provenance):
     name: str
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RunSummary(Provenance):
     """A run without its result, which may be long.
 
     Parameters
     ----------
-    time, settings, seed, labels, versions
+    settings, seed, labels, versions, time
         As of :class:`Provenance`.
     id : int
         Number in the project.
@@ -141,13 +141,13 @@ class RunSummary(Provenance):
     digest: dict[str, Any]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class StoredRun(Provenance):
     """An evaluation or another computation, with everything needed to repeat it.
 
     Parameters
     ----------
-    time, settings, seed, labels, versions
+    settings, seed, labels, versions, time
         As of :class:`Provenance`.
     id : int
         Number in the project.
@@ -217,25 +217,14 @@ class RunStore:
         )
         return tuple(map(_summary, rows))
 
-    def add(
-        self,
-        kind: str,
-        *,
-        settings: Mapping[str, Any],
-        seed: int | None,
-        labels: Sequence[LabelsUsed],
-        versions: Mapping[str, str],
-        result: Mapping[str, Any],
-        time: datetime | None = None,
-    ) -> int:
+    def add(self, kind: str, provenance: Provenance, result: Mapping[str, Any]) -> int:
         """Add a result and how it was computed; gives its number.
 
         Parameters
         ----------
         kind : str
             Such as ``"evaluate"``; not blank.
-        settings, seed, labels, versions, time
-            As of :meth:`add_recogniser`.
+        provenance : Provenance
         result : mapping
             What came out; anything that JSON can hold.
 
@@ -244,20 +233,12 @@ class RunStore:
         InputError
             If it has no kind or labels are not in the project.
         """
-        columns = self._provenance_columns(settings, seed, labels, versions, time)
+        columns = self._provenance_columns(provenance)
         with self._db.writing():
             return self._insert_run(kind, result, columns)
 
     def add_recogniser(
-        self,
-        name: str,
-        data: bytes | str | PathLike[str],
-        *,
-        settings: Mapping[str, Any],
-        seed: int | None,
-        labels: Sequence[LabelsUsed],
-        versions: Mapping[str, str],
-        time: datetime | None = None,
+        self, name: str, data: bytes | str | PathLike[str], provenance: Provenance
     ) -> str:
         """Add a recogniser's file, which stays opaque here, and how it was made; gives its id.
 
@@ -267,23 +248,14 @@ class RunStore:
             For people; not blank.
         data : bytes or path-like
             Its content, or the file. The same content is stored once, as it was added first.
-        settings : mapping
-            All settings of the training; anything that JSON can hold.
-        seed : int or None
-            The random seed.
-        labels : sequence of LabelsUsed
-            What it was trained on, one for each demonstration; see ``tracks.head``.
-        versions : mapping of str to str
-            Of the program and the libraries.
-        time : datetime, optional
-            When it was made, in UTC; by default now.
+        provenance : Provenance
 
         Raises
         ------
         InputError
             If it has no name, labels are not in the project or the file cannot be read.
         """
-        columns = self._provenance_columns(settings, seed, labels, versions, time)
+        columns = self._provenance_columns(provenance)
         with files.file_errors(f"The recogniser '{name}' was not added to '{self._db.folder}'"):
             content = data if isinstance(data, bytes) else Path(data).read_bytes()
             id_ = _recogniser_id(content)
@@ -296,34 +268,31 @@ class RunStore:
         kind: str,
         name: str,
         content: bytes,
-        *,
-        settings: Mapping[str, Any],
-        seed: int | None,
-        labels: Sequence[LabelsUsed],
-        trained_on: Sequence[LabelsUsed],
-        versions: Mapping[str, str],
+        provenance: Provenance,
         result: Mapping[str, Any],
+        *,
+        trained_on: tuple[LabelsUsed, ...],
     ) -> int:
         """Add a run and its recogniser, both or neither; gives the run's number.
 
         Parameters
         ----------
-        kind, settings, seed, labels, versions
+        kind, provenance
             As of :meth:`add`.
         name, content
             The recogniser's, as of :meth:`add_recogniser`.
-        trained_on : sequence of LabelsUsed
-            What the recogniser was trained on.
         result : mapping
             What came out; the recogniser's id is added to it as ``"recogniser"``.
+        trained_on : tuple of LabelsUsed
+            Those of the labels that the recogniser was trained on.
 
         Raises
         ------
         InputError
             If labels are not in the project, or it cannot be written.
         """
-        columns = self._provenance_columns(settings, seed, labels, versions)
-        of_recogniser = self._provenance_columns(settings, seed, trained_on, versions)
+        columns = self._provenance_columns(provenance)
+        of_recogniser = self._provenance_columns(replace(provenance, labels=trained_on))
         id_ = _recogniser_id(content)
         with (
             files.file_errors(f"The recogniser '{name}' was not added to '{self._db.folder}'"),
@@ -364,13 +333,13 @@ class RunStore:
                 sizes[row["id"]] = self._recogniser_file(row["id"]).stat().st_size
         return sizes
 
-    def existing_labels(self, labels: Iterable[LabelsUsed]) -> list[LabelsUsed]:
+    def existing_labels(self, labels: Iterable[LabelsUsed]) -> tuple[LabelsUsed, ...]:
         """Those of some labels whose demonstrations have not been removed meanwhile.
 
         What took minutes to compute from the others is worth storing.
         """
         known = self._db.demonstration_ids()
-        return [used for used in labels if used.demonstration in known]
+        return tuple(used for used in labels if used.demonstration in known)
 
     def uses(self, number: int | None = None) -> tuple[RunUse, ...]:
         """What runs take up on the disk and what depends on them, the first one first.
@@ -509,24 +478,18 @@ class RunStore:
             )
         return row
 
-    def _provenance_columns(
-        self,
-        settings: Mapping[str, Any],
-        seed: int | None,
-        labels: Sequence[LabelsUsed],
-        versions: Mapping[str, str],
-        time: datetime | None = None,
-    ) -> dict[str, Value]:
+    def _provenance_columns(self, provenance: Provenance) -> dict[str, Value]:
+        seed, labels = provenance.seed, provenance.labels
         if seed is not None and not fits(seed):
             raise InputError(f"The seed {seed} does not fit into 64 bits; use a smaller one.")
         for used in labels:
             self._check_labels(used)
         return {
-            "time": (time or utc_now()).isoformat(),
-            "settings": _to_json(dict(settings)),
+            "time": provenance.time.isoformat(),
+            "settings": _to_json(provenance.settings),
             "seed": seed,
             "labels": _to_json([[used.demonstration, used.author, used.edit] for used in labels]),
-            "versions": _to_json(dict(versions)),
+            "versions": _to_json(provenance.versions),
         }
 
     def _check_labels(self, used: LabelsUsed) -> None:

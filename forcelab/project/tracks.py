@@ -16,6 +16,7 @@ first half of their sentence, by which one undo finds them again in a copied or 
 from __future__ import annotations
 
 import json
+import math
 import re
 import sqlite3
 from collections import defaultdict
@@ -25,7 +26,17 @@ from datetime import datetime
 from typing import Literal
 
 from forcelab.errors import InputError, StaleTrackError
-from forcelab.labels import Segment, Segments, Track, check_action_name, is_model, ordered
+from forcelab.labels import (
+    Segment,
+    Segments,
+    Track,
+    check_action_name,
+    check_author,
+    check_within,
+    is_model,
+    ordered,
+)
+from forcelab.project import files
 from forcelab.project.coding import follow_edit
 from forcelab.project.database import Database, content_errors
 from forcelab.project.label_provenance import OriginTracker
@@ -265,10 +276,11 @@ class TrackStore:
             If the track is not `before`, or `replacing` not its latest edit, as another window or
             process changed it.
         InputError
-            If there is no such demonstration, segments overlap or are out of order, or the author
-            is of the other kind, or what proposed is no model. Nothing was written then.
+            If there is no such demonstration, segments overlap or are out of order, or lie farther
+            beyond the recording than any before and by more than a second and 5 % of it, or the
+            author is of the other kind, or what proposed is no model. Nothing was written then.
         """
-        self._db.demonstration(demonstration)
+        recording = self._db.demonstration(demonstration)
         before, after = tuple(before), tuple(after)
         time = utc_now() if time is None else time
         with self._db.writing():
@@ -297,6 +309,9 @@ class TrackStore:
             around = after[max(position - 1, 0) : position + len(inserted) + 1]
             if ordered(around) != around:
                 raise InputError(f"The labels of '{author}' must be in order of time.")
+            low, high = (before[0].start, before[-1].end) if before else (math.inf, -math.inf)
+            if farther := [s for s in inserted if s.start < low or s.end > high]:
+                self._check_within(recording, author, farther)
             new = Edit(
                 id=_NEW,
                 demonstration=demonstration,
@@ -512,7 +527,7 @@ class TrackStore:
         known = self._db.author_kind(author)
         if known == kind and (track := self._track_id(demonstration, author)) is not None:
             return track
-        Track(author)  # refuses an author without a name
+        check_author(author)
         if known is None:
             self._db.execute("INSERT INTO author (name, kind) VALUES (?, ?)", author, kind)
         elif known != kind:
@@ -666,6 +681,13 @@ class TrackStore:
             )
             cached = self._cache[track] = (head, tuple(Segment(*row) for row in rows))
         return cached[1]
+
+    def _check_within(self, row: sqlite3.Row, author: str, segments: Sequence[Segment]) -> None:
+        """Refuse labels beyond the recording of a demonstration's row."""
+        home = self._db.demonstration_folder(row["id"])
+        start = float(files.read_array(home / "times.npy", (row["samples"],))[0])
+        cure = f", in the labels of '{author}' on '{row['name']}'; shift or erase it first."
+        check_within(segments, start, start + row["duration"], cure)
 
     def _check_proposer(self, proposer: str, kind: EditKind) -> None:
         """Only models propose, and only what coders paint."""

@@ -34,7 +34,7 @@ from forcelab.recognition.probabilities import Reliability
 from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.results import Evaluation, HeldOutPrediction, empty_prediction_remarks
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.training import fit_examples, prepare_all, training_job
+from forcelab.recognition.training import Known, fit_examples, prepare_all, training_job
 from forcelab.text import there_are
 
 
@@ -228,6 +228,7 @@ def leave_one_out(
     *,
     probability_trace: bool = False,
     folds: int | None = None,
+    known: Known | None = None,
 ) -> Job:
     """Recognise each demonstration by a recogniser trained on all the others.
 
@@ -246,6 +247,9 @@ def leave_one_out(
         Whether to keep how certain each prediction is, for a review; nothing else changes.
     folds : int, optional
         How many groups are left out in turn; by default each demonstration by itself.
+    known : dict, optional
+        Examples with these settings that another fit has computed or will need, which are taken
+        from there and put there.
 
     Yields
     ------
@@ -263,7 +267,7 @@ def leave_one_out(
     """
     used, parts, remarks = plan_folds(labelled, folds)
     started = perf_counter()
-    examples = yield from prepare_all(used, settings)
+    examples = yield from prepare_all(used, settings, known=known)
     seconds = {"features": perf_counter() - started, "fit": 0.0, "predict": 0.0, "filter": 0.0}
     actions = actions_of(examples)
     jobs = min(jobs, len(parts))
@@ -378,6 +382,7 @@ def train_and_test(
     *,
     probability_trace: bool = False,
     adapt: bool = False,
+    known: Known | None = None,
 ) -> Job:
     """Train on all demonstrations of one task and recognise those of another.
 
@@ -387,7 +392,7 @@ def train_and_test(
         Demonstrations without a segment take no part, which a remark says.
     settings : Settings
     title : str
-    probability_trace : bool
+    probability_trace, known
         As of :func:`leave_one_out`.
     adapt : bool
         Whether offsets, scales and places of the sensors are matched to the training
@@ -425,7 +430,7 @@ def train_and_test(
     # What is tested must not move the grid.
     rate = common_rate([item.demonstration for item in train_items], settings)
     grid_settings = settings.replace(rate=rate)
-    examples = yield from prepare_all([*train_items, *tested_items], grid_settings)
+    examples = yield from prepare_all([*train_items, *tested_items], grid_settings, known=known)
     matched = estimate_adaptation(train_items, tested_items) if adapt else None
     prepared = perf_counter()
     train_examples, test_examples = examples[: len(train_items)], examples[len(train_items) :]

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Generator, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
 
 from forcelab.errors import InputError, UnclearAuthorError
 from forcelab.jobs import Progress
-from forcelab.project import Project
+from forcelab.project import LabelsUsed, Project, Provenance
 from forcelab.recognition.cross_validation import (
     Job,
     leave_one_out,
@@ -22,7 +21,7 @@ from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.results import Evaluation, run_record, run_title
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
-from forcelab.recognition.training import training_job
+from forcelab.recognition.training import Known, training_job
 from forcelab.resources import versions
 
 
@@ -135,15 +134,11 @@ def evaluate_tasks(
         mixed += dataset_unit_remarks(datasets, settings)
         if project.read_only or passing:
             continue
+        labels = project.runs.existing_labels(used for part in datasets for used in part.labels)
         project.runs.add(
             "evaluate",
-            settings=provenance(settings, settled, tasks),
-            seed=settings.seed,
-            labels=project.runs.existing_labels(
-                labels for part in datasets for labels in part.labels
-            ),
-            versions=versions(),
-            result=run_record(evaluation, probability_trace=probability_trace),
+            provenance(settings, settled, tasks, labels),
+            run_record(evaluation, probability_trace=probability_trace),
         )
     if not evaluations:
         if unclear is not None:  # once, not for every task
@@ -183,28 +178,50 @@ def evaluate_joined(
     jobs: int = 1,
     *,
     probability_trace: bool,
+    known: Known | None = None,
 ) -> Job:
     """One evaluation of joined tasks, of what :meth:`DataSelection.load_parts` gives."""
     if selection.leaves_out:
         title = run_title(tasks, None)
         labelled, folds = datasets[0].labelled, selection.folds
         return leave_one_out(
-            labelled, settings, title, jobs, probability_trace=probability_trace, folds=folds
+            labelled,
+            settings,
+            title,
+            jobs,
+            probability_trace=probability_trace,
+            folds=folds,
+            known=known,
         )
     title = run_title(
         tasks, selection.test_task if selection.test_names is None else selection.test_names
     )
     train, test = (part.labelled for part in datasets)
     return train_and_test(
-        train, test, settings, title, probability_trace=probability_trace, adapt=selection.adapt
+        train,
+        test,
+        settings,
+        title,
+        probability_trace=probability_trace,
+        adapt=selection.adapt,
+        known=known,
     )
 
 
 def provenance(
-    settings: Settings, selection: DataSelection, tasks: Sequence[str]
-) -> dict[str, Any]:
-    """Settings and selection as a run stores them."""
-    return settings.to_json() | {"choice": asdict(selection) | {"tasks": list(tasks)}}
+    settings: Settings,
+    selection: DataSelection,
+    tasks: Sequence[str],
+    labels: tuple[LabelsUsed, ...],
+) -> Provenance:
+    """How a run or a recogniser of these settings and this selection is made now."""
+    choice = {"choice": asdict(selection) | {"tasks": list(tasks)}}
+    return Provenance(
+        settings=settings.to_json() | choice,
+        seed=settings.seed,
+        labels=labels,
+        versions=versions(),
+    )
 
 
 def unused_merge_remarks(settings: Settings, spelt: Collection[str]) -> tuple[str, ...]:
@@ -260,16 +277,11 @@ def train_tasks(
     recogniser = yield from training_job(found.labelled, settings)
     content = dump(recogniser)
     if not project.read_only:
-        project.runs.add_recogniser(
-            name,
-            content,
-            settings=provenance(settings, selection, tasks),
-            seed=settings.seed,
-            labels=project.runs.existing_labels(
-                used for used in found.labels if used.demonstration in recogniser.trained_on
-            ),
-            versions=versions(),
+        labels = project.runs.existing_labels(
+            used for used in found.labels if used.demonstration in recogniser.trained_on
         )
+        made = provenance(settings, selection, tasks, labels)
+        project.runs.add_recogniser(name, content, made)
     remarks = (
         dataset_unit_remarks([found], settings)
         + unused_merge_remarks(settings, found.spellings)

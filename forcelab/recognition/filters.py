@@ -15,10 +15,7 @@ from scipy.ndimage import rank_filter
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.runs import sample_ends, stretches
-
-#: Seconds by which a segment may fall short of a limit and still count as reaching it: far below
-#: any sample period, far above the rounding of the stamps that its length is the difference of.
-ROUNDING = 1e-9
+from forcelab.segment_edits import SLIVER
 
 
 def threshold(
@@ -67,7 +64,8 @@ def drop_short(
     """Unlabel segments shorter than a share of their action's shortest training segment (s).
 
     `times` (n,) are strictly increasing seconds; segments of a code that `shortest` lacks stay. A
-    segment is as long as :func:`forcelab.labels.from_codes` makes it; a gap splits it.
+    segment is as long as :func:`forcelab.labels.from_codes` makes it, to within float dust; a gap
+    splits it.
     """
     if not share >= 0:
         raise InputError(f"The share of the shortest segment must not be negative, as {share} is.")
@@ -76,7 +74,7 @@ def drop_short(
     for code, seconds in shortest.items():
         if 0 <= code < len(limits):
             limits[code] = share * seconds
-    short = found.seconds < limits[found.codes] - ROUNDING
+    short = found.seconds < limits[found.codes] - SLIVER
     dropped = np.zeros(len(codes) + 1, dtype=np.int64)
     dropped[found.firsts[short]] += 1
     dropped[found.lasts[short]] -= 1

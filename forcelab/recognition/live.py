@@ -24,7 +24,7 @@ from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.recognition.features import REACH
-from forcelab.recognition.filters import ROUNDING, threshold
+from forcelab.recognition.filters import threshold
 from forcelab.recognition.hsmm import (
     ForwardPass,
     HsmmParameters,
@@ -45,6 +45,7 @@ from forcelab.recognition.live_model import choose_live_model, live_hop, needs_l
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.task_grammar import TaskGrammar
 from forcelab.runtime import one_blas_thread
+from forcelab.segment_edits import SLIVER
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import frequencies
 from forcelab.signals.streaming import StreamingCwt, early_error, reaches
@@ -228,7 +229,7 @@ class CausalDrop:
             gone += end <= ready
             code = int(self._codes[max(0, begin)])
             if end > 0 and 0 <= code < len(self._limits):
-                least = start + float(self._limits[code]) - ROUNDING
+                least = start + float(self._limits[code]) - SLIVER
                 self._judge(out, max(0, begin), end, least, ended)
         self._times, self._codes = self._times[ready:], self._codes[ready:]
         gone = min(gone, len(self._stretches) - 1)  # the newest may go on

@@ -41,12 +41,21 @@ class FitProgress(Progress):
     loss: float | None = None  # training loss, of classifiers that have one
 
 
+#: Examples of demonstrations of one project with the same settings, by what they are made of and
+#: the rate in Hz.
+Known = dict[tuple[LabelledDemonstration, float], Examples]
+
+
 def prepare_all(
-    labelled: Sequence[LabelledDemonstration], settings: Settings, room: float = math.inf
+    labelled: Sequence[LabelledDemonstration],
+    settings: Settings,
+    room: float = math.inf,
+    known: Known | None = None,
 ) -> Generator[Progress, None, list[Examples]]:
     """Compute the examples of several demonstrations on one grid.
 
-    Once features take `room` bytes, those of the others are not kept
+    Those that are `known` are taken from there, the others put there. Once features take `room`
+    bytes, those of the others are not kept
     (:class:`~forcelab.recognition.examples.LazyExamples`). An InputError says that there is no
     demonstration, or channels differ.
     """
@@ -56,9 +65,14 @@ def prepare_all(
     examples: list[Examples] = []
     taken = 0
     for item in labelled:
-        kept = taken < room
-        examples.append(prepare_examples(item, settings, rate, kept=kept))
-        taken += examples[-1].features.nbytes if kept else 0
+        example = None if known is None else known.get((item, rate))
+        if example is None:
+            kept = taken < room
+            example = prepare_examples(item, settings, rate, kept=kept)
+            taken += example.features.nbytes if kept else 0
+            if known is not None:
+                known[item, rate] = example
+        examples.append(example)
         yield Progress(len(examples), len(labelled), "features")
     common_channels(examples)
     return examples
@@ -138,16 +152,17 @@ def fit_cleaned(
 
 
 def training_job(
-    labelled: Sequence[LabelledDemonstration], settings: Settings
+    labelled: Sequence[LabelledDemonstration], settings: Settings, known: Known | None = None
 ) -> Generator[Progress, None, Recogniser]:
     """Train a recogniser; a generator of progress that stops where one stops iterating.
 
-    An InputError says that nothing is labelled, fewer than two actions are, or channels differ.
+    `known` is as of :func:`prepare_all`. An InputError says that nothing is labelled, fewer than
+    two actions are, or channels differ.
     """
     used = [item for item in labelled if item.segments]
     if not used:
         raise InputError("Nothing is labelled yet; label at least two actions first.")
-    examples = yield from prepare_all(used, settings, ROOM)
+    examples = yield from prepare_all(used, settings, ROOM, known)
     ids = [item.demonstration.id for item in used]
     cleaned, dropped = yield from drop_contradicted(examples, settings)
     taught = [

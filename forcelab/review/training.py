@@ -9,7 +9,7 @@ or not at all.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import monotonic
 from typing import Any, Literal, TypeVar, cast
@@ -19,7 +19,7 @@ from forcelab.errors import InputError, StoreBusyError
 from forcelab.jobs import Progress
 from forcelab.labels import from_codes
 from forcelab.process import interruptible
-from forcelab.project import DemonstrationInfo, LabelsUsed, Project
+from forcelab.project import DemonstrationInfo, LabelsUsed, Project, Provenance
 from forcelab.recognition.dataset import DataSelection, Dataset
 from forcelab.recognition.experiments import (
     dataset_unit_remarks,
@@ -33,7 +33,7 @@ from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.results import Evaluation, run_record, run_summary, run_title
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
-from forcelab.recognition.training import FitProgress, training_job
+from forcelab.recognition.training import FitProgress, Known, training_job
 from forcelab.resources import versions
 from forcelab.review.active_learning import sample_steps, typicality
 from forcelab.review.run_result import KIND
@@ -188,9 +188,9 @@ class _Snapshot:
         return self.datasets[0]
 
     @property
-    def labels(self) -> list[LabelsUsed]:
+    def labels(self) -> tuple[LabelsUsed, ...]:
         """The labels of all demonstrations, empty tracks included."""
-        return [used for part in self.datasets for used in part.labels]
+        return tuple(used for part in self.datasets for used in part.labels)
 
 
 def review_job(
@@ -211,7 +211,8 @@ def review_job(
         selection = selection.with_default_folds(snapshot.train)
         steps = TrainingProgress(_folds(snapshot, selection), fit)
         title = run_title(snapshot.tasks, selection.test_task)
-        evaluation, remarks = yield from _evaluate(snapshot, settings, selection, steps, fit)
+        known: Known = {}  # examples for testing, which the final fit learns from, too
+        evaluation, remarks = yield from _evaluate(snapshot, settings, selection, steps, fit, known)
         if evaluation is not None:
             result = run_record(evaluation, probability_trace=True)
             trained_on: Sequence[str] = evaluation.trained_on
@@ -223,7 +224,9 @@ def review_job(
         )
         recogniser = None
         if fit:
-            recogniser = yield from steps.fit(training_job(snapshot.train.labelled, settings))
+            job = training_job(snapshot.train.labelled, settings, known)
+            recogniser = yield from steps.fit(job)
+            known.clear()
             remarks += unlearnt_remarks(snapshot.train, recogniser)
             trained_on = recogniser.trained_on
             result.setdefault("labels", list(recogniser.actions))
@@ -232,12 +235,12 @@ def review_job(
             remarks += refused
         result["remarks"] = [*result["remarks"], *remarks]
         result["trained_on"] = list(trained_on)
-        requested = provenance(settings, selection, snapshot.tasks)
+        made = provenance(settings, selection, snapshot.tasks, snapshot.labels)
         while True:
             yield steps.storing()
             try:
                 with interruptible():
-                    return _store(project, snapshot, requested, result, name, recogniser)
+                    return _store(project, snapshot, made, result, name, recogniser)
             except StoreBusyError:  # what took minutes is not lost for that; one can cancel
                 continue
 
@@ -280,6 +283,7 @@ def _evaluate(
     selection: DataSelection,
     steps: TrainingProgress,
     fit: bool,
+    known: Known,
 ) -> Generator[TrainingStep, None, tuple[Evaluation | None, tuple[str, ...]]]:
     """Evaluate; where that is not possible, None and a remark that says why.
 
@@ -293,7 +297,7 @@ def _evaluate(
             f"others.",
         )
     job = evaluate_joined(
-        snapshot.datasets, settings, snapshot.tasks, selection, probability_trace=True
+        snapshot.datasets, settings, snapshot.tasks, selection, probability_trace=True, known=known
     )
     try:
         return (yield from steps.test(job)), ()
@@ -372,32 +376,18 @@ def _proposal(demonstration: Demonstration, prediction: Prediction) -> dict[str,
 def _store(
     project: Project,
     snapshot: _Snapshot,
-    requested: dict[str, Any],
+    made: Provenance,
     result: dict[str, Any],
     name: str,
     recogniser: Recogniser | None,
 ) -> int:
     """Store the run and its recogniser in one transaction."""
-    seed, labels = result["seed"], project.runs.existing_labels(snapshot.labels)
+    made = replace(made, labels=project.runs.existing_labels(made.labels))
     if recogniser is None:
-        return project.runs.add(
-            KIND,
-            settings=requested,
-            seed=seed,
-            labels=labels,
-            versions=versions(),
-            result=result,
-        )
+        return project.runs.add(KIND, made, result)
+    trained_on = project.runs.existing_labels(
+        used for used in snapshot.train.labels if used.demonstration in recogniser.trained_on
+    )
     return project.runs.add_training(
-        KIND,
-        name,
-        dump(recogniser),
-        settings=requested,
-        seed=seed,
-        labels=labels,
-        trained_on=project.runs.existing_labels(
-            used for used in snapshot.train.labels if used.demonstration in recogniser.trained_on
-        ),
-        versions=versions(),
-        result=result,
+        KIND, name, dump(recogniser), made, result, trained_on=trained_on
     )

@@ -9,7 +9,7 @@ from dataclasses import fields, replace
 import pytest
 
 from forcelab.labels import Segment
-from forcelab.project import LabelsUsed, Project, Verdict
+from forcelab.project import LabelsUsed, Project, Provenance, Verdict
 from forcelab.project.demonstrations import DemonstrationStore
 from forcelab.project.runs import RunStore
 from forcelab.project.track_editor import TrackEditor
@@ -29,15 +29,14 @@ def runs(project):
                 "evaluate",
                 "of a run",
                 content,
-                labels=used,
+                Provenance(labels=used, **MADE),
                 trained_on=used,
                 result={"told": content.hex() * 250},
-                **MADE,
             )
             for content in (b"one" * 1000, b"two" * 1000)
         ]
-        numbers.append(opened.runs.add("evaluate", labels=used, result={}, **MADE))
-        opened.runs.add_recogniser("alone", b"three" * 20_000, labels=used, **MADE)
+        numbers.append(opened.runs.add("evaluate", Provenance(labels=used, **MADE), result={}))
+        opened.runs.add_recogniser("alone", b"three" * 20_000, Provenance(labels=used, **MADE))
         return numbers
 
 
@@ -167,7 +166,7 @@ def test_a_run_that_appears_while_it_is_asked_for_is_told_as_none(forcelab, proj
     def late(self, number=None):
         found = uses(self, number)
         with Project.open(project) as other:
-            other.runs.add("evaluate", labels=[], result={}, **MADE)
+            other.runs.add("evaluate", Provenance(labels=[], **MADE), result={})
         return found
 
     monkeypatch.setattr(RunStore, "uses", late)

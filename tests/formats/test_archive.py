@@ -36,7 +36,7 @@ from forcelab.formats.archive import (
 from forcelab.formats.importing import import_files
 from forcelab.formats.recording import ReadOptions
 from forcelab.labels import Segment, Track
-from forcelab.project import LabelsUsed, NewDemonstration, Origin, Project, Verdict
+from forcelab.project import LabelsUsed, NewDemonstration, Origin, Project, Provenance, Verdict
 from forcelab.segment_edits import erase, paint
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
@@ -106,17 +106,17 @@ def project(tmp_path):
         project.coding.assign(other, "anna")
         project.coding.assign(id_, "cäcilie", blind=False)
         project.coding.set_done(other, "anna")
-        created = {
-            "settings": {"p": 5, "merge": {"grap": "grab"}},
-            "seed": 3,
-            "labels": [
+        created = Provenance(
+            settings={"p": 5, "merge": {"grap": "grab"}},
+            seed=3,
+            labels=[
                 LabelsUsed(id_, "anna", project.tracks.head(id_, "anna")),
                 LabelsUsed(other, "anna", 0),
             ],
-            "versions": {"numpy": "2.4"},
-        }
-        project.runs.add_recogniser("mlp 1", b"opaque", **created)
-        project.runs.add("evaluate", **created, result={"accuracy": 0.72, "edit": float("nan")})
+            versions={"numpy": "2.4"},
+        )
+        project.runs.add_recogniser("mlp 1", b"opaque", created)
+        project.runs.add("evaluate", created, result={"accuracy": 0.72, "edit": float("nan")})
         verdict = Verdict(id_, "bert", "anna", 0.1, 1 / 3, "hold", None, "model", run=1)
         project.coding.add_verdict(verdict)
         project.coding.add_verdict(
@@ -254,9 +254,9 @@ def test_export_import_export_gives_the_same_bytes(steps, name):
 
 
 def test_what_runs_found_is_held_one_after_the_other(project, tmp_path):
-    created = {"settings": {}, "seed": None, "labels": [], "versions": {}}
+    created = Provenance(settings={}, seed=None, labels=[], versions={})
     for number in range(4):
-        project.runs.add("evaluate", result={"told": f"{number}\n" * 500_000}, **created)
+        project.runs.add("evaluate", created, result={"told": f"{number}\n" * 500_000})
     tracemalloc.start()
     write_archive(project, tmp_path / "first.zip")
     _, peak = tracemalloc.get_traced_memory()

@@ -18,7 +18,7 @@ from forcelab.formats.importing import import_files, importing
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Segment, Track
-from forcelab.project import LabelsUsed, Project
+from forcelab.project import LabelsUsed, Project, Provenance
 from forcelab.project import files as store_files
 
 TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
@@ -354,9 +354,9 @@ def archive(tmp_path):
         old.tracks.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
         old.actions.set_vocabulary("", old.actions.vocabulary("").rebound("grab", "q"))
         used = [LabelsUsed(id_, "Ada", old.tracks.head(id_, "Ada"))]
-        created = {"settings": {}, "seed": 1, "labels": used, "versions": {}}
-        old.runs.add_recogniser("mlp", b"opaque", **created)
-        old.runs.add("evaluate", **created, result={"accuracy": 0.5})
+        created = Provenance(settings={}, seed=1, labels=used, versions={})
+        old.runs.add_recogniser("mlp", b"opaque", created)
+        old.runs.add("evaluate", created, result={"accuracy": 0.5})
         write_archive(old, tmp_path / "old.zip")
     return tmp_path / "old.zip"
 

@@ -9,7 +9,7 @@ from made_once import made_once
 from PySide6.QtCore import QObject
 
 from forcelab.demonstration import Channel, Demonstration
-from forcelab.errors import ForcelabError
+from forcelab.errors import ForcelabError, StoreBusyError
 from forcelab.gui.document import Document
 from forcelab.gui.review.reviewed_run import reviewed_vocabulary
 from forcelab.labels import Segment, Track
@@ -147,6 +147,21 @@ def test_while_coding_blind_nobody_elses_labels_can_be_reached(document):
     assert document.editor.segments == (Segment(1, 2, "grab"),)
     assert document.set_done()
     assert document.other_tracks == {"Ben": (Segment(3, 4, "pull"),)}
+
+
+def test_a_busy_store_is_told_where_others_tracks_are_asked_for(document, monkeypatch):
+    def busy(demonstration, author):
+        raise StoreBusyError("Kept busy.")
+
+    monkeypatch.setattr(document.project.coding, "is_blind", busy)
+    listener = Heard(document)
+    assert document.other_authors() == ()
+    assert listener.sentences == [("Kept busy.", True)]
+    assert not document.set_done()
+    assert listener.sentences[1:].count(("Kept busy.", True)) == len(listener.sentences) - 1 > 0
+    monkeypatch.undo()
+    assert document.project.coding.assignments() == ()
+    assert document.other_authors() == ("Ben",)
 
 
 def test_the_selection_stays_with_its_segment(document):

@@ -26,7 +26,7 @@ from forcelab.measure.recognition import (
     sharing_fit,
     with_data_of,
 )
-from forcelab.project import Project
+from forcelab.project import Project, Provenance
 from forcelab.recognition.cross_validation import leave_one_out
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import PRESETS, preset
@@ -176,12 +176,16 @@ def test_a_measurement_is_kept_in_the_project_and_read_again(tmp_path):
         assert summary.digest == {"title": "foam", "tested": 3}
         with pytest.raises(InputError, match="There is no run 9"):
             load_measured(project, 9)
-        other = project.runs.add("evaluate", settings={}, seed=0, labels=(), versions={}, result={})
+        other = project.runs.add(
+            "evaluate", Provenance(settings={}, seed=0, labels=(), versions={}), result={}
+        )
         with pytest.raises(InputError, match="no measurement"):
             load_measured(project, other)
         for result in ({}, {"rows": [{}], "settings": [{}]}, {"rows": 3}):
             damaged = project.runs.add(
-                KIND, settings={"choice": {}}, seed=0, labels=(), versions={}, result=result
+                KIND,
+                Provenance(settings={"choice": {}}, seed=0, labels=(), versions={}),
+                result=result,
             )
             with pytest.raises(InputError, match="damaged; measure again"):
                 load_measured(project, damaged)

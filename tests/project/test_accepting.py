@@ -72,12 +72,12 @@ def test_accepting_is_one_edit_that_tells_who_proposed_it(labelling):
 
 
 def test_many_predictions_make_a_short_line(labelling):
-    many = tuple(Segment(i, i + 0.5, "grab") for i in range(40))
+    many = tuple(Segment(i / 4, i / 4 + 0.125, "grab") for i in range(40))
     assert labelling.accept(many[2:3], MODEL).what == (
-        "grab 2.000-2.500 s accepted from model paper 12"
+        "grab 0.500-0.625 s accepted from model paper 12"
     )
     assert labelling.accept(many, MODEL).what == (
-        "grab 0.000-0.500 s, grab 1.000-1.500 s, grab 3.000-3.500 s and 36 more accepted from "
+        "grab 0.000-0.125 s, grab 0.250-0.375 s, grab 0.750-0.875 s and 36 more accepted from "
         "model paper 12"
     )
 

@@ -51,7 +51,8 @@ EDIT_1000_TIMES = """
 id_ = project.demonstrations.infos()[0].id
 for i in range(1000):
     before = project.tracks.get(id_, "anna").segments
-    after = paint(before, i * 0.37 % 20, i * 0.37 % 20 + 0.5, "abc"[i % 3])
+    at = i * 0.009 % 0.48
+    after = paint(before, at, at + 0.012, "abc"[i % 3])
     project.tracks.edit(id_, "anna", before, after, f"edit {i}")
     say(i)
 """
@@ -90,7 +91,8 @@ def track_after(edits: int) -> tuple[Segment, ...]:
     """What the track is after so many of the thousand edits."""
     track: tuple[Segment, ...] = ()
     for i in range(edits):
-        track = paint(track, i * 0.37 % 20, i * 0.37 % 20 + 0.5, "abc"[i % 3])
+        at = i * 0.009 % 0.48
+        track = paint(track, at, at + 0.012, "abc"[i % 3])
     return track
 
 
@@ -189,9 +191,9 @@ id_, who = project.demonstrations.infos()[0].id, sys.argv[2]
 made = stale = 0
 while made < 150:
     before = project.tracks.get(id_, "anna").segments
-    start = (made * 7 + len(who)) % 60
+    start = (made * 7 + len(who)) % 60 / 120
     try:
-        after = paint(before, start, start + 2, who)
+        after = paint(before, start, start + 2 / 120, who)
         project.tracks.edit(id_, "anna", before, after, f"{who} {made}")
         made += 1
     except StaleTrackError:
@@ -266,7 +268,8 @@ id_ = project.demonstrations.infos()[0].id
 for i in range(1000):
     before = project.tracks.get(id_, "anna").segments
     try:
-        project.tracks.edit(id_, "anna", before, paint(before, i, i + 0.5, "a"), f"edit {i}")
+        after = paint(before, i / 1e3, (i + 0.5) / 1e3, "a")
+        project.tracks.edit(id_, "anna", before, after, str(i))
     except ForcelabError as error:
         say(error)
         break
@@ -278,7 +281,7 @@ os._exit(0)
     assert "nothing was changed; make room on the disk" in sentence
     with Project.open(path) as project:
         history = project.tracks.history(id_, "anna")
-        assert [edit.what for edit in history] == [f"edit {i}" for i in range(len(acknowledged))]
+        assert [edit.what for edit in history] == acknowledged
         assert len(project.tracks.get(id_, "anna").segments) == len(history) > 10
         project.tracks.undo(id_, "anna")
     check_integrity(path)

@@ -12,7 +12,7 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
-from forcelab.project import Project
+from forcelab.project import Project, Provenance
 from forcelab.project.runs import LabelsUsed
 from forcelab.project.schema import MIGRATIONS
 
@@ -86,7 +86,9 @@ def painted_and_taken_back(project, id_):
 
 def used(project, id_):
     labels = (LabelsUsed(id_, "bea", project.tracks.head(id_, "bea")),)
-    project.runs.add("evaluation", settings={}, seed=None, labels=labels, versions={}, result={})
+    project.runs.add(
+        "evaluation", Provenance(settings={}, seed=None, labels=labels, versions={}), result={}
+    )
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,11 @@
 from __future__ import annotations
 
+import sqlite3
+from contextlib import closing
 from dataclasses import replace
 from datetime import datetime, timedelta, timezone
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -46,6 +49,37 @@ def test_a_track_changed_elsewhere_is_not_overwritten(project, id_, path):
         other.tracks.undo(id_, "anna")
         other.tracks.edit(id_, "anna", (), GRAB, "third")
         project.tracks.edit(id_, "anna", GRAB, HOLD, "the same segments are not stale")
+
+
+@pytest.mark.parametrize("kind", ["paint", "predict", "import"])
+@pytest.mark.parametrize("start", [0.0, 30.0])
+def test_labels_beyond_the_recording_are_refused_and_nothing_is_written(project, kind, start):
+    times = start + np.arange(1000) / 100
+    late = Demonstration("late", "LEGO", times, np.zeros((1000, 1)), (Channel("f", "N"),))
+    id_ = project.demonstrations.add(late).id
+    author = "mlp" if kind == "predict" else "anna"
+    for bounds in ((-1.01, 1.0), (1.0, 11.01), (1e5, 1e5 + 1)):
+        far = (Segment(*(start + bound for bound in bounds), "grab"),)
+        with pytest.raises(InputError, match=f"beyond its recording.*'{author}' on 'late'; shift"):
+            project.tracks.edit(id_, author, (), far, "far", kind=kind)
+        assert project.tracks.history(id_, author) == ()
+    whole = (Segment(late.start, late.end, "grab"),)
+    project.tracks.edit(id_, author, (), whole, "to the end", kind=kind)
+    slack = (Segment(late.start - 0.9, late.end + 0.9, "grab"),)
+    project.tracks.edit(id_, author, whole, slack, "allowed", kind=kind)
+
+
+def test_labels_that_lie_beyond_the_recording_already_can_be_edited(project, id_, path):
+    project.tracks.edit(id_, "anna", (), HOLD, "painted")
+    with closing(sqlite3.connect(path / "project.sqlite")) as store, store:  # an older program's
+        store.execute("UPDATE segment SET end = 50.0 WHERE start = 0.2")
+    with Project.open(path) as again:
+        before = again.tracks.get(id_, "anna").segments
+        halves = (before[0], Segment(0.2, 40.0, "hold"), Segment(40.0, 50.0, "hold"))
+        again.tracks.edit(id_, "anna", before, halves, "split")
+        again.tracks.edit(id_, "anna", halves, halves[:2], "deleted")
+        with pytest.raises(InputError, match="beyond its recording"):
+            again.tracks.edit(id_, "anna", halves[:2], halves, "painted again")
 
 
 def test_an_edit_in_place_of_the_latest_is_one_undo_and_nothing_is_lost(project, id_, path):
@@ -238,8 +272,9 @@ def test_undo_and_redo_behave_like_two_stacks_whatever_happens(steps):
 
 
 def _add_one(project: Project) -> str:
+    """Add a recording from -1e9 to 1e9 s."""
     return project.demonstrations.add(
-        Demonstration("01", "", [0, 1], [[1], [2]], (Channel("fx"),))
+        Demonstration("01", "", [-1e9, 0], [[1], [2]], (Channel("fx"),))
     ).id
 
 
@@ -263,7 +298,8 @@ def test_times_and_names_come_back_exactly(times, action):
             assert (edit.inserted, edit.what) == (segments, action)
 
 
-def test_an_edit_of_a_long_track_writes_a_few_pages(project, id_, path):
+def test_an_edit_of_a_long_track_writes_a_few_pages(project, path):
+    id_ = _add_one(project)
     long = tuple(Segment(i / 10, i / 10 + 0.05, "grab" if i % 2 else "hold") for i in range(10_000))
     project.tracks.edit(id_, "anna", (), long, "many")
     project.close()

@@ -8,7 +8,7 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
-from forcelab.project import LabelsUsed, Project, Verdict
+from forcelab.project import LabelsUsed, Project, Provenance, Verdict
 from forcelab.project.track_editor import TrackEditor
 
 MADE = {"settings": {}, "seed": None, "versions": {}}
@@ -27,7 +27,7 @@ def train(project, id_):
     def train(content=b"learnt"):
         used = [LabelsUsed(id_, "anna", project.tracks.head(id_, "anna"))]
         number = project.runs.add_training(
-            "evaluate", "one", content, labels=used, trained_on=used, result={}, **MADE
+            "evaluate", "one", content, Provenance(labels=used, **MADE), trained_on=used, result={}
         )
         return number, project.runs.recogniser_path(project.runs.get(number).result["recogniser"])
 

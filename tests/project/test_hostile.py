@@ -15,7 +15,7 @@ from forcelab.cli import main
 from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
-from forcelab.project import Project
+from forcelab.project import Project, Provenance
 from forcelab.project.files import remove
 from forcelab.project.track_editor import TrackEditor
 from forcelab.text import natural_order
@@ -125,7 +125,9 @@ def test_no_export_links_or_carries_a_file_of_elsewhere(
 )
 def test_how_a_run_was_made_is_read_with_suspicion(path, stored, column, text, capsys):
     with Project.open(path) as project:
-        project.runs.add("evaluate", result={}, settings={}, seed=0, labels=(), versions={})
+        project.runs.add(
+            "evaluate", Provenance(settings={}, seed=0, labels=(), versions={}), result={}
+        )
     change(path, f"UPDATE run SET {column} = '{text}'")
     for command in (["runs", str(path)], ["runs", str(path), "--json"]):
         assert main(command) == 1

@@ -137,9 +137,9 @@ def test_what_was_told_stays_as_it_was_told(labelling):
     assert list(told) == [GRAB, HOLD]
     with pytest.raises(TypeError):
         told[SLIP] = Origin(ONE)  # type: ignore[index]
-    labelling.paint(20, 30, "pull")
+    labelling.paint(7, 8, "pull")
     again = labelling.project.tracks.origins(labelling.demonstration, "Ada")
-    labelling.paint(40, 50, "pull")
+    labelling.paint(8.5, 9.5, "pull")
     assert labelling.project.tracks.origins(labelling.demonstration, "Ada") is again
 
 

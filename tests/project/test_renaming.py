@@ -4,7 +4,7 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
-from forcelab.project import LabelsUsed, Project
+from forcelab.project import LabelsUsed, Project, Provenance
 from forcelab.project import actions as renaming
 from forcelab.project.track_editor import TrackEditor
 from forcelab.vocabulary import Vocabulary
@@ -196,8 +196,8 @@ def test_which_of_two_actions_has_the_segments_is_said_before_they_are_merged(pr
 
 def test_recognisers_and_runs_stay_as_they_are(project, ids):
     used = LabelsUsed(ids[1], "Ada", project.tracks.head(ids[1], "Ada"))
-    made = {"settings": {}, "seed": 0, "labels": [used], "versions": {}}
-    number = project.runs.add("evaluate", **made, result={"actions": ["grab", "hold"]})
+    made = Provenance(settings={}, seed=0, labels=[used], versions={})
+    number = project.runs.add("evaluate", made, result={"actions": ["grab", "hold"]})
     done = project.actions.rename("Ada", "hold", "grip", ["foam"])
     assert "Recognisers" not in done.sentences(done=True)
     done = project.actions.rename("Ada", "hold", "grip")

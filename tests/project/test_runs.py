@@ -8,7 +8,7 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
-from forcelab.project import LabelsUsed, Project
+from forcelab.project import LabelsUsed, Project, Provenance
 from forcelab.project.files import move_into
 
 MADE = {"settings": {"preset": "paper"}, "seed": 7, "versions": {"forcelab": "1"}}
@@ -22,9 +22,11 @@ def used(project, make):
 
 def test_what_was_made_comes_back_with_how_it_was_made(project, path, used, tmp_path):
     (file := tmp_path / "r.skops").write_bytes(b"learnt")
-    id_ = project.runs.add_recogniser("Grüße", file, labels=[used], **MADE)
-    assert project.runs.add_recogniser("again", b"learnt", labels=[], **MADE) == id_
-    number = project.runs.add("evaluate", labels=[used], result={"digest": {"f1": 1}}, **MADE)
+    id_ = project.runs.add_recogniser("Grüße", file, Provenance(labels=[used], **MADE))
+    assert project.runs.add_recogniser("again", b"learnt", Provenance(labels=[], **MADE)) == id_
+    number = project.runs.add(
+        "evaluate", Provenance(labels=[used], **MADE), result={"digest": {"f1": 1}}
+    )
     with Project.open(path) as again:
         (kept,), run = again.runs.recognisers(), again.runs.get(number)
         assert again.runs.recogniser_path(id_).read_bytes() == b"learnt"
@@ -49,12 +51,13 @@ def test_what_was_made_comes_back_with_how_it_was_made(project, path, used, tmp_
     ],
 )
 def test_what_cannot_be_kept_is_refused_with_nothing_kept(project, used, change, told):
-    given = {"kind": "evaluate", "name": "one", "labels": [used], "trained_on": [used]}
+    given = {"labels": [used], **MADE, "kind": "evaluate", "name": "one", "trained_on": [used]}
     for key, value in change.items():
         labels = key in ("labels", "trained_on")
         given[key] = [LabelsUsed(value[0] or used.demonstration, *value[1:])] if labels else value
+    made = Provenance(**{key: given.pop(key) for key in ("labels", *MADE)})
     with pytest.raises(InputError, match=told):
-        project.runs.add_training(content=b"learnt", result={}, **(MADE | given))
+        project.runs.add_training(content=b"learnt", provenance=made, result={}, **given)
     assert (project.runs.all(), project.runs.recognisers()) == ((), ())
 
 
@@ -68,7 +71,12 @@ def test_a_run_and_its_recogniser_are_kept_both_or_neither(project, path, used, 
     monkeypatch.setattr("forcelab.project.files.move_into", full)
     with pytest.raises(InputError, match="'one' was not added to .*: No space left .*; make room"):
         project.runs.add_training(
-            "evaluate", "one", b"learnt", labels=[used], trained_on=[used], result={}, **MADE
+            "evaluate",
+            "one",
+            b"learnt",
+            Provenance(labels=[used], **MADE),
+            trained_on=[used],
+            result={},
         )
     assert (project.runs.all(), project.runs.recognisers()) == ((), ())
     assert list((path / "recognisers").iterdir()) == []
@@ -92,14 +100,14 @@ def test_whoever_opens_the_project_just_before_a_recogniser_is_kept_leaves_its_m
 
     monkeypatch.setattr(project._db, "writing", waited_for)
     monkeypatch.setattr("forcelab.project.files.move_into", move)
-    kept = project.runs.add_recogniser("one", b"learnt", labels=[], **MADE)
+    kept = project.runs.add_recogniser("one", b"learnt", Provenance(labels=[], **MADE))
     assert marked == [kept]
 
 
 def test_a_recogniser_that_did_not_get_into_the_store_is_gone_when_it_is_opened(
     project, path, used
 ):
-    kept = project.runs.add_recogniser("one", b"learnt", labels=[used], **MADE)
+    kept = project.runs.add_recogniser("one", b"learnt", Provenance(labels=[used], **MADE))
     folder = path / "recognisers"
     unmarked = f"{'e' * 32}.skops"  # an older store was put back
     for name in (f"{'f' * 32}.skops", f"{'f' * 32}.uncommitted", f"{kept}.uncommitted", unmarked):
@@ -111,11 +119,11 @@ def test_a_recogniser_that_did_not_get_into_the_store_is_gone_when_it_is_opened(
 def test_what_is_gone_or_damaged_is_told_with_the_cure(project, path, used):
     with pytest.raises(InputError, match="There is no recogniser 'f00' in .* train it again"):
         project.runs.recogniser_path("f00")
-    id_ = project.runs.add_recogniser("one", b"learnt", labels=[used], **MADE)
+    id_ = project.runs.add_recogniser("one", b"learnt", Provenance(labels=[used], **MADE))
     project.runs.recogniser_path(id_).unlink()
     with pytest.raises(InputError, match="skops' is missing; train the recogniser again"):
         project.runs.recogniser_path(id_)
-    number = project.runs.add("evaluate", labels=[], result={}, **MADE)
+    number = project.runs.add("evaluate", Provenance(labels=[], **MADE), result={})
     with closing(sqlite3.connect(path / "project.sqlite")) as store, store:
         store.execute("UPDATE run SET result = '{ }}'")
     with pytest.raises(InputError, match=f"run {number} found is damaged .*; repeat it, or"):

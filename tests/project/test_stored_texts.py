@@ -9,7 +9,7 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
-from forcelab.project import LabelsUsed, Verdict
+from forcelab.project import LabelsUsed, Provenance, Verdict
 
 MADE = {"settings": {"preset": "paper"}, "seed": 7, "versions": {"forcelab": "1"}}
 GRAB = (Segment(0.0, 0.1, "grab"),)
@@ -20,8 +20,8 @@ def full(project, make):
     """A project with one of everything; gives its demonstration's id."""
     id_ = project.demonstrations.add(make(1), [Track("anna", GRAB)]).id
     used = [LabelsUsed(id_, "anna", project.tracks.head(id_, "anna"))]
-    project.runs.add("evaluate", labels=used, result={"digest": {"f1": 1}}, **MADE)
-    project.runs.add_recogniser("one", b"learnt", labels=used, **MADE)
+    project.runs.add("evaluate", Provenance(labels=used, **MADE), result={"digest": {"f1": 1}})
+    project.runs.add_recogniser("one", b"learnt", Provenance(labels=used, **MADE))
     project.tracks.edit(id_, "anna", GRAB, (), "erased", proposed_by="model paper 1")
     project.coding.assign(id_, "anna")
     project.coding.set_note(id_, "anna", "look")

@@ -22,7 +22,8 @@ project.sync_behind()
 id_ = project.demonstrations.infos()[0].id
 for i in range(50):
     before = project.tracks.get(id_, "anna").segments
-    project.tracks.edit(id_, "anna", before, (*before, Segment(i, i + 0.5, "grab")), f"edit {i}")
+    new = Segment(i / 100, i / 100 + 0.005, "grab")
+    project.tracks.edit(id_, "anna", before, (*before, new), f"edit {i}")
 print("done", flush=True)
 time.sleep(60)
 """
@@ -31,7 +32,7 @@ time.sleep(60)
 def paint(project, id_, start):
     before = project.tracks.get(id_, "anna").segments
     return project.tracks.edit(
-        id_, "anna", before, (*before, Segment(start, start + 0.5, "a")), "painted"
+        id_, "anna", before, (*before, Segment(start / 10, start / 10 + 0.05, "a")), "painted"
     )
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
-from forcelab.project import Project, StoredVerdict, Verdict
+from forcelab.project import Project, Provenance, StoredVerdict, Verdict
 
 HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
 
@@ -69,8 +69,8 @@ def test_the_latest_verdict_on_a_place_counts_whoever_gave_it(project, make, sai
 
 
 def test_a_verdict_names_the_run_that_predicted(project, said):
-    made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
-    number = project.runs.add("evaluate", **made, result={})
+    made = Provenance(settings={}, seed=None, labels=[], versions={})
+    number = project.runs.add("evaluate", made, result={})
     assert project.coding.add_verdict(replace(said, run=number)).run == number
     for missing in (number + 1, 2**70):
         with pytest.raises(InputError, match=f"There is no run {missing} in"):

@@ -11,7 +11,7 @@ from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project
 from forcelab.errors import InputError
 from forcelab.formats.archive import read_archive, write_archive
 from forcelab.jobs import finish
-from forcelab.project import Project
+from forcelab.project import Project, Provenance
 from forcelab.recognition.experiments import evaluate_tasks
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.review.run_result import edits_since, latest_run, load_run
@@ -53,7 +53,9 @@ def test_summaries_say_what_a_list_shows_without_the_result(project):
 def test_a_run_without_a_digest_has_an_empty_one(tmp_path):
     with Project.create(tmp_path / "p.forcelab") as project:
         for result in ({"accuracy": 0.5}, {"digest": 3}, {"digest": {"text": "x" * 9000}}):
-            project.runs.add("old", settings={}, seed=None, labels=[], versions={}, result=result)
+            project.runs.add(
+                "old", Provenance(settings={}, seed=None, labels=[], versions={}), result=result
+            )
         assert [summary.digest for summary in project.runs.summaries()] == [{}, {}, {}]
 
 
@@ -72,10 +74,12 @@ def test_the_latest_of_a_task_tells_of_its_own_demonstrations_if_any_does(path):
             choice = {**run.settings["choice"], "tasks": [trained], "test_task": tested}
             return project.runs.add(
                 run.kind,
-                settings={**run.settings, "choice": choice},
-                seed=run.seed,
-                labels=run.labels,
-                versions=run.versions,
+                Provenance(
+                    settings={**run.settings, "choice": choice},
+                    seed=run.seed,
+                    labels=run.labels,
+                    versions=run.versions,
+                ),
                 result=run.result,
             )
 

@@ -19,11 +19,12 @@ from forcelab.jobs import Progress, finish
 from forcelab.labels import Segment, Track, from_codes
 from forcelab.process import run_in_process
 from forcelab.project import Project
+from forcelab.recognition import training as training_module
 from forcelab.recognition.cross_validation import leave_one_out
 from forcelab.recognition.dataset import DataSelection
-from forcelab.recognition.examples import LabelledDemonstration
+from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.storage import load_recogniser
-from forcelab.recognition.training import FitProgress
+from forcelab.recognition.training import FitProgress, training_job
 from forcelab.review.active_learning import sample_steps, typicality
 from forcelab.review.run_result import edits_since, load_run
 from forcelab.review.training import TrainingProgress, review_job
@@ -104,6 +105,36 @@ def test_its_tracks_are_those_of_evaluate_to_the_last_bit(path, result, capsys, 
         assert (ours.start, ours.end) == (theirs.start, theirs.end)
         assert np.array_equal(ours.probability_trace.values, theirs.probability_trace.values)
     assert evaluated.proposals == ()
+
+
+@pytest.mark.parametrize("choice", [FOAM_SELECTION, DataSelection(("foam",), test_task="hard")])
+def test_features_for_testing_serve_the_final_fit_as_they_are(tmp_path, monkeypatch, choice):
+    path = make_labelled_project(tmp_path / "p.forcelab", labelled=3, bare=1)
+    with Project.open(path) as project:
+        if choice.test_task:
+            project.demonstrations.set_task(project.demonstrations.infos()[0].id, "hard")
+        labelled = choice.load(project, ("foam",), BAYES_SETTINGS).labelled
+        alone = finish(training_job(labelled, BAYES_SETTINGS))
+        prepared = []
+
+        def prepare(item, *others, **more):
+            prepared.append(item.demonstration.name)
+            return prepare_examples(item, *others, **more)
+
+        monkeypatch.setattr(training_module, "prepare_examples", prepare)
+        number = finish(review_job(path, BAYES_SETTINGS, choice, "foam"))
+        (id_,) = project.runs.recogniser_bytes()
+        trained = load_recogniser(project.runs.recogniser_path(id_))
+        assert load_run(project, number).tested
+        assert sorted(prepared) == sorted(
+            info.name for info in project.demonstrations.infos() if info.labelled
+        )
+    assert trained.trained_on == alone.trained_on
+    assert trained.shortest == alone.shortest
+    for ours, theirs in zip(
+        vars(trained.classifier).values(), vars(alone.classifier).values(), strict=True
+    ):
+        np.testing.assert_array_equal(ours, theirs)
 
 
 def test_the_certainty_is_the_mean_of_the_probabilities_of_each_fiftieth_of_a_second(path, result):

@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace) -> None:
         if chosen:
             if arguments.author is None:
                 raise UsageError("Nobody was named; say who the coder is with --author NAME.")
-            with hint_at_new_names(arguments.project):
+            with hint_at_new_names(arguments.project, project):
                 for id_ in chosen:
                     _assign(project, id_, arguments)
         elif arguments.open or arguments.done or arguments.reopen or arguments.remove:

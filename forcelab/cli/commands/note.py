@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> None:
     with Project.open(arguments.project) as project:
         id_ = project.demonstrations.id_of(key) if key is not None else None
         if id_ is not None and text is not None:
-            with hint_at_new_names(arguments.project):
+            with hint_at_new_names(arguments.project, project):
                 project.coding.set_note(id_, author, text)
         infos = {info.id: info for info in project.demonstrations.infos()}
         notes = project.coding.note_events() if arguments.history else project.coding.notes()

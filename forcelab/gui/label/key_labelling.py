@@ -14,12 +14,12 @@ from forcelab.gui.document import Document
 from forcelab.gui.key_events import AutoRepeatFilter, is_reserved_key, is_typing
 from forcelab.gui.label.segment_commands import fill_range
 from forcelab.gui.label.track_gestures import (
-    SAME_TIME,
     is_on_target,
     round_to_sample,
     snap_or_round,
     snap_targets,
 )
+from forcelab.segment_edits import SLIVER
 from forcelab.vocabulary import KEYS
 
 
@@ -195,7 +195,7 @@ class KeyLabelling(QObject):
         assert stroke is not None
         position = self._stroke_position()
         same = stroke.action == action
-        if same or abs(position - stroke.start) > SAME_TIME:
+        if same or abs(position - stroke.start) > SLIVER:
             self.document.end_stroke(position)
         else:
             # Nothing was painted yet: the coder has thought better of the action.

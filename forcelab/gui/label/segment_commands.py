@@ -16,11 +16,12 @@ from PySide6.QtWidgets import QAbstractButton, QMessageBox, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
-from forcelab.gui.label.track_gestures import SAME_TIME, index_at
+from forcelab.gui.label.track_gestures import index_at
 from forcelab.gui.text import escape_ampersands
 from forcelab.labels import Segment
 from forcelab.project import Edit, UndoResult
 from forcelab.project.actions import ActionRename
+from forcelab.segment_edits import SLIVER
 
 
 def rename_action(document: Document, name: str, new: str, parent: QWidget) -> bool:
@@ -115,7 +116,7 @@ def for_current_segment(
 
 def previous_segment(document: Document) -> bool:
     """Select the last segment that starts before the cursor, and go to its start."""
-    index = bisect_left(document.editor.segments, document.view.cursor - SAME_TIME, key=_start) - 1
+    index = bisect_left(document.editor.segments, document.view.cursor - SLIVER, key=_start) - 1
     return _seek_to(document, index) or report_refusal(
         document, "There is no segment before the cursor."
     )
@@ -123,7 +124,7 @@ def previous_segment(document: Document) -> bool:
 
 def next_segment(document: Document) -> bool:
     """Select the first segment that starts after the cursor, and go to its start."""
-    index = bisect_right(document.editor.segments, document.view.cursor + SAME_TIME, key=_start)
+    index = bisect_right(document.editor.segments, document.view.cursor + SLIVER, key=_start)
     # At first the cursor may stand on the first segment without having been sent there.
     if index and document.selected is None and _starts_at_cursor(document, index - 1):
         index -= 1
@@ -171,8 +172,8 @@ def merge_segments(document: Document) -> bool:
     segments = document.editor.segments
     if document.view.range is not None:
         start, end = document.view.range
-        first = bisect_right(segments, start + SAME_TIME, key=_end)
-        last = bisect_left(segments, end - SAME_TIME, key=_start) - 1
+        first = bisect_right(segments, start + SLIVER, key=_end)
+        last = bisect_left(segments, end - SLIVER, key=_start) - 1
         if last <= first:
             return report_refusal(
                 document,
@@ -213,7 +214,7 @@ def copy_candidates(document: Document, author: str, time: float) -> tuple[float
     if other and not document.editor.segments:
         return document.view.bounds
     chosen = None if document.selected is None else document.editor.segments[document.selected]
-    if chosen is None or not chosen.start - SAME_TIME <= time <= chosen.end + SAME_TIME:
+    if chosen is None or not chosen.start - SLIVER <= time <= chosen.end + SLIVER:
         index = index_at(other, time)
         chosen = None if index is None else other[index]
     return None if chosen is None else (chosen.start, chosen.end)
@@ -313,7 +314,7 @@ def _seek_to(document: Document, index: int) -> bool:
 
 
 def _starts_at_cursor(document: Document, index: int) -> bool:
-    return abs(document.editor.segments[index].start - document.view.cursor) <= SAME_TIME
+    return abs(document.editor.segments[index].start - document.view.cursor) <= SLIVER
 
 
 def report_refusal(document: Document, sentence: str, *, trouble: bool = True) -> bool:

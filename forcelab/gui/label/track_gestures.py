@@ -23,8 +23,6 @@ from forcelab.gui.view_state import Snap
 from forcelab.labels import Segments
 from forcelab.segment_edits import SLIVER, move_edge, move_segment, paint
 
-#: Times closer than this are the same, in seconds.
-SAME_TIME = 1e-9
 #: How near the pointer must come to a target to snap to it, in pixels.
 SNAP_REACH = 8.0
 #: A brush that is put down on unlabelled time this near to a segment, in pixels, paints up to it.
@@ -150,7 +148,7 @@ def is_on_target(time: float, targets: SnapTargets) -> bool:
     """Whether a time is exactly that of an edge, a contact event, a frame or a sample."""
     near = [_nearest(at, time, ()) for at in (targets.contacts, targets.frames, targets.samples)]
     near.append(_nearest_edge(time, targets, ()))
-    return any(at is not None and abs(at - time) <= SAME_TIME for at in near)
+    return any(at is not None and abs(at - time) <= SLIVER for at in near)
 
 
 def _nearest_edge(time: float, targets: SnapTargets, exclude: Collection[float]) -> float | None:

@@ -38,6 +38,7 @@ from forcelab.gui.label.history import time_of_edit
 from forcelab.gui.label.playback import SPEEDS, Player
 from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
+from forcelab.segment_edits import SLIVER
 
 #: The time of the last edit is looked up when nothing was painted for so many ms.
 PAUSE = 120
@@ -415,7 +416,7 @@ class Transport(QWidget):
             self.frame.say("")
             return
         # A cursor within float dust of a frame is on that frame.
-        number = int(np.searchsorted(frames, self.document.view.cursor + 1e-9, side="right"))
+        number = int(np.searchsorted(frames, self.document.view.cursor + SLIVER, side="right"))
         # As wide as the last one, so that nothing moves during playback.
         widest = "0" * len(str(len(frames)))
         self.frame.say(f"frame {number or '–'}", f"frame {widest}")

@@ -10,7 +10,7 @@ from forcelab.gui.capture.live_model import RECOGNISING, LoadedRecogniser, Recog
 from forcelab.gui.capture.live_scalogram import DRAWING
 from forcelab.gui.capture.recognition_panel import latency_budget_text
 from forcelab.live.recognition import LiveRecognition, latency_budget
-from forcelab.project import Project
+from forcelab.project import Project, Provenance
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import dump, save_recogniser
@@ -43,7 +43,7 @@ def study(study, recogniser):
     """The project with a recogniser in it."""
     with Project.open(study) as project:
         project.runs.add_recogniser(
-            "tiny", dump(recogniser), settings={}, seed=0, labels=[], versions={}
+            "tiny", dump(recogniser), Provenance(settings={}, seed=0, labels=[], versions={})
         )
     return study
 
@@ -228,7 +228,7 @@ def test_a_project_without_a_recogniser_says_how_to_get_one_and_offers_it_once_t
         assert not choice.latency.isEnabled()
         window.document.review.set_training(True)  # while one looks
         window.document.project.runs.add_recogniser(
-            "tiny", b"tiny", settings={}, seed=0, labels=[], versions={}
+            "tiny", b"tiny", Provenance(settings={}, seed=0, labels=[], versions={})
         )
         window.document.review.set_training(False)
         assert not choice.nothing.isVisible()

@@ -16,7 +16,7 @@ from forcelab.gui.review.trainer import Trainer, default_author
 from forcelab.gui.review.training_backend import RunInfo
 from forcelab.gui.review.training_bar import TrainingBar
 from forcelab.labels import Segment
-from forcelab.project import Project, Verdict
+from forcelab.project import Project, Provenance, Verdict
 from forcelab.recognition import groups
 from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.presets import preset
@@ -177,12 +177,12 @@ def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_
     trainer, document, work, until
 ):
     project = document.project
-    made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
+    made = Provenance(settings={}, seed=None, labels=[], versions={})
     trainer.pause.setInterval(1)
     trainer.set_automatic(True)
-    asked = project.runs.add("evaluate", **made, result={})
+    asked = project.runs.add("evaluate", made, result={})
     for number in range(6):
-        work.result = outcome_of(project, project.runs.add("evaluate", **made, result={}))
+        work.result = outcome_of(project, project.runs.add("evaluate", made, result={}))
         document.editor.paint(6.0, 7.0 + number / 10, "grab")
         until(lambda: document.review.run is work.result and not trainer.training)
         if number == 1:
@@ -200,12 +200,12 @@ def test_a_run_that_somebody_asked_for_while_it_was_made_by_itself_stays(
     trainer, document, work, until
 ):
     project = document.project
-    made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
+    made = Provenance(settings={}, seed=None, labels=[], versions={})
     trainer.pause.setInterval(1)
     trainer.set_automatic(True)
     for number in range(5):
         work.gate = number != 0
-        work.result = outcome_of(project, project.runs.add("evaluate", **made, result={}))
+        work.result = outcome_of(project, project.runs.add("evaluate", made, result={}))
         document.editor.paint(6.0, 7.0 + number / 10, "grab")
         if number == 0:
             wanted = work.result.number
@@ -307,8 +307,8 @@ def test_a_run_of_another_task_that_is_chosen_turns_to_that_task(
 
 def test_of_two_runs_that_are_removed_at_once_both_go(trainer, document, until):
     project = document.project
-    plain = {"settings": {}, "seed": None, "labels": (), "versions": {}, "result": {}}
-    numbers = [project.runs.add("evaluate", **plain) for _ in range(2)]
+    made = Provenance(settings={}, seed=None, labels=(), versions={})
+    numbers = [project.runs.add("evaluate", made, result={}) for _ in range(2)]
     document.review.set_run(outcome_of(project, numbers[0]))
     for number in numbers:
         trainer.remove_run(number)
