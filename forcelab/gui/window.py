@@ -57,7 +57,7 @@ LOOK_MS, LIST_MS = 1000, 600
 #: Milliseconds after which memory that pictures and signals took is given back, again and again.
 TIDY_MS = 30_000
 #: The list's width at first, at least and at most, in pixels.
-NARROWEST, WIDEST = 180, 250
+NARROWEST, WIDEST = 200, 250
 #: The share of the time that such looks may take, in a project with thousands of tracks.
 VIEW_SHARE = 0.05
 #: How many letters of a name are shown at most; the tooltip has all of it.

@@ -33,16 +33,16 @@ _start, _end = attrgetter("start"), attrgetter("end")
 
 #: In place of omitted letters.
 ELLIPSIS = "…"
-#: Letters beside that sign: with fewer, it would take the room of those that tell the name.
-LEAST_LETTERS = 3
+#: Letters beside that sign at least; fewer tell no name.
+LEAST_LETTERS = 2
 
 
 @lru_cache(maxsize=4096)
 def short_name(name: str, names: tuple[str, ...], size: float, room: int) -> tuple[str, float]:
-    """As much of an action's name as fits into `room` pixels at a font `size`, and its width.
+    """An action's name at a font `size`, elided to `room` pixels, and its width.
 
     A beginning that other names have too tells nothing: ``slip transition`` beside ``slip`` is
-    ``slip tra…``, then ``s…tra``, then ``st``; never ``sl``.
+    ``slip tra…``, then ``s…tra``; never ``sl…``. Empty where no two letters would tell it apart.
     """
     face, full = text.font(size), text.printable(name)
     if (wide := text.width(full, face)) <= room:
@@ -52,38 +52,9 @@ def short_name(name: str, names: tuple[str, ...], size: float, room: int) -> tup
     common += len(full[common:]) - len(full[common:].lstrip())
     short = text.elided(full, face, room)
     shown = len(short) - len(ELLIPSIS)
-    if shown < LEAST_LETTERS or (common >= LEAST_LETTERS and shown <= common):
+    if shown < LEAST_LETTERS or shown <= common:
         short = _cut_inside(full, common, face, room) if common >= LEAST_LETTERS else ""
-    if not short:
-        candidates = abbreviations(tuple(dict.fromkeys((*names, name))))[name]
-        short = next((sign for sign in candidates if text.width(sign, face) <= room), "")
     return short, text.width(short, face)
-
-
-@lru_cache(maxsize=256)
-def abbreviations(names: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
-    """Two letters and one letter of each name; none where another name has the same.
-
-    A later name does not change the sign of an earlier one, unless that begins like it.
-    """
-    shown = {name: text.printable(name) for name in names}
-    pairs: dict[str, str] = {}
-    later = []
-    for name, full in shown.items():
-        if full[:2] not in pairs.values():
-            pairs[name] = full[:2]
-        else:
-            later.append(name)
-    for name in later:
-        full = shown[name]
-        tail = full[max(_common_letters(full, o) for n, o in shown.items() if n != name) :]
-        candidates = (full[0] + letter for letter in (*tail, *full[1:]) if not letter.isspace())
-        pairs[name] = next((pair for pair in candidates if pair not in pairs.values()), "")
-    initials = [full[:1] for full in shown.values()]
-    return {
-        name: tuple(filter(None, (pairs[name], full[:1] if initials.count(full[:1]) == 1 else "")))
-        for name, full in shown.items()
-    }
 
 
 def _cut_inside(name: str, common: int, face: QFont, room: int) -> str:
