@@ -97,6 +97,8 @@ class QueueLoader(QObject):
         # which every track has to be read again.
         self._changes, self._compared = 1, 0
         self._upheavals, self._reread = 1, 0
+        #: The tracks that were edited since they were compared, by demonstration.
+        self._edited: dict[str, Segments] = {}
         self._infos = document.infos
         self._soon = QTimer(self, singleShot=True, interval=COMPARE_DELAY)
         self._soon.timeout.connect(self.compare)
@@ -114,7 +116,10 @@ class QueueLoader(QObject):
     def track_changed(self) -> None:
         """The open demonstration's track or the verdicts have changed."""
         self._changes += 1
-        if self._document.review.run is None:
+        document, run = self._document, self._document.review.run
+        if run is not None and document.id and document.author == run.author:
+            self._edited[document.id] = document.editor.segments
+        if run is None:
             self.compare()
         elif self.watched:
             self._soon.start()
@@ -143,12 +148,14 @@ class QueueLoader(QObject):
         if before is not None and before.run.number != run.number:
             before = None
         changed = None
+        edited = dict(self._edited)
         if before is not None and self._reread == self._upheavals:
-            own = bool(document.id) and document.author == run.author
-            changed = {document.id: document.editor.segments} if own else {}
+            changed = edited
         self._jobs.run(
             read_queue(document.project.path, run, before, changed),
-            partial(self._done, self._changes, self._upheavals if changed is None else None),
+            partial(
+                self._done, self._changes, self._upheavals if changed is None else None, edited
+            ),
             key=QUEUE_JOB,
         )
 
@@ -182,8 +189,11 @@ class QueueLoader(QObject):
         if not same or any(a is not b for a, b in zip(*lists, strict=True)):
             self._all_changed()
 
-    def _done(self, changes: int, upheavals: int | None, read: QueueData) -> None:
+    def _done(
+        self, changes: int, upheavals: int | None, edited: dict[str, Segments], read: QueueData
+    ) -> None:
         self.read, self._compared = read, changes
+        self._edited = {i: t for i, t in self._edited.items() if edited.get(i) is not t}
         if upheavals is not None:
             self._reread = upheavals
         self._forget_blind()  # the coder may have changed since it began

@@ -401,6 +401,28 @@ def test_painting_brings_the_queue_up_to_date(bench, until):
         assert kinds(view)[0] == ("missed", 1)
 
 
+def test_a_queue_that_is_shown_knows_what_was_painted_while_it_was_hidden(bench, until):
+    with bench() as view:
+        document = view.document
+        first, recording = document.id, painting_bench.demonstration()
+        second = document.project.demonstrations.add(
+            replace(recording, name="02", signals=recording.signals + 1)
+        ).id
+        document.refresh_listing()
+        document.review.set_run(run_of(reviewed(first), reviewed(second, "02")))
+        until(lambda: not view.reader.stale)
+        assert WRONG in [(d.start, d.end, d.human, d.predicted) for d in view.queue.actions]
+        view.hide()
+        document.editor.paint(3, 4.5, "release")
+        document.open_demonstration(second)
+        document.editor.paint(1, 2, "grab")
+        view.show()
+        until(lambda: not view.reader.stale)
+        assert view.queue.actions == ()
+        assert view.reader.read.tracks[first] == document.project.tracks.get(first, "Ann").segments
+        assert view.reader.read.tracks[second] == document.editor.segments
+
+
 def test_only_what_is_examined_is_judged(bench):
     with bench() as view:
         view.step(1)
