@@ -761,19 +761,21 @@ class DemonstrationList(QWidget):
 
     def ask_video(self) -> None:
         """Attach a video to the open demonstration."""
-        opened = (info for info in self._document.infos if info.id == self._document.id)
-        if (info := next(opened, None)) is not None:
-            self.menu.ask_video(info)
-        else:
-            self._document.show_message("Open a demonstration first; a video belongs to one.", True)
+        if (row := self._opened("video")) is not None:
+            self.menu.ask_video(row.info)
 
     def ask_note(self) -> None:
         """Edit the note on the open demonstration."""
-        opened = (row for row in self._rows if row.info.id == self._document.id)
-        if (row := next(opened, None)) is not None:
+        if (row := self._opened("note")) is not None:
             self.menu.ask_note(row)
-        else:
-            self._document.show_message("Open a demonstration first; a note belongs to one.", True)
+
+    def _opened(self, what: str) -> DemonstrationRow | None:
+        """The row of the open demonstration; without one, says what it is needed for."""
+        for row in self._rows:
+            if row.info.id == self._document.id:
+                return row
+        self._document.show_message(f"Open a demonstration first; a {what} belongs to one.", True)
+        return None
 
     # Inside
 

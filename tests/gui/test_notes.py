@@ -98,6 +98,7 @@ def test_a_note_is_written_by_the_keyboard_and_shown_in_the_list(window, path, u
     note(window, until, ", twice")  # what is typed goes on, and does not replace
     assert "slipped at <b>3.2 s, twice" in index_of(window, "01").data(ALOUD)
     assert window.document.stroke is None  # no key of it has painted
+    assert not any(row.done for row in window.demonstrations.model.rows)  # Ctrl+Return's command
     QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
     _, edit = the_dialog(window, until)
     QTest.keyClick(edit, Qt.Key.Key_A, CTRL)

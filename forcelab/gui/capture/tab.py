@@ -68,7 +68,7 @@ class CaptureTab(QWidget):
         self._jobs = jobs
         self._built: CaptureWorkspace | None = None
         #: For the status bar.
-        self.line = RecordingIndicator()
+        self.indicator = RecordingIndicator()
         #: What is being recorded or not kept yet, and whether it has ended and could not be kept.
         self.recording, self.stuck = "", False
         self._asked = False
@@ -90,7 +90,7 @@ class CaptureTab(QWidget):
 
     def come_to_front(self, front: bool) -> None:
         """Build the workspace when it is needed."""
-        self.line.set_elsewhere(not front)
+        self.indicator.set_elsewhere(not front)
         if front:
             _ = self.workspace
 
@@ -108,7 +108,7 @@ class CaptureTab(QWidget):
         self._asked = confirm_leaving(self.recording, window, stuck=self.stuck, in_memory=in_memory)
         return self._asked
 
-    def let_go(self) -> None:
+    def release(self) -> None:
         """Release the devices; what is being recorded is kept, or it is said where it is."""
         problem = "" if self._built is None else self._built.release()
         if problem:
@@ -133,7 +133,7 @@ class CaptureTab(QWidget):
         controller = self._built.controller
         name, state = controller.recording_name, controller.state
         stuck = controller.phase is CaptureState.UNSAVED
-        self.line.show_recording(name, 0.0 if state is None else state.seconds, stuck=stuck)
+        self.indicator.show_recording(name, 0.0 if state is None else state.seconds, stuck=stuck)
         if (name, stuck) != (self.recording, self.stuck):
             self.recording, self.stuck = name, stuck
             self.recording_changed.emit()

@@ -19,7 +19,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.label.track_gestures import SAME_TIME, index_at
 from forcelab.gui.text import escape_ampersands
 from forcelab.labels import Segment
-from forcelab.project import Edit, UndoResult
+from forcelab.project import Edit
 from forcelab.project.actions import ActionRename
 
 
@@ -233,16 +233,6 @@ def copy_interval(document: Document, author: str, start: float, end: float) -> 
     """Copy an interval of another track, and offer its author first from now on."""
     document.view.copied_from = author
     return document.editor.copy_from(author, start, end) is not None
-
-
-def undo(document: Document) -> UndoResult | None:
-    """Take back the latest edit of the track that is open then."""
-    return document.editor.undo_everywhere()
-
-
-def redo(document: Document) -> UndoResult | None:
-    """Take back the latest undo in the track that is open then."""
-    return document.editor.redo_everywhere()
 
 
 def start_to_cursor(document: Document) -> bool:

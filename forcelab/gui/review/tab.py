@@ -41,8 +41,7 @@ class TrainingIndicator(BackgroundIndicator):
         run = trainer.document.review.run
         if trainer.edits is None or run is None:
             return ""
-        number = f"Run {run.number}"
-        what = "Recogniser" if trainer.has_recogniser else number
+        what = "Recogniser" if trainer.has_recogniser else f"Run {run.number}"
         return f"{what}: {trainer.freshness[0]}"
 
 

@@ -442,7 +442,7 @@ class Trainer(QObject):
     def _show_latest(self) -> None:
         """Review the latest run of the task, or nothing where there is none.
 
-        As with :func:`~forcelab.review.run_result.latest`, one that tested the task's own
+        As with :func:`~forcelab.review.run_result.latest_run`, one that tested the task's own
         demonstrations comes before one that learnt from them and tested others.
         """
         run = min(
