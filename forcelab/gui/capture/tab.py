@@ -15,6 +15,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import page_layout
 from forcelab.gui.status_bar import BackgroundIndicator
+from forcelab.gui.text import ask
 from forcelab.gui.theme import colours, themes
 from forcelab.text import amount, counted
 
@@ -178,24 +179,17 @@ def confirm_leaving(
 
     `in_memory` is how much of it the disk refuses, such as ``"12 kB"``; empty where it takes all.
     """
-    box = QMessageBox(parent)
-    box.setIcon(QMessageBox.Icon.Question)
-    box.setWindowTitle("Recording")
     unsure = stuck or bool(in_memory)
+    question = f"'{name}' is being recorded."
     if stuck:
-        box.setText(f"'{name}' was recorded and could not be kept.")
-    else:
-        box.setText(f"'{name}' is being recorded.")
-    box.setInformativeText(_consequence(unsure, in_memory))
-    stay_text = "Stay" if stuck else "Go on recording"
-    leave_text = "Retry saving and close" if unsure else "Keep it and close"
-    stay = box.addButton(stay_text, QMessageBox.ButtonRole.RejectRole)
-    leave = box.addButton(leave_text, QMessageBox.ButtonRole.AcceptRole)
-    box.setDefaultButton(stay if unsure else leave)
-    box.setEscapeButton(stay)
-    box.exec()
-    box.deleteLater()
-    return box.clickedButton() is leave
+        question = f"'{name}' was recorded and could not be kept."
+    answers = (
+        "Retry saving and close" if unsure else "Keep it and close",
+        "Stay" if stuck else "Go on recording",
+    )
+    detail = _consequence(unsure, in_memory)
+    answer = ask(parent, "Recording", question, detail, answers, default=int(unsure), escape=1)
+    return answer == answers[0]
 
 
 def _consequence(unsure: bool, in_memory: str) -> str:

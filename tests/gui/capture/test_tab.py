@@ -34,6 +34,7 @@ def answer(monkeypatch, role):
     def execute(box):
         asked.append(box.text())
         asked.append(box.informativeText())
+        assert box.textFormat() == Qt.TextFormat.PlainText  # the name of a recording is no markup
         (button,) = (b for b in box.buttons() if box.buttonRole(b) == role)
         button.click()
 
