@@ -342,7 +342,7 @@ class DemonstrationTree(QTreeView):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Enter opens; the menu key shows the menu at the row instead of the pointer."""
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+        if event.key() in ENTER_KEYS:
             self.opening.emit(self.currentIndex())
         elif event.key() == Qt.Key.Key_Menu:
             self.menu_requested.emit(self.visualRect(self.currentIndex()).center())

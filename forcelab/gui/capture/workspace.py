@@ -33,6 +33,7 @@ from forcelab.gui.capture.marks import HeldKeys, MarkLegend
 from forcelab.gui.capture.recognition_panel import RecogniserChoice, RecognitionPanel
 from forcelab.gui.capture.status_panel import StatusPanel
 from forcelab.gui.document import Document
+from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import ignore_wheel, is_typing
@@ -86,9 +87,7 @@ class CameraView(QWidget):
 
     def _paint_veil(self, painter: QPainter) -> None:
         """Veil a frame that is not the present one."""
-        veil = QColor(colours().panel)
-        veil.setAlphaF(0.75)
-        painter.fillRect(self.rect(), veil)
+        painter.fillRect(self.rect(), translucent(colours().panel, 0.75))
         painter.setPen(QColor(colours().trouble))
         wrapped = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
         painter.drawText(self.rect().adjusted(6, 6, -6, -6), wrapped, "No picture comes")
