@@ -25,16 +25,20 @@ from PySide6.QtGui import (
     QFont,
     QFontMetricsF,
     QKeyEvent,
+    QKeySequence,
     QPainter,
+    QTextCursor,
 )
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
+    QDialog,
     QHBoxLayout,
     QInputDialog,
     QLabel,
     QLineEdit,
     QMenu,
+    QPlainTextEdit,
     QPushButton,
     QStackedWidget,
     QStyle,
@@ -78,10 +82,10 @@ from forcelab.gui.item_views import (
     smaller,
 )
 from forcelab.gui.label.track_spans import track_spans
-from forcelab.gui.layout import page_layout, set_enabled_with_reason
+from forcelab.gui.layout import dialog_buttons, page_layout, set_enabled_with_reason
 from forcelab.gui.text import escape_ampersands, settle_name
 from forcelab.gui.theme import Colours, colours, themes
-from forcelab.gui.widgets import ElidedComboBox
+from forcelab.gui.widgets import ENTER_KEYS, ElidedComboBox
 from forcelab.project import DemonstrationInfo, Project
 
 #: The bar's width and thickness, in heights of the smaller line, and its most of a row's width.
@@ -338,7 +342,7 @@ class DemonstrationTree(QTreeView):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Enter opens; the menu key shows the menu at the row instead of the pointer."""
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+        if event.key() in ENTER_KEYS:
             self.opening.emit(self.currentIndex())
         elif event.key() == Qt.Key.Key_Menu:
             self.menu_requested.emit(self.visualRect(self.currentIndex()).center())
@@ -388,8 +392,34 @@ class EmptyNote(QWidget):
         self._label.setText(text)
 
 
-#: A note has so many pixels' room while it is written.
-NOTE_WIDTH = 480
+class NoteDialog(QDialog):
+    """Asks for a note of several lines; Ctrl+Return accepts it."""
+
+    def __init__(self, name: str, text: str, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(f"Note on {name}")
+        self.text = QPlainTextEdit(text, tabChangesFocus=True)
+        self.text.moveCursor(QTextCursor.MoveOperation.End)  # what is typed goes on
+        label = QLabel("&Note for other coders (leave it empty for none):")
+        label.setBuddy(self.text)
+        buttons, save = dialog_buttons(self, "Save the note", "&Save")
+        save.setToolTip(
+            QKeySequence("Ctrl+Return").toString(QKeySequence.SequenceFormat.NativeText)
+        )
+        page_layout(self, label, self.text, buttons, growing=self.text, margin=10, spacing=8)
+
+    def sizeHint(self) -> QSize:
+        """About sixty letters wide and six lines high."""
+        metrics = self.fontMetrics()
+        lines = super().sizeHint().height() - self.text.sizeHint().height()
+        return QSize(metrics.averageCharWidth() * 64, lines + metrics.lineSpacing() * 7)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Ctrl+Return comes here from the text, where Return alone begins a line."""
+        if event.key() in ENTER_KEYS and event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+            self.accept()
+        else:
+            super().keyPressEvent(event)
 
 
 class DemonstrationMenu(QObject):
@@ -595,19 +625,16 @@ class DemonstrationMenu(QObject):
         if agreed and name.strip() != row.info.name:
             self.rename(row.info.id, name)
 
-    def ask_note(self, row: DemonstrationRow) -> QInputDialog | None:
+    def ask_note(self, row: DemonstrationRow) -> None:
         """Edit the coder's note on a demonstration in a dialog that blocks nothing."""
         if not self._do((), Project.refuse_read_only):
-            return None
+            return
         author = self._document.author
-        dialog = QInputDialog(self._window)
-        dialog.setWindowTitle(f"Note on {row.info.name}")
-        dialog.setLabelText("Note for other coders (leave it empty for none):")
-        dialog.setTextValue(next((note.text for note in row.notes if note.author == author), ""))
-        dialog.resize(NOTE_WIDTH, dialog.sizeHint().height())
+        text = next((note.text for note in row.notes if note.author == author), "")
+        dialog = NoteDialog(row.info.name, text, self._window)
 
         def write() -> None:
-            if self.set_note(row.info.id, dialog.textValue()):
+            if self.set_note(row.info.id, dialog.text.toPlainText()):
                 dialog.deleteLater()
             else:
                 dialog.open()  # what was typed is not lost
@@ -615,9 +642,6 @@ class DemonstrationMenu(QObject):
         dialog.accepted.connect(write)
         dialog.rejected.connect(dialog.deleteLater)
         dialog.open()
-        for line in dialog.findChildren(QLineEdit):
-            line.deselect()  # what is typed first must not replace all of it
-        return dialog
 
     def _ask_task(self, rows: Sequence[DemonstrationRow]) -> None:
         project = self._document.project
@@ -737,19 +761,21 @@ class DemonstrationList(QWidget):
 
     def ask_video(self) -> None:
         """Attach a video to the open demonstration."""
-        opened = (info for info in self._document.infos if info.id == self._document.id)
-        if (info := next(opened, None)) is not None:
-            self.menu.ask_video(info)
-        else:
-            self._document.show_message("Open a demonstration first; a video belongs to one.", True)
+        if (row := self._opened("video")) is not None:
+            self.menu.ask_video(row.info)
 
     def ask_note(self) -> None:
         """Edit the note on the open demonstration."""
-        opened = (row for row in self._rows if row.info.id == self._document.id)
-        if (row := next(opened, None)) is not None:
+        if (row := self._opened("note")) is not None:
             self.menu.ask_note(row)
-        else:
-            self._document.show_message("Open a demonstration first; a note belongs to one.", True)
+
+    def _opened(self, what: str) -> DemonstrationRow | None:
+        """The row of the open demonstration; without one, says what it is needed for."""
+        for row in self._rows:
+            if row.info.id == self._document.id:
+                return row
+        self._document.show_message(f"Open a demonstration first; a {what} belongs to one.", True)
+        return None
 
     # Inside
 

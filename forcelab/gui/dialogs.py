@@ -7,11 +7,12 @@ from functools import partial
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QMessageBox, QWidget
+from PySide6.QtWidgets import QWidget
 
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.shortcuts import keys
+from forcelab.gui.text import ask
 
 
 def handlers(
@@ -48,23 +49,13 @@ def confirm_reveal(document: Document, ids: Collection[str], window: QWidget) ->
     text = f"Mark {names[0]} as done and end blind coding?"
     if len(names) > 1:
         text = f"Mark {len(names)} demonstrations as done and end blind coding of them?"
-    box = QMessageBox(window)
-    box.setIcon(QMessageBox.Icon.Question)
-    box.setWindowTitle("End blind coding")
-    box.setTextFormat(Qt.TextFormat.PlainText)
-    box.setText(text)
-    box.setInformativeText(
+    detail = (
         "You will see the labels and notes of others and the predictions. What has been seen "
         "cannot be hidden again."
     )
-    mark = box.addButton("Mark as done", QMessageBox.ButtonRole.AcceptRole)
-    cancel = box.addButton(QMessageBox.StandardButton.Cancel)
-    box.setDefaultButton(cancel)
-    box.setEscapeButton(cancel)
-    box.exec()
-    agreed = box.clickedButton() is mark
-    box.deleteLater()
-    return agreed
+    answers = "Mark as done", "Cancel"
+    answer = ask(window, "End blind coding", text, detail, answers, default=1, escape=1)
+    return answer == "Mark as done"
 
 
 def _toggle_done(document: Document, window: QWidget) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import metadata
 
@@ -38,11 +38,10 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui import settings
-from forcelab.gui.document import Document
 from forcelab.gui.exception_hook import log_file
 from forcelab.gui.keys_dialog import CommandDialog
 from forcelab.gui.layout import emphasise, resize_on_screen
-from forcelab.gui.shortcuts import GROUPS, Keys, key_name
+from forcelab.gui.shortcuts import GROUPS, key_name
 from forcelab.resources import versions
 from forcelab.version import __version__
 
@@ -121,16 +120,10 @@ class _Section:
 class HelpPage(CommandDialog):
     """All keys and gestures, searchable."""
 
-    def __init__(
-        self,
-        document: Document,
-        keys: Keys,
-        parent: QWidget | None = None,
-        offered: Collection[str] | None = None,
-    ) -> None:
-        super().__init__(document, keys, parent, offered)
+    search_hints = "Search", "Search keys and gestures"
+
+    def _build(self) -> tuple[QWidget, ...]:
         self.setWindowTitle("Keys and mouse")
-        self._search = self._search_field("Search", "Search keys and gestures")
         self._search.textChanged.connect(self._fill)
         self._area = QScrollArea()
         self._area.setWidgetResizable(True)
@@ -142,17 +135,8 @@ class HelpPage(CommandDialog):
         close.setAccessibleName("Close")
         close.clicked.connect(self.accept)
         buttons.addButton(close, QDialogButtonBox.ButtonRole.AcceptRole)
-        layout = QVBoxLayout(self)
-        layout.setSpacing(10)
-        layout.addWidget(self._search)
-        layout.addWidget(self._area, 1)
-        layout.addWidget(buttons)
         resize_on_screen(self, self.sizeHint())
-        self._columns = self._fitting()
-        self._fill()
-        keys.changed.connect(self._fill)
-        document.vocabulary_changed.connect(self._fill)
-        self._search.setFocus()
+        return self._area, buttons
 
     def sizeHint(self) -> QSize:
         metrics = self.fontMetrics()

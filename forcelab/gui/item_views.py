@@ -159,7 +159,7 @@ class RowList(QListView):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Enter opens a row; letters do not search."""
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+        if event.key() in ENTER_KEYS:
             self.opened.emit(self.currentIndex())
         elif event.text() and event.text().isprintable():
             event.ignore()

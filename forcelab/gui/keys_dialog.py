@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import ClassVar
 
 from PySide6.QtCore import QModelIndex, QSize, Qt
 from PySide6.QtGui import QKeySequence
@@ -17,7 +19,6 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QKeySequenceEdit,
     QLabel,
-    QLineEdit,
     QPushButton,
     QTreeWidget,
     QTreeWidgetItem,
@@ -44,6 +45,9 @@ class _Row:
 class CommandDialog(QDialog):
     """A dialog on keys with a search; `offered` are the ids of the commands, by default all."""
 
+    #: Placeholder and accessible name of the search field.
+    search_hints: ClassVar[tuple[str, str]]
+
     def __init__(
         self,
         document: Document,
@@ -54,40 +58,43 @@ class CommandDialog(QDialog):
         super().__init__(parent)
         self._document, self._keys = document, keys
         self._offered = [c for c in COMMANDS if offered is None or c.id in offered]
+        self._search = search_field(*self.search_hints)
+        self._search.setTextMargins(4, 2, 4, 2)
+        layout = QVBoxLayout(self)
+        layout.setSpacing(10)
+        layout.addWidget(self._search)
+        for part in self._build():
+            layout.addWidget(part)
+        self._fill()
+        keys.changed.connect(self._show_keys)
+        document.vocabulary_changed.connect(self._fill)
+        self._search.setFocus()
 
-    def _search_field(self, placeholder: str, name: str) -> QLineEdit:
-        field = search_field(placeholder, name)
-        field.setTextMargins(4, 2, 4, 2)
-        return field
+    @abstractmethod
+    def _build(self) -> tuple[QWidget, ...]:
+        """What stands below the search field."""
+
+    @abstractmethod
+    def _fill(self) -> None:
+        """List commands and actions with their keys."""
+
+    def _show_keys(self) -> None:
+        """Show keys that have changed."""
+        self._fill()
 
 
 class KeysDialog(CommandDialog):
     """All keys in one table; each change counts at once."""
 
-    def __init__(
-        self,
-        document: Document,
-        keys: Keys,
-        parent: QWidget | None = None,
-        offered: Collection[str] | None = None,
-    ) -> None:
-        super().__init__(document, keys, parent, offered)
+    search_hints = "Search for a command, an action or a key", "Search keys"
+
+    def _build(self) -> tuple[QWidget, ...]:
         self.setWindowTitle("Change keys")
         self._groups: list[tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = []
-        self._search = self._search_field("Search for a command, an action or a key", "Search keys")
         self._search.textChanged.connect(self._filter)
         self._table = self._make_table()
         self._search.returnPressed.connect(self._table.setFocus)
-        layout = QVBoxLayout(self)
-        layout.setSpacing(10)
-        layout.addWidget(self._search)
-        layout.addWidget(self._table, 1)
-        layout.addWidget(self._make_editor())
-        layout.addWidget(self._make_buttons())
-        self._fill()
-        keys.changed.connect(self._show_keys)
-        document.vocabulary_changed.connect(self._fill)
-        self._search.setFocus()
+        return self._table, self._make_editor(), self._make_buttons()
 
     def sizeHint(self) -> QSize:
         """Wide enough for the longest row, high enough for some twenty."""
@@ -238,7 +245,7 @@ class KeysDialog(CommandDialog):
         """Show the keys of the current row in the fields."""
         row = self._current()
         self._trouble.clear()
-        self._editor.setEnabled(row is not None)
+        set_enabled_with_reason(self._editor, "" if row else "Choose a command first.")
         item = self._table.currentItem()
         self._editor.setTitle(item.text(0) if item is not None and row is not None else "")
         bound = (*self._keys_of(row), "", "")[:2] if row is not None else ("", "")

@@ -261,11 +261,13 @@ def set_tone(tone: Literal["trouble", "warning"], text: str = "") -> QLabel:
     return label
 
 
-def dialog_buttons(dialog: QDialog, name: str) -> tuple[QDialogButtonBox, QPushButton]:
-    """Use and Cancel of a dialog, and the former; `name` is its accessible name."""
+def dialog_buttons(
+    dialog: QDialog, name: str, text: str = "&Use"
+) -> tuple[QDialogButtonBox, QPushButton]:
+    """Use and Cancel of a dialog, and the former, with its `text` and accessible name."""
     roles = QDialogButtonBox.ButtonRole
     buttons = QDialogButtonBox()
-    use = buttons.addButton("&Use", roles.AcceptRole)
+    use = buttons.addButton(text, roles.AcceptRole)
     use.setAccessibleName(name)
     cancel = buttons.addButton("Cancel", roles.RejectRole)
     cancel.setAccessibleName(cancel.text())

@@ -5,14 +5,15 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QStandardPaths, Qt, Signal
-from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
+from PySide6.QtCore import QObject, QStandardPaths, Signal
+from PySide6.QtWidgets import QFileDialog, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.file_dialogs import last_folder
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.text import ask
 from forcelab.jobs import Progress
 from forcelab.project import Project
 from forcelab.text import name_alike, tidy_name
@@ -68,22 +69,12 @@ class ProjectActions(QObject):
         """Open a recent project; if it was moved, ask for its place."""
         if self.is_found(path):
             return self.open(path)
-        box = QMessageBox(self._window)
-        box.setIcon(QMessageBox.Icon.Question)
-        box.setWindowTitle("Project not found")
-        box.setTextFormat(Qt.TextFormat.PlainText)
-        box.setText(_not_found(path))
-        locate = box.addButton("Locate…", QMessageBox.ButtonRole.AcceptRole)
-        forget = box.addButton("Remove from list", QMessageBox.ButtonRole.ActionRole)
-        box.setEscapeButton(box.addButton(QMessageBox.StandardButton.Cancel))
-        box.setDefaultButton(locate)
-        box.exec()
-        pressed = box.clickedButton()
-        box.deleteLater()
-        if pressed is forget:
+        answers = "Locate…", "Remove from list", "Cancel"
+        answer = ask(self._window, "Project not found", _not_found(path), "", answers, escape=2)
+        if answer == "Remove from list":
             settings.forget_project(path)
             self.recent_changed.emit()
-        return pressed is locate and self._locate(path)
+        return answer == "Locate…" and self._locate(path)
 
     def is_found(self, path: Path) -> bool:
         """Whether a recent project is still there; says so if not."""

@@ -131,8 +131,9 @@ def _losses(row: DemonstrationRow, author: str) -> list[str]:
 
 
 def _beginning(text: str) -> str:
-    """As much of a note as leaves room for the other sentences."""
-    return text if len(text) <= LETTERS else text[:LETTERS].rstrip() + "…"
+    """As much of a note's first line as leaves room for the other sentences."""
+    short = text.partition("\n")[0][:LETTERS].rstrip()
+    return short if short == text else short + "…"
 
 
 def _common_losses(rows: Sequence[DemonstrationRow], author: str) -> list[str]:

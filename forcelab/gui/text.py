@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from forcelab.text import name_alike, tidy_name
@@ -20,22 +21,44 @@ def settle_name(parent: QWidget | None, name: str, known: Iterable[str]) -> str:
     existing = name_alike(name, known)
     if existing is None:
         return name
+    answers = f"Use '{existing}'", f"Add '{name}'"
+    detail = f"'{name}' would be another name beside it."
+    answer = ask(parent, "Nearly the same name", f"'{existing}' already exists.", detail, answers)
+    return name if answer == answers[1] else existing
+
+
+def ask(
+    parent: QWidget | None,
+    title: str,
+    question: str,
+    detail: str,
+    answers: Sequence[str],
+    *,
+    default: int = 0,
+    escape: int = 0,
+) -> str:
+    """Ask a question in plain text; gives the pressed answer, that of `escape` when closed.
+
+    `default` and `escape` are indices of the answers that Enter and Escape give; the first answer
+    accepts.
+    """
     box = QMessageBox(parent)
     box.setIcon(QMessageBox.Icon.Question)
-    box.setWindowTitle("Nearly the same name")
-    box.setText(f"'{existing}' already exists.")
-    box.setInformativeText(f"'{name}' would be another name beside it.")
-    use = box.addButton(
-        f"Use '{escape_ampersands(existing)}'",
-        QMessageBox.ButtonRole.AcceptRole,
-    )
-    other = box.addButton(f"Add '{escape_ampersands(name)}'", QMessageBox.ButtonRole.ActionRole)
-    box.setDefaultButton(use)
-    box.setEscapeButton(use)
+    box.setWindowTitle(title)
+    box.setTextFormat(Qt.TextFormat.PlainText)  # a name is not markup
+    box.setText(question)
+    box.setInformativeText(detail)
+    buttons = []
+    for i, text in enumerate(answers):
+        rejects = i == escape > 0
+        role = QMessageBox.ButtonRole.RejectRole if rejects else QMessageBox.ButtonRole.AcceptRole
+        buttons.append(box.addButton(escape_ampersands(text), role))
+    box.setDefaultButton(buttons[default])
+    box.setEscapeButton(buttons[escape])
     box.exec()
-    chosen = box.clickedButton()
+    pressed = [text for text, b in zip(answers, buttons, strict=True) if b is box.clickedButton()]
     box.deleteLater()
-    return name if chosen is other else existing
+    return pressed[0] if pressed else answers[escape]
 
 
 def thousands(number: int) -> str:

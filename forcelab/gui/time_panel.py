@@ -75,37 +75,90 @@ TimeSpan = tuple[float, float]
 FOCUS = 2
 
 
-class TimePanel(QWidget):
+class TimeWidget(QWidget):
+    """Shows time from left to right, between a gutter and a margin; painted from a pixmap."""
+
+    #: Pixels left of the time axis, for names and vertical axes; and right of it.
+    GUTTER: ClassVar[int] = 88
+    RIGHT: ClassVar[int] = 8
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self.document = document
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMouseTracking(True)
+        # Every pixel is painted here; what lies below need not be.
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self._content = PixmapCache()
+        document.demonstration_changed.connect(self.invalidate)
+        themes().changed.connect(self.invalidate)
+
+    @property
+    def plot(self) -> QRectF:
+        """The area of the time axis, in pixels of the widget."""
+        width = max(self.width() - self.GUTTER - self.RIGHT, 1)
+        return QRectF(self.GUTTER, 0.0, width, self.height())
+
+    def invalidate(self, *_: object) -> None:
+        """Draw the content again."""
+        self._content.forget()
+        self.update()
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Draw again when fonts or the palette change."""
+        if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange):
+            self.invalidate()
+        super().changeEvent(event)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        self.invalidate()
+        super().resizeEvent(event)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zoom; with Shift, or by a sideways wheel, pan."""
+        angle, view = event.angleDelta(), self.document.view
+        notches = (angle.y() or angle.x()) / 120.0
+        shifted = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        if shifted or abs(angle.x()) > abs(angle.y()):
+            view.pan(-notches * PAN_STEP * (view.end - view.start))
+        else:
+            view.zoom(ZOOM_STEP**-notches, self.zoom_centre(event.position().x()))
+        event.accept()
+
+    @abstractmethod
+    def zoom_centre(self, x: float) -> float:
+        """The time (s) that stays in its place when the wheel zooms at a pixel."""
+
+    def paint_cursor(self, painter: QPainter, x: float) -> None:
+        """Draw the line of the cursor over the whole height."""
+        painter.setPen(QPen(QColor(colours().cursor), 1))
+        x = round(x) + 0.5
+        if self.plot.right() < x < self.plot.right() + 1:  # at the very end it would fall off
+            x -= 1
+        painter.drawLine(QLineF(x, 0, x, self.height()))
+
+
+class TimePanel(TimeWidget):
     """A panel whose horizontal axis is the document's visible span.
 
     What is slow to draw is drawn once into a pixmap (:meth:`paint_content`, :meth:`paint_gutter`)
     and kept until it is stale; what follows the cursor is drawn over it each time.
     """
 
-    #: Pixels left of the time axis, for names and vertical axes; and right of it.
-    GUTTER: ClassVar[int] = 88
-    RIGHT: ClassVar[int] = 8
     #: How many pixels beside the cursor what follows it is drawn, and whether the gutter, too.
     beside_cursor: float = LINE
     gutter_follows: bool = False
 
     def __init__(self, document: Document) -> None:
-        super().__init__()
-        self.document = document
+        super().__init__(document)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMouseTracking(True)
-        # Every pixel is painted here; what lies below need not be.
-        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
-        self._content, self._gutter = PixmapCache(), PixmapCache()
-        self._stale = True
+        self._gutter = PixmapCache()
         self._press: QPointF | None = None
         self._marking = False
         self._panning: QPointF | None = None
         #: The stretches of pixels that cursor, hint, range and stroke are drawn on.
         self._drawn_over: tuple[TimeSpan | None, ...] = ()
         document.view.span_changed.connect(self.invalidate)
-        document.demonstration_changed.connect(self.invalidate)
         document.view.cursor_moved.connect(self._marks_moved)
         for signal in (
             document.view.range_changed,
@@ -113,15 +166,8 @@ class TimePanel(QWidget):
             document.view.hint_changed,
         ):
             signal.connect(self._marks_moved)
-        themes().changed.connect(self.invalidate)
 
     # Where things are
-
-    @property
-    def plot(self) -> QRectF:
-        """The area of the time axis, in pixels of the widget."""
-        width = max(self.width() - self.GUTTER - self.RIGHT, 1)
-        return QRectF(self.GUTTER, 0.0, width, self.height())
 
     @property
     def seconds_per_pixel(self) -> float:
@@ -162,11 +208,6 @@ class TimePanel(QWidget):
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         """Draw what changes often: above the content, below the cursor."""
 
-    def invalidate(self, *_: object) -> None:
-        """Draw the content again."""
-        self._stale = True
-        self.update()
-
     # Qt
 
     def sizeHint(self) -> QSize:
@@ -176,20 +217,11 @@ class TimePanel(QWidget):
         """Draw again when fonts or the palette change."""
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange):
             self._gutter.forget()
-            self.invalidate()
         super().changeEvent(event)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        self.invalidate()
-        super().resizeEvent(event)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the cached content, then what lies over it."""
-        ratio = self.devicePixelRatioF()
-        if self._stale:
-            self._content.forget()
-        content = self._content.picture(self.size(), ratio, None, self._draw)
-        self._stale = False
+        content = self._content.picture(self.size(), self.devicePixelRatioF(), None, self._draw)
         # All that has moved since the last time was marked for this one.
         self._drawn_over = self._marks()
         with QPainter(self) as painter:
@@ -206,19 +238,8 @@ class TimePanel(QWidget):
                 painter.setClipping(False)
                 painter.fillRect(QRectF(0, 0, FOCUS, self.height()), QColor(colours().accent))
 
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom at the pointer; with Shift, or by a sideways wheel, pan."""
-        angle = event.angleDelta()
-        notches = (angle.y() or angle.x()) / 120.0
-        shifted = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-        if shifted or abs(angle.x()) > abs(angle.y()):
-            self.document.view.pan(
-                -notches * PAN_STEP * (self.document.view.end - self.document.view.start)
-            )
-        else:
-            x = min(max(event.position().x(), self.plot.left()), self.plot.right())
-            self.document.view.zoom(ZOOM_STEP**-notches, self.time_at(x))
-        event.accept()
+    def zoom_centre(self, x: float) -> float:
+        return self.time_at(min(max(x, self.plot.left()), self.plot.right()))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin a click, a marked range (left button) or a pan (middle button)."""
@@ -308,11 +329,7 @@ class TimePanel(QWidget):
             painter.setPen(QPen(QColor(now.hint), 1, Qt.PenStyle.DashLine))
             x = round(self.x_at(document.view.hint.time)) + 0.5
             painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
-        painter.setPen(QPen(QColor(now.cursor), 1))
-        x = round(self.x_at(document.view.cursor)) + 0.5
-        if plot.right() < x < plot.right() + 1:  # at the very end it would fall off the panel
-            x -= 1
-        painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
+        self.paint_cursor(painter, self.x_at(document.view.cursor))
 
     def _marks(self) -> tuple[TimeSpan | None, ...]:
         """Where cursor, hint, range and stroke are, in pixels; None where there is none."""

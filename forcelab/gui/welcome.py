@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.gui import settings
 from forcelab.gui.icons import icon
-from forcelab.gui.layout import ProgressBar, copyable
+from forcelab.gui.layout import ProgressBar, copyable, set_enabled_with_reason
 from forcelab.jobs import Progress
 
 
@@ -132,7 +132,8 @@ class Welcome(QWidget):
     def show_progress(self, progress: Progress | None) -> None:
         """Show the progress of the sample project; None when it is over."""
         self._sample.show_progress(progress)
-        self._buttons[0].setEnabled(progress is None)
+        making = "" if progress is None else "The sample project is being made."
+        set_enabled_with_reason(self._buttons[0], making)
 
     def _button(
         self, text: str, more: str, press: Callable[[], object], mark: str

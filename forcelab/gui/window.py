@@ -57,7 +57,7 @@ LOOK_MS, LIST_MS = 1000, 600
 #: Milliseconds after which memory that pictures and signals took is given back, again and again.
 TIDY_MS = 30_000
 #: The list's width at first, at least and at most, in pixels.
-NARROWEST, WIDEST = 180, 250
+NARROWEST, WIDEST = 200, 250
 #: The share of the time that such looks may take, in a project with thousands of tracks.
 VIEW_SHARE = 0.05
 #: How many letters of a name are shown at most; the tooltip has all of it.
@@ -116,8 +116,8 @@ class Window(DockedWindow):
         self.setStatusBar(self._line)
         self.statusBar().addPermanentWidget(self._sample)
         self.statusBar().addPermanentWidget(self.review.indicator)
-        self.statusBar().addPermanentWidget(self.capture.line)
-        self.capture.line.clicked.connect(partial(self.show_workspace, "capture"))
+        self.statusBar().addPermanentWidget(self.capture.indicator)
+        self.capture.indicator.clicked.connect(partial(self.show_workspace, "capture"))
         self.review.indicator.clicked.connect(partial(self.show_workspace, "review"))
         self._standard = self.saveState(LAYOUT)
         self._listing = QTimer(self, singleShot=True, interval=LIST_MS)
@@ -197,8 +197,8 @@ class Window(DockedWindow):
             leaving.callback(super().closeEvent, event)
             leaving.callback(self.document.close)
             leaving.callback(self.jobs.close)
-            leaving.callback(self.capture.let_go)  # a job may be keeping a recording
-            leaving.callback(self.label.let_go)
+            leaving.callback(self.capture.release)  # a job may be keeping a recording
+            leaving.callback(self.label.release)
             leaving.callback(self._listing.stop)
             leaving.callback(self._look.stop)
             leaving.callback(self._tidy.stop)

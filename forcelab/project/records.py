@@ -99,8 +99,8 @@ class Note:
     demonstration, author : str
         Its id, and the coder.
     text : str
-        One line: blanks at its ends go, and line breaks become blanks. ``""`` says that what the
-        coder wrote before counts no more.
+        One line or several: blanks at their ends go. ``""`` says that what the coder wrote before
+        counts no more.
     time : datetime
         When, with its zone.
     """
@@ -111,7 +111,8 @@ class Note:
     time: datetime
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "text", " ".join(self.text.split()))
+        lines = (" ".join(line.split()) for line in self.text.splitlines())
+        object.__setattr__(self, "text", "\n".join(lines).strip())
 
 
 @dataclass(frozen=True, slots=True)

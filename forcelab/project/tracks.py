@@ -191,12 +191,17 @@ class UndoResult:
 
     def sentence(self) -> str:
         """What was done, for people."""
-        sentence = self.edits[0].what
-        if len(self.edits) > 1:
-            pairs = [zip(edit.removed, edit.inserted, strict=True) for edit in self.edits]
-            changed = sum(old != new for pair in pairs for old, new in pair)
-            sentence = f"{_renaming(sentence)}{NUMBER}{counted(changed, 'segment')} of "
-            sentence += counted(len(self.edits), "demonstration")
+        edit = self.edits[0]
+        what = edit.what.removeprefix(f"{edit.kind}: ")
+        if self.renames:
+            pairs = [p for e in self.edits for p in zip(e.removed, e.inserted, strict=True)]
+            changed = [(gone.action, back.action) for gone, back in pairs if gone != back]
+            old, new = changed[0] if edit.kind == "redo" else changed[0][::-1]
+            number = counted(len(changed), "segment")
+            if len(self.edits) > 1:
+                number += f" in {counted(len(self.edits), 'demonstration')}"
+            what = f"rename of {old} to {new} ({number})"
+        sentence = f"{'Undone' if edit.kind == 'undo' else 'Redone'}: {what}"
         if self.left:
             names = listed([f"'{name}'" for name in self.left], MOST_NAMED)
             sentence += f"; not in {names}, where something else was edited since"

@@ -11,7 +11,7 @@ def notes(said):
 
 def test_a_note_is_written_replaced_and_taken_away(forcelab, project):
     result = forcelab("note", project, "foam-01", "slipped\nat 3.2 s", "--author", "Ada", "--json")
-    assert notes(result) == [("foam-01", "Ada", "slipped at 3.2 s")]
+    assert notes(result) == [("foam-01", "Ada", "slipped\nat 3.2 s")]
     assert result.json["notes"][0]["task"] == "foam"
     result = forcelab("note", project, "foam-01", "leave out", "--author", "Ada")
     assert result.out.splitlines()[1].endswith("leave out")
@@ -23,7 +23,7 @@ def test_a_note_is_written_replaced_and_taken_away(forcelab, project):
     assert notes(forcelab("note", project, "--author", "Ada", "--json")) == both[:1]
     assert forcelab("note", project, "foam-01", "", "--author", "Ada").out == "There is no note.\n"
     result = forcelab("note", project, "foam-01", "--history", "--json")
-    assert [text for *_, text in notes(result)] == ["slipped at 3.2 s", "leave out", ""]
+    assert [text for *_, text in notes(result)] == ["slipped\nat 3.2 s", "leave out", ""]
     with Project.open(project) as opened:
         assert [note.text for note in opened.coding.notes()] == ["second try"]
 

@@ -52,6 +52,24 @@ def answers(app, monkeypatch):
 
 
 @pytest.fixture
+def hovered(app):
+    """What a tooltip says where the mouse rests on a control, or on an entry of a menu."""
+    from PySide6.QtCore import QEvent
+    from PySide6.QtGui import QHelpEvent
+    from PySide6.QtWidgets import QApplication, QToolTip
+
+    def rest(control, spot=None):
+        spot = control.rect().center() if spot is None else spot
+        QToolTip.showText(control.mapToGlobal(spot), "the tip before")  # to hide one takes time
+        QApplication.sendEvent(
+            control, QHelpEvent(QEvent.Type.ToolTip, spot, control.mapToGlobal(spot))
+        )
+        return "" if QToolTip.text() == "the tip before" else QToolTip.text()
+
+    return rest
+
+
+@pytest.fixture
 def until(app):
     """Run the event loop until something holds."""
 

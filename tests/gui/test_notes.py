@@ -10,15 +10,17 @@ from made_once import made_once
 from painted import TRACK, study
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QInputDialog, QLineEdit, QMenu
+from PySide6.QtWidgets import QLabel, QMenu
 
 from forcelab.gui import theme
+from forcelab.gui.demonstration_list import NoteDialog
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.removal_dialog import Removal, removal_of
 from forcelab.gui.window import Window
 from forcelab.project import Project
 
 TIP, ALOUD = Qt.ItemDataRole.ToolTipRole, Qt.ItemDataRole.AccessibleTextRole
+CTRL = Qt.KeyboardModifier.ControlModifier
 CTRL_SHIFT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
 
 
@@ -54,22 +56,31 @@ def found(window):
 
 def asking(window):
     """The dialogs that ask for a note now."""
-    return [one for one in window.findChildren(QInputDialog) if one.isVisible()]
+    return [one for one in window.findChildren(NoteDialog) if one.isVisible()]
 
 
 def the_dialog(window, until):
-    """The dialog that asks for a note, and its line."""
+    """The dialog that asks for a note, and its text."""
     until(lambda: asking(window))
     [dialog] = asking(window)
-    return dialog, dialog.findChild(QLineEdit)
+    return dialog, dialog.text
+
+
+def type_lines(edit, text):
+    """Type a text; Return begins each further line."""
+    first, *further = text.split("\n")
+    QTest.keyClicks(edit, first)
+    for line in further:
+        QTest.keyClick(edit, Qt.Key.Key_Return)
+        QTest.keyClicks(edit, line)
 
 
 def note(window, until, text):
     """Write a note on the open demonstration, by keys alone."""
     QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
-    _, line = the_dialog(window, until)
-    QTest.keyClicks(line, text)
-    QTest.keyClick(line, Qt.Key.Key_Return)
+    _, edit = the_dialog(window, until)
+    type_lines(edit, text)
+    QTest.keyClick(edit, Qt.Key.Key_Return, CTRL)
     until(lambda: not asking(window))
 
 
@@ -87,21 +98,49 @@ def test_a_note_is_written_by_the_keyboard_and_shown_in_the_list(window, path, u
     note(window, until, ", twice")  # what is typed goes on, and does not replace
     assert "slipped at <b>3.2 s, twice" in index_of(window, "01").data(ALOUD)
     assert window.document.stroke is None  # no key of it has painted
+    assert not any(row.done for row in window.demonstrations.model.rows)  # Ctrl+Return's command
     QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
-    _, line = the_dialog(window, until)
-    QTest.keyClick(line, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
-    QTest.keyClick(line, Qt.Key.Key_Delete)
-    QTest.keyClick(line, Qt.Key.Key_Return)
+    _, edit = the_dialog(window, until)
+    QTest.keyClick(edit, Qt.Key.Key_A, CTRL)
+    QTest.keyClick(edit, Qt.Key.Key_Delete)
+    QTest.keyClick(edit, Qt.Key.Key_Return, CTRL)
     until(lambda: "Note" not in index_of(window, "01").data(ALOUD))
     assert len(window.document.project.coding.note_events()) == 3
+
+
+def test_return_begins_a_line_and_the_dialog_shows_all_of_them(window, until):
+    QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
+    dialog, edit = the_dialog(window, until)
+    assert "Note for other coders" in dialog.findChild(QLabel).text().replace("&", "")
+    type_lines(edit, "slipped at 3.2 s\n\nleft hand")
+    assert dialog.isVisible()
+    assert edit.toPlainText() == "slipped at 3.2 s\n\nleft hand"
+    top, bottom = (edit.cursorRect(cursor) for cursor in (cursor_at(edit, 0), edit.textCursor()))
+    assert edit.viewport().rect().contains(top)
+    assert edit.viewport().rect().contains(bottom)
+    QTest.keyClick(edit, Qt.Key.Key_Enter, CTRL)
+    until(lambda: not asking(window))
+    written = "slipped at 3.2 s\n\nleft hand"
+    assert [one.text for one in window.document.project.coding.notes()] == [written]
+    assert f"Note by Ada: {written}" in index_of(window, "01").data(TIP)
+    removal = removal_of([*window.demonstrations.model.rows][:1], "Ada").text.text()
+    assert "the note of Ada: “slipped at 3.2 s…”" in removal
+    QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
+    assert the_dialog(window, until)[1].toPlainText() == written
+
+
+def cursor_at(edit, position):
+    cursor = edit.textCursor()
+    cursor.setPosition(position)
+    return cursor
 
 
 def test_escape_leaves_the_note_as_it_was(window, until):
     note(window, until, "leave out")
     QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
-    dialog, line = the_dialog(window, until)
-    assert line.text() == "leave out"
-    QTest.keyClicks(line, "not")
+    dialog, edit = the_dialog(window, until)
+    assert edit.toPlainText() == "leave out"
+    QTest.keyClicks(edit, "not")
     QTest.keyClick(dialog, Qt.Key.Key_Escape)
     until(lambda: not asking(window))
     assert [one.text for one in window.document.project.coding.note_events()] == ["leave out"]
@@ -117,10 +156,10 @@ def test_a_right_click_writes_on_another_one_than_the_open_one(window, until):
     at = menu.actionGeometry(entry).center()
     QTest.mouseMove(menu, at)
     QTest.mouseClick(menu, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, at)
-    dialog, line = the_dialog(window, until)
+    dialog, edit = the_dialog(window, until)
     assert dialog.windowTitle() == "Note on 02"
-    QTest.keyClicks(line, "second try")
-    QTest.keyClick(line, Qt.Key.Key_Return)
+    QTest.keyClicks(edit, "second try")
+    QTest.keyClick(edit, Qt.Key.Key_Return, CTRL)
     until(lambda: "second try" in index_of(window, "02").data(ALOUD))
     assert window.document.demonstration.name == "01"
     rows = [*window.demonstrations.model.rows]
@@ -210,18 +249,18 @@ def test_what_could_not_be_stored_is_said_and_stays_typed(window, path, until, m
     window.document.message_shown.connect(lambda *what: messages.append(what))
     window.document.project._db.execute("PRAGMA busy_timeout = 20")
     QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
-    dialog, line = the_dialog(window, until)
-    QTest.keyClicks(line, "leave out")
+    dialog, edit = the_dialog(window, until)
+    QTest.keyClicks(edit, "leave out")
     with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as other:
         other.execute("BEGIN IMMEDIATE")
-        QTest.keyClick(line, Qt.Key.Key_Return)
+        QTest.keyClick(edit, Qt.Key.Key_Return, CTRL)
         assert "kept busy by another program" in messages[-1][0]
         assert messages[-1][1]
         other.execute("ROLLBACK")
-    again, line = the_dialog(window, until)
+    again, edit = the_dialog(window, until)
     assert again is dialog
-    assert line.text() == "leave out"
-    QTest.keyClick(line, Qt.Key.Key_Return)
+    assert edit.toPlainText() == "leave out"
+    QTest.keyClick(edit, Qt.Key.Key_Return, CTRL)
     until(lambda: "leave out" in index_of(window, "01").data(ALOUD))
     monkeypatch.setattr(window.document.project._db, "_refusal", "It may only be read here.")
     QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from painted import opened
-from PySide6.QtWidgets import QInputDialog, QMessageBox, QWidget
+from PySide6.QtWidgets import QCommandLinkButton, QInputDialog, QMessageBox, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
@@ -239,7 +239,7 @@ def test_a_sample_project_nobody_asked_for_ends_when_a_project_is_opened(
 
 
 def test_making_the_sample_project_can_be_cancelled_wherever_it_is_shown(
-    app, tmp_path, monkeypatch, until
+    app, tmp_path, monkeypatch, until, hovered
 ):
     ended, study = [], tmp_path / "study.forcelab"
     monkeypatch.setattr("forcelab.sample.making", endless(ended))
@@ -250,9 +250,13 @@ def test_making_the_sample_project_can_be_cancelled_wherever_it_is_shown(
     window.begin(LaunchOptions())
     (here,) = window._welcome.findChildren(SampleProgress)
     until(lambda: here.isVisible() and "LEGO" in here.bar.format())
+    sample = window._welcome.findChildren(QCommandLinkButton)[0]
+    assert not sample.isEnabled()
+    assert hovered(sample) == "The sample project is being made."
     here.cancel.click()
     until(lambda: ended)
     assert not here.isVisible()
+    assert sample.isEnabled()
     window.opening.make_sample(tmp_path / "sample")
     window.opening.open(study)
     (progress,) = window.statusBar().findChildren(SampleProgress)

@@ -22,7 +22,7 @@ def workspace(app, until):
         for _ in range(5):
             app.processEvents()
         yield workspace
-        workspace.let_go()
+        workspace.release()
         jobs.close()
         workspace.close()
         workspace.deleteLater()

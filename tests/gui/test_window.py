@@ -93,7 +93,7 @@ def test_it_is_complete_while_a_training_goes_on_behind_it(windows, study, until
 
 
 @pytest.mark.parametrize(
-    "step", ["capture.let_go", "label.let_go", "label.remember_layout", "jobs.close"]
+    "step", ["capture.release", "label.release", "label.remember_layout", "jobs.close"]
 )
 def test_a_fault_in_one_step_of_closing_leaves_nothing_open(
     windows, study, monkeypatch, until, step
@@ -124,7 +124,7 @@ def test_a_fault_in_one_step_of_closing_leaves_nothing_open(
     assert not window._look.isActive()
     assert not window._listing.isActive()
     assert window.at_rest(5.0)
-    if step == "label.let_go":
+    if step == "label.release":
         done()  # what could not be let go of is let go of now
 
 

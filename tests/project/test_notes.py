@@ -30,7 +30,7 @@ def test_the_latest_note_of_a_coder_counts_and_every_one_is_kept(project, make, 
     with Project.open(path) as again:
         assert told(again.coding.notes()) == [
             ("bert", "leave out"),
-            ("anna", "sensor slipped at 3.4 s"),
+            ("anna", "sensor slipped\nat 3.4 s"),
         ]
         times = [note.time for note in again.coding.note_events()]
     assert before <= times[0] < times[1] < times[2] <= datetime.now(timezone.utc)
@@ -38,7 +38,7 @@ def test_the_latest_note_of_a_coder_counts_and_every_one_is_kept(project, make, 
     assert told(project.coding.notes()) == [("bert", "leave out")]
     assert [text for author, text in told(project.coding.note_events(id_)) if author == "anna"] == [
         "sensor slipped at 3.2 s",
-        "sensor slipped at 3.4 s",
+        "sensor slipped\nat 3.4 s",
         "",
     ]
     with closing(sqlite3.connect(path / "project.sqlite")) as store:

@@ -231,7 +231,7 @@ def test_it_is_taken_back_in_every_track_at_once_and_brought_back(project, ids):
     done = project.tracks.undo_everywhere(ids[1], "Ada")
     assert done.edits[0].demonstration == ids[1]
     assert {edit.demonstration for edit in done.edits} == {*ids}
-    assert done.sentence() == "undo: hold is now grip in 6 segments of 3 demonstrations"
+    assert done.sentence() == "Undone: rename of hold to grip (6 segments in 3 demonstrations)"
     assert [project.tracks.get(id_, "Ada").segments for id_ in ids] == [ADA] * 3
     project.tracks.redo_everywhere(ids[2], "Ada")
     assert [actions(project, id_) for id_ in ids] == [["grab", "grip", "grip"]] * 3

@@ -20,7 +20,7 @@ from forcelab.project import DemonstrationInfo, Note, Project
 def add_options(parser: argparse.ArgumentParser) -> None:
     add_project(parser)
     parser.add_argument("demonstration", metavar="DEMO", nargs="?", help="its name or id")
-    parser.add_argument("text", metavar="TEXT", nargs="?", help="the note, one line")
+    parser.add_argument("text", metavar="TEXT", nargs="?", help="the note")
     add_author(parser, "the note's coder; without TEXT: only this coder's")
     parser.add_argument(
         "--history",
@@ -65,4 +65,10 @@ def note_json(note: Note) -> dict[str, object]:
 
 
 def _row(note: Note, info: DemonstrationInfo) -> list[str]:
-    return [info.task, info.name, note.author, f"{note.time:%Y-%m-%d %H:%M}", note.text or "-"]
+    return [
+        info.task,
+        info.name,
+        note.author,
+        f"{note.time:%Y-%m-%d %H:%M}",
+        " ".join(note.text.split()) or "-",
+    ]

@@ -70,6 +70,8 @@ BUSY_STATES = frozenset(
 #: States in which there is nothing to wait for or to keep, and settings may change.
 IDLE_STATES = frozenset({CaptureState.DISCONNECTED, CaptureState.READY})
 
+#: What disables controls in a state with a job.
+WAIT = "Wait until this is done."
 #: The sign of a running recording.
 RECORD_DOT = "\N{BLACK CIRCLE}"
 #: Milliseconds within which discarding must be asked for a second time.
@@ -201,6 +203,15 @@ class CaptureController(QObject):
         if self.phase is not CaptureState.READY or self.state is None:
             return ""
         return self.state.obstacle
+
+    @property
+    def obstacle_to_set_up(self) -> str:
+        """Why settings of the next recording cannot be changed now; empty where they can."""
+        if self.phase in IDLE_STATES or self.phase is CaptureState.CONNECTING:
+            return ""
+        if self.phase is CaptureState.UNSAVED:
+            return "Keep or discard the last recording first."
+        return WAIT if self.phase in BUSY_STATES else "End the recording first."
 
     @property
     def display_vocabulary(self) -> Vocabulary:

@@ -215,7 +215,7 @@ class DeviceList(QWidget):
 
     def set_choosing(self, choosing: bool) -> None:
         """Let devices be chosen; else show those that are ticked, and take no more room."""
-        self.setEnabled(choosing)
+        set_enabled_with_reason(self, "" if choosing else "Disconnect to choose other devices.")
         upright = QSizePolicy.Policy.Expanding if choosing else QSizePolicy.Policy.Maximum
         self.setSizePolicy(QSizePolicy.Policy.Preferred, upright)
         self.refresh_button.setVisible(choosing)

@@ -10,7 +10,7 @@ from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette
 from PySide6.QtWidgets import QLabel, QSizePolicy, QSpinBox, QVBoxLayout, QWidget
 
-from forcelab.gui.capture.controller import IDLE_STATES, CaptureController, CaptureState
+from forcelab.gui.capture.controller import CaptureController
 from forcelab.gui.capture.live_model import (
     LATENCIES,
     LiveModelController,
@@ -20,6 +20,7 @@ from forcelab.gui.capture.live_model import (
 from forcelab.gui.figures import text
 from forcelab.gui.file_dialogs import ask_file
 from forcelab.gui.label.swatches import paint_swatch, style_of
+from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import CalmLabel, ElidedComboBox, show_text
 
@@ -209,11 +210,12 @@ class RecogniserChoice:
 
     def _enable(self) -> None:
         """The recogniser of a recording stays the same from its start to its end."""
-        phase = self._controller.phase
-        free = phase in IDLE_STATES or phase is CaptureState.CONNECTING
+        obstacle = self._controller.obstacle_to_set_up
         has_project = self._controller.document.project is not None
-        self.which.setEnabled(free and has_project)
-        self.latency.setEnabled(free and self._controller.live_model.selection is not None)
+        closed = "" if has_project else "Open or make a project first; its recognisers are listed."
+        set_enabled_with_reason(self.which, obstacle or closed)
+        none = self._controller.live_model.selection is None
+        set_enabled_with_reason(self.latency, obstacle or none * "Choose a recogniser first.")
         self.nothing.setVisible(has_project and not self._offered)
 
     def _chosen(self, row: int) -> None:

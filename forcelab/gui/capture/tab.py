@@ -15,6 +15,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import page_layout
 from forcelab.gui.status_bar import BackgroundIndicator
+from forcelab.gui.text import ask
 from forcelab.gui.theme import colours, themes
 from forcelab.text import amount, counted
 
@@ -68,7 +69,7 @@ class CaptureTab(QWidget):
         self._jobs = jobs
         self._built: CaptureWorkspace | None = None
         #: For the status bar.
-        self.line = RecordingIndicator()
+        self.indicator = RecordingIndicator()
         #: What is being recorded or not kept yet, and whether it has ended and could not be kept.
         self.recording, self.stuck = "", False
         self._asked = False
@@ -90,7 +91,7 @@ class CaptureTab(QWidget):
 
     def come_to_front(self, front: bool) -> None:
         """Build the workspace when it is needed."""
-        self.line.set_elsewhere(not front)
+        self.indicator.set_elsewhere(not front)
         if front:
             _ = self.workspace
 
@@ -108,7 +109,7 @@ class CaptureTab(QWidget):
         self._asked = confirm_leaving(self.recording, window, stuck=self.stuck, in_memory=in_memory)
         return self._asked
 
-    def let_go(self) -> None:
+    def release(self) -> None:
         """Release the devices; what is being recorded is kept, or it is said where it is."""
         problem = "" if self._built is None else self._built.release()
         if problem:
@@ -133,7 +134,7 @@ class CaptureTab(QWidget):
         controller = self._built.controller
         name, state = controller.recording_name, controller.state
         stuck = controller.phase is CaptureState.UNSAVED
-        self.line.show_recording(name, 0.0 if state is None else state.seconds, stuck=stuck)
+        self.indicator.show_recording(name, 0.0 if state is None else state.seconds, stuck=stuck)
         if (name, stuck) != (self.recording, self.stuck):
             self.recording, self.stuck = name, stuck
             self.recording_changed.emit()
@@ -178,24 +179,17 @@ def confirm_leaving(
 
     `in_memory` is how much of it the disk refuses, such as ``"12 kB"``; empty where it takes all.
     """
-    box = QMessageBox(parent)
-    box.setIcon(QMessageBox.Icon.Question)
-    box.setWindowTitle("Recording")
     unsure = stuck or bool(in_memory)
+    question = f"'{name}' is being recorded."
     if stuck:
-        box.setText(f"'{name}' was recorded and could not be kept.")
-    else:
-        box.setText(f"'{name}' is being recorded.")
-    box.setInformativeText(_consequence(unsure, in_memory))
-    stay_text = "Stay" if stuck else "Go on recording"
-    leave_text = "Retry saving and close" if unsure else "Keep it and close"
-    stay = box.addButton(stay_text, QMessageBox.ButtonRole.RejectRole)
-    leave = box.addButton(leave_text, QMessageBox.ButtonRole.AcceptRole)
-    box.setDefaultButton(stay if unsure else leave)
-    box.setEscapeButton(stay)
-    box.exec()
-    box.deleteLater()
-    return box.clickedButton() is leave
+        question = f"'{name}' was recorded and could not be kept."
+    answers = (
+        "Retry saving and close" if unsure else "Keep it and close",
+        "Stay" if stuck else "Go on recording",
+    )
+    detail = _consequence(unsure, in_memory)
+    answer = ask(parent, "Recording", question, detail, answers, default=int(unsure), escape=1)
+    return answer == answers[0]
 
 
 def _consequence(unsure: bool, in_memory: str) -> str:

@@ -22,6 +22,7 @@ from forcelab.gui.capture.controller import (
     BUSY_STATES,
     IDLE_STATES,
     RECORD_DOT,
+    WAIT,
     CaptureController,
     CaptureState,
 )
@@ -32,6 +33,7 @@ from forcelab.gui.capture.marks import HeldKeys, MarkLegend
 from forcelab.gui.capture.recognition_panel import RecogniserChoice, RecognitionPanel
 from forcelab.gui.capture.status_panel import StatusPanel
 from forcelab.gui.document import Document
+from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import ignore_wheel, is_typing
@@ -85,9 +87,7 @@ class CameraView(QWidget):
 
     def _paint_veil(self, painter: QPainter) -> None:
         """Veil a frame that is not the present one."""
-        veil = QColor(colours().panel)
-        veil.setAlphaF(0.75)
-        painter.fillRect(self.rect(), veil)
+        painter.fillRect(self.rect(), translucent(colours().panel, 0.75))
         painter.setPen(QColor(colours().trouble))
         wrapped = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
         painter.drawText(self.rect().adjusted(6, 6, -6, -6), wrapped, "No picture comes")
@@ -240,7 +240,7 @@ class NextRecording(QWidget):
         """Show what can be changed now."""
         phase = self._controller.phase
         for field in (self.task, self.name, self.countdown):
-            field.setEnabled(phase in IDLE_STATES or phase is CaptureState.CONNECTING)
+            set_enabled_with_reason(field, self._controller.obstacle_to_set_up)
         if phase is CaptureState.READY and self.name.text() and not self._controller.name:
             self.name.clear()
         self.show_name()
@@ -488,9 +488,7 @@ class CaptureWorkspace(QWidget):
             "Make demonstrations of recordings that a crash or a power cut ended"
         )
         self.recover_button.setVisible(controller.unfinished > 0)
-        set_enabled_with_reason(
-            self.recover_button, "" if phase in IDLE_STATES else "Wait until this is done."
-        )
+        set_enabled_with_reason(self.recover_button, "" if phase in IDLE_STATES else WAIT)
 
     def _obstacle_to_connect(self, phase: CaptureState) -> str:
         """Why devices cannot be connected or disconnected now; empty where they can."""
@@ -498,22 +496,16 @@ class CaptureWorkspace(QWidget):
             return "Open or make a project first; recordings go into it."
         if phase is CaptureState.UNSAVED:
             return "Keep or discard the last recording first."
-        return "Wait until this is done." if phase in BUSY_STATES else ""
+        return WAIT if phase in BUSY_STATES else ""
 
     def _update_record_button(self) -> None:
         """Devices may be unplugged and plugged in again at any moment."""
         controller, obstacle = self.controller, self.controller.obstacle
-        can = (
-            controller.phase not in BUSY_STATES
-            and controller.phase is not CaptureState.DISCONNECTED
-            and not obstacle
-        )
-        if self.record_button.isEnabled() != can or self.record_button.toolTip() != obstacle:
-            reason = obstacle or "Connect devices before recording."
-            if controller.phase in BUSY_STATES:
-                reason = "Wait until this is done."
-            set_enabled_with_reason(self.record_button, "" if can else reason)
-            self.record_button.setToolTip(obstacle)
+        if controller.phase in BUSY_STATES:
+            obstacle = WAIT
+        elif controller.phase is CaptureState.DISCONNECTED:
+            obstacle = "Connect devices before recording."
+        set_enabled_with_reason(self.record_button, obstacle)
 
     def _update_discard_button(self) -> None:
         """What would be discarded: what is recorded, or what was kept last."""
@@ -529,9 +521,9 @@ class CaptureWorkspace(QWidget):
             name = self.fontMetrics().elidedText(last.recording.added.name, NAMES, SIDE // 3)
             text = f"Really discard '{name}'" if last.confirming else f"Discard '{name}'"
         _label_button(self.discard_button, text, keys().shown("discard_recording"))
-        set_enabled_with_reason(
-            self.discard_button, "" if can else "There is no recording to discard."
-        )
+        nothing = "There is no recording to discard."
+        reason = WAIT if controller.phase in BUSY_STATES else nothing
+        set_enabled_with_reason(self.discard_button, "" if can else reason)
 
 
 def _label_button(button: QPushButton, text: str, key: str = "") -> None:

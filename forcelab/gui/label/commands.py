@@ -56,8 +56,6 @@ def handlers(
         "zoom_fit": document.view.fit,
         "range_in": document.view.mark_in,
         "range_out": document.view.mark_out,
-        "undo": partial(segment_commands.undo, document),
-        "redo": partial(segment_commands.redo, document),
         "fine_nudges": lambda: segment_commands.set_fine_nudges(
             document, not document.view.fine_nudges
         ),

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from datetime import date, datetime
 from enum import Enum
-from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QRectF, QSize, Qt, QTimer
@@ -24,10 +23,9 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.item_views import NOWHERE, Index, RowList, SideList, write_row
-from forcelab.gui.label.segment_commands import redo, undo
 from forcelab.gui.layout import PageOrPlaceholder, set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
-from forcelab.project import Edit
+from forcelab.project import Edit, UndoResult
 
 #: How many edits are read at a time, and how many at first when there are only new ones to read.
 PAGE, NEW = 200, 4
@@ -219,8 +217,8 @@ class HistoryView(SideList):
         self.list.setAccessibleName("Edits of your track, newest first")
         self.list.doubleClicked.connect(self._row_activated)
         self.list.opened.connect(self._row_activated)
-        self.undo = self._button("undo", "Undo", partial(undo, document))
-        self.redo = self._button("redo", "Redo", partial(redo, document))
+        self.undo = self._button("undo", "Undo", self._undo)
+        self.redo = self._button("redo", "Redo", self._redo)
         self.reach = QLabel()
         self.reach.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self.pages = PageOrPlaceholder(self.list)
@@ -258,15 +256,23 @@ class HistoryView(SideList):
             return
         steps = self.model.steps_to(row)
         document, farther = self.document, []
-        verb = undo if steps < 0 else redo
+        verb = self._undo if steps < 0 else self._redo
         for _ in range(abs(steps)):
-            result = verb(document)
+            result = verb()
             if result is None:
                 return
             if result.reaches_farther:
                 farther.append(document.local_message)
         if farther:  # what changed out of sight is not to go by in the middle
             document.show_local_message(". ".join(farther))
+
+    # Of the track that is open then.
+
+    def _undo(self) -> UndoResult | None:
+        return self.document.editor.undo_everywhere()
+
+    def _redo(self) -> UndoResult | None:
+        return self.document.editor.redo_everywhere()
 
     def _row_activated(self, index: QModelIndex) -> None:
         """Go to the edit that was activated."""

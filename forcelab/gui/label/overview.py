@@ -6,7 +6,7 @@ from functools import partial
 from typing import Literal
 
 import numpy as np
-from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, QSize, Qt, QTimer
+from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt, QTimer
 from PySide6.QtGui import (
     QColor,
     QMouseEvent,
@@ -14,10 +14,8 @@ from PySide6.QtGui import (
     QPaintEvent,
     QPen,
     QPixmap,
-    QResizeEvent,
-    QWheelEvent,
 )
-from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
+from PySide6.QtWidgets import QApplication, QSizePolicy
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
@@ -36,8 +34,8 @@ from forcelab.gui.label.lanes import (
 from forcelab.gui.label.ruler import LONGEST_IN_SECONDS, clock_time
 from forcelab.gui.label.traces import ForcePanel
 from forcelab.gui.label.track_painting import paint_row
-from forcelab.gui.theme import colours, themes
-from forcelab.gui.time_panel import ZOOM_STEP, PixmapCache, TimePanel
+from forcelab.gui.theme import colours
+from forcelab.gui.time_panel import PixmapCache, TimeWidget
 
 #: Height of the overview, and of the strip with the coder's track, in pixels.
 HEIGHT = 58
@@ -52,7 +50,7 @@ HANDLE_REACH = 6.0
 Handle = Literal["start", "end", "body", "new"]
 
 
-class Overview(QWidget):
+class Overview(TimeWidget):
     """The whole demonstration in small, and what can be done with it by mouse.
 
     Dragging the window pans, dragging its edges zooms, dragging elsewhere shows another span; a
@@ -60,24 +58,16 @@ class Overview(QWidget):
     """
 
     def __init__(self, document: Document, force: ForcePanel) -> None:
-        super().__init__()
-        self.document = document
+        super().__init__(document)
         self._source = force.source
-        #: What is drawn without the coder's track, and with it.
-        self._curves, self._picture = PixmapCache(), PixmapCache()
+        #: The content with the coder's track, which is all that a stroke changes.
+        self._picture = PixmapCache()
         #: The span that is being chosen.
         self._band: tuple[float, float] | None = None
         self.setAccessibleName("Overview of the whole demonstration")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setFixedHeight(HEIGHT)
-        # Every pixel is painted here; what lies below need not be.
-        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
-        for stale in (
-            document.demonstration_changed,
-            self._source.choices_changed,
-            self._source.data_read,
-            themes().changed,
-        ):
+        for stale in (self._source.choices_changed, self._source.data_read):
             stale.connect(self.invalidate)
         self._track_timer = QTimer(self, singleShot=True, interval=PAUSE)
         self._track_timer.timeout.connect(self._tracks_changed)
@@ -89,15 +79,8 @@ class Overview(QWidget):
         self._press = QPointF()
         self._span = (0.0, 1.0)
         self._dragging = False
-        self.setMouseTracking(True)
 
     # Geometry
-
-    @property
-    def plot(self) -> QRectF:
-        """The area of the whole demonstration, below the panels' time axis, in pixels."""
-        width = max(self.width() - TimePanel.GUTTER - TimePanel.RIGHT, 1)
-        return QRectF(TimePanel.GUTTER, 0.0, width, self.height())
 
     @property
     def axis(self) -> Axis:
@@ -117,28 +100,18 @@ class Overview(QWidget):
     # Drawing
 
     def invalidate(self, *_: object) -> None:
-        """Redraw everything."""
-        self._curves.forget()
-        self._tracks_changed()
+        super().invalidate()
+        self._picture.forget()
 
     def _tracks_changed(self) -> None:
         """Redraw the coder's track."""
         self._picture.forget()
         self.update()
 
-    def changeEvent(self, event: QEvent) -> None:
-        if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange):
-            self.invalidate()
-        super().changeEvent(event)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        self.invalidate()
-        super().resizeEvent(event)
-
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the cached picture, the window and the cursor."""
         size, ratio = self.size(), self.devicePixelRatioF()
-        curves = self._curves.picture(size, ratio, None, self._draw)
+        curves = self._content.picture(size, ratio, None, self._draw)
         picture = self._picture.picture(size, ratio, None, partial(self._draw_with_track, curves))
         with QPainter(self) as painter:
             painter.drawPixmap(0, 0, picture)
@@ -167,7 +140,7 @@ class Overview(QWidget):
         painter.drawLine(QLineF(0, 0.5, self.width(), 0.5))
 
     def _draw_with_track(self, curves: QPixmap, painter: QPainter) -> None:
-        """Draw the same with the coder's track, which is all that a stroke changes."""
+        """Draw the same with the coder's track."""
         painter.drawPixmap(0, 0, curves)
         document, plot = self.document, self.plot
         if document.demonstration is not None:
@@ -230,9 +203,7 @@ class Overview(QWidget):
             wash = translucent(theme.range, 0.25)
             left, right = (self.axis.at(time) for time in self._band)
             painter.fillRect(QRectF(left, 0, right - left, HEIGHT), wash)
-        painter.setPen(QPen(QColor(theme.cursor), 1))
-        x = round(self.axis.at(self.document.view.cursor)) + 0.5
-        painter.drawLine(QLineF(x, 0, x, HEIGHT))
+        self.paint_cursor(painter, self.axis.at(self.document.view.cursor))
 
     def _repaint(self, *_: object) -> None:
         if self.isVisible():
@@ -307,16 +278,9 @@ class Overview(QWidget):
         self._set_pointer(event.position().x())
         self.update()
 
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom about the middle of the window; with Shift, pan by a tenth of it."""
-        angle = event.angleDelta()
-        notches = (angle.y() or angle.x()) / 120.0
-        start, end = self.document.view.start, self.document.view.end
-        if event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
-            self.document.view.pan(-notches * 0.1 * (end - start))
-        else:
-            self.document.view.zoom(ZOOM_STEP**-notches, (start + end) / 2)
-        event.accept()
+    def zoom_centre(self, x: float) -> float:
+        """Zoom about the middle of the window."""
+        return (self.document.view.start + self.document.view.end) / 2
 
     def _set_pointer(self, x: float) -> None:
         """Show by the pointer what a drag would move."""

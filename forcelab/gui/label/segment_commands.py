@@ -11,15 +11,14 @@ from collections.abc import Callable, Collection
 from operator import attrgetter
 from typing import Literal
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QAbstractButton, QMessageBox, QWidget
+from PySide6.QtWidgets import QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.label.track_gestures import index_at
-from forcelab.gui.text import escape_ampersands
+from forcelab.gui.text import ask
 from forcelab.labels import Segment
-from forcelab.project import Edit, UndoResult
+from forcelab.project import Edit
 from forcelab.project.actions import ActionRename
 from forcelab.segment_edits import SLIVER
 
@@ -60,31 +59,19 @@ def _confirm_rename(
     in_task: ActionRename, everywhere: ActionRename, parent: QWidget
 ) -> Collection[str] | None:
     """Ask whether to rename an action, and in which tasks; None to leave it."""
-    box = QMessageBox(parent)
-    box.setIcon(QMessageBox.Icon.Question)
-    box.setTextFormat(Qt.TextFormat.PlainText)  # a name is not markup
     old, new = everywhere.old, everywhere.new
+    title, question = "Rename action", f"Rename '{old}' to '{new}' in other tasks, too?"
     if everywhere.merges:
-        box.setWindowTitle("Merge actions")
-        box.setText(f"Merge '{old}' into '{new}'?")
-    else:
-        box.setWindowTitle("Rename action")
-        box.setText(f"Rename '{old}' to '{new}' in other tasks, too?")
-    box.setInformativeText(everywhere.sentences(done=False))
-    choices: dict[QAbstractButton, tuple[str, ...]] = {}
+        title, question = "Merge actions", f"Merge '{old}' into '{new}'?"
+    choices = {"Merge": everywhere.tasks}
     if everywhere.tasks != in_task.tasks:
-        task = in_task.tasks[0] or "no task"
-        only = f"Only in {escape_ampersands(task)}"
-        choices[box.addButton(only, QMessageBox.ButtonRole.AcceptRole)] = in_task.tasks
-        label = f"In all {len(everywhere.tasks)} tasks"
-    else:
-        label = "Merge"
-    choices[box.addButton(label, QMessageBox.ButtonRole.AcceptRole)] = everywhere.tasks
-    box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
-    box.exec()
-    chosen = box.clickedButton()
-    box.deleteLater()
-    return choices.get(chosen)
+        choices = {
+            f"Only in {in_task.tasks[0] or 'no task'}": in_task.tasks,
+            f"In all {len(everywhere.tasks)} tasks": everywhere.tasks,
+        }
+    answers, last = (*choices, "Cancel"), len(choices)
+    detail = everywhere.sentences(done=False)
+    return choices.get(ask(parent, title, question, detail, answers, default=last, escape=last))
 
 
 #: How far a key moves an edge or a segment, in seconds, and how far where that is to be finer.
@@ -234,16 +221,6 @@ def copy_interval(document: Document, author: str, start: float, end: float) -> 
     """Copy an interval of another track, and offer its author first from now on."""
     document.view.copied_from = author
     return document.editor.copy_from(author, start, end) is not None
-
-
-def undo(document: Document) -> UndoResult | None:
-    """Take back the latest edit of the track that is open then."""
-    return document.editor.undo_everywhere()
-
-
-def redo(document: Document) -> UndoResult | None:
-    """Take back the latest undo in the track that is open then."""
-    return document.editor.redo_everywhere()
 
 
 def start_to_cursor(document: Document) -> bool:

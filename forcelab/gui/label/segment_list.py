@@ -57,6 +57,7 @@ from forcelab.gui.label.track_menus import add_relabel_menu, shown_name
 from forcelab.gui.label.track_painting import MARK, origin_text, paint_proposed
 from forcelab.gui.layout import PageOrPlaceholder, search_field, whole_rows
 from forcelab.gui.theme import colours, themes
+from forcelab.gui.widgets import ENTER_KEYS
 from forcelab.labels import Segment, Segments
 from forcelab.project import Origin
 from forcelab.segment_edits import SLIVER, splice
@@ -350,7 +351,7 @@ class SegmentRowList(QTableView):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Leave keys that label and play to the window; others navigate in the table."""
         text, editing = event.text(), self.state() == QAbstractItemView.State.EditingState
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not editing:
+        if event.key() in ENTER_KEYS and not editing:
             current = self.currentIndex()
             self.edit(current if current.column() != NUMBER else current.siblingAtColumn(START))
         elif (text and text.isprintable()) or event.key() == Qt.Key.Key_Delete:

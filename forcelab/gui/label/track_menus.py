@@ -205,7 +205,8 @@ def _add_actions(
         label = f"&{action.key.upper()}  {name}" if action.key else name
         entry = _add_entry(menu, label, partial(choose, action.name))
         entry.setIcon(swatch_icon(action.colour, action.texture))
-    menu.setEnabled(bool(menu.actions()))
+    reason = f"The task has no {'other ' if except_for else ''}actions."
+    set_enabled_with_reason(menu.menuAction(), "" if menu.actions() else reason)
 
 
 def _add_copies(menu: QMenu, document: Document, time: float) -> dict[str, QAction]:

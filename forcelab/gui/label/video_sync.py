@@ -256,7 +256,7 @@ class VideoPreview(QWidget):
         column.addWidget(self.slider)
         column.addLayout(row)
         for control in self._controls:
-            control.setEnabled(False)
+            set_enabled_with_reason(control, "Wait until the video is open.")
         self.frames.opened.connect(self._opened)
         self.frames.frame_ready.connect(self._shown)
         self.frames.failed.connect(self._show_problem)
@@ -304,7 +304,7 @@ class VideoPreview(QWidget):
         """Begin at the frame that was asked for."""
         self.times = times
         for widget in self._controls:
-            widget.setEnabled(True)
+            set_enabled_with_reason(widget, "")
         with QSignalBlocker(self.slider), QSignalBlocker(self.spin):
             self.slider.setRange(0, times.size - 1)
             self.slider.setPageStep(max(times.size // 20, 1))

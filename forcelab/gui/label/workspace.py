@@ -186,7 +186,7 @@ class LabelWorkspace(DockedWindow):
         """Whether video and scalogram show what was requested."""
         return self.video.settled and self.scalogram.settled
 
-    def let_go(self) -> None:
+    def release(self) -> None:
         """Stop playback and background work, before the window closes."""
         self.player.stop()
         self.video.close_video()

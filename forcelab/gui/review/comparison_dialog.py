@@ -240,9 +240,9 @@ class ComparisonDialog(QDialog):
 
     def _first_two(self, runs: tuple[RunInfo, ...]) -> tuple[int, int]:
         """Indices of an older and a newer run that are worth a comparison; the latest is first."""
-        outcome = self.document.review.run
+        run = self.document.review.run
         numbers = [run.number for run in runs]
-        reviewed = None if outcome is None else outcome.number
+        reviewed = None if run is None else run.number
         newer = numbers.index(reviewed) if reviewed in numbers else 0
         same = [i for i, run in enumerate(runs) if run.title == runs[newer].title and i != newer]
         older = next((i for i in same if i > newer), same[0] if same else (newer + 1) % len(runs))

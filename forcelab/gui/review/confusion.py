@@ -44,7 +44,7 @@ from forcelab.gui.file_dialogs import ask_picture, save_picture
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, as_tsv, copy_text
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, scroll_area
-from forcelab.gui.review.reviewed_run import visible_outcome
+from forcelab.gui.review.reviewed_run import visible_run
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, combo_box, is_plain
 from forcelab.review.confusion import ConfusionCounts, Share, Unit, count_confusion, normalise
@@ -80,11 +80,11 @@ def cell_sentence(cells: ConfusionCounts, cell: tuple[int, int], unit: Unit, sha
     return f"{what}: {seconds}, {of}, in {number:,} place{plural}"
 
 
-def missing_matrix_text(outcome: RunResult | None, *, opened: bool) -> str:
+def missing_matrix_text(run: RunResult | None, *, opened: bool) -> str:
     """Why there is no matrix; `opened` says whether a project is open."""
     if not opened:
         return "Open a project to see which actions are confused."
-    if outcome is None:
+    if run is None:
         return (
             "Train a recogniser; this then shows which actions it confuses, and every place where "
             "it does."
@@ -472,8 +472,8 @@ class ConfusionView(QWidget):
         self.document = document
         self._jobs = jobs
         self.cells: ConfusionCounts | None = None
-        # What is counted or being counted: of this outcome these demonstrations, at this stage.
-        self._outcome: RunResult | None = None
+        # What is counted or being counted: of this run these demonstrations, at this stage.
+        self._run: RunResult | None = None
         self._requested_cell: tuple[tuple[str, ...], str] = ((), "")
         self.switches = DisplayOptions()
         self.canvas = MatrixCanvas()
@@ -530,7 +530,7 @@ class ConfusionView(QWidget):
         super().hideEvent(event)
         self._jobs.cancel(CONFUSION_JOB)
         if self.cells is None:
-            self._outcome = None
+            self._run = None
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -559,28 +559,26 @@ class ConfusionView(QWidget):
         if not self.isVisible():
             return
         try:
-            outcome = visible_outcome(self.document)
+            run = visible_run(self.document)
         except ForcelabError as error:
-            self._outcome = None  # to be counted as soon as it can be read
+            self._run = None  # to be counted as soon as it can be read
             self._show_empty(str(error))
             return
-        if outcome is None or not outcome.tested:
+        if run is None or not run.tested:
             self._jobs.cancel(CONFUSION_JOB)
-            self._outcome = None
-            self._show_empty(missing_matrix_text(outcome, opened=self.document.project is not None))
+            self._run = None
+            self._show_empty(missing_matrix_text(run, opened=self.document.project is not None))
             return
-        requested = (tuple(d.id for d in outcome.tested), self.switches.stage)
-        if self._outcome is not self.document.review.run or self._requested_cell != requested:
+        requested = (tuple(d.id for d in run.tested), self.switches.stage)
+        if self._run is not self.document.review.run or self._requested_cell != requested:
             if (
                 self._requested_cell[0] != requested[0]
             ):  # perhaps because some may not be seen any more
                 self.canvas.show_figure(None)
-            self._outcome, self._requested_cell = self.document.review.run, requested
+            self._run, self._requested_cell = self.document.review.run, requested
             self.cells = None
             self.list.clear()
-            self._jobs.run(
-                count_confusion(outcome, self.switches.stage), self._take, key=CONFUSION_JOB
-            )
+            self._jobs.run(count_confusion(run, self.switches.stage), self._take, key=CONFUSION_JOB)
 
     def _changed(self) -> None:
         self._draw()
@@ -606,12 +604,12 @@ class ConfusionView(QWidget):
 
     def _figure(self, *, headed: bool) -> ConfusionMatrix:
         assert self.cells is not None
-        outcome, unit, matrix = (
+        run, unit, matrix = (
             self.document.review.run,
             self.switches.unit,
             self.cells.matrix(self.switches.unit),
         )
-        title = "" if outcome is None else outcome.title
+        title = "" if run is None else run.title
         stage = self.switches.stage
         # In the cells are shares: only the totals have a unit.
         total = "total (s)" if unit == "time" else "total"

@@ -91,14 +91,14 @@ class ModelCache:
     def __len__(self) -> int:
         return len(self._models)
 
-    def get(self, path: Path, outcome: RunResult, id_: str) -> HeldOutModel | None:
-        key = path, outcome.number, id_
+    def get(self, path: Path, run: RunResult, id_: str) -> HeldOutModel | None:
+        key = path, run.number, id_
         if key in self._models:
             self._models.move_to_end(key)
         return self._models.get(key)
 
-    def put(self, path: Path, outcome: RunResult, id_: str, withheld: HeldOutModel) -> None:
-        self._models[path, outcome.number, id_] = withheld
+    def put(self, path: Path, run: RunResult, id_: str, withheld: HeldOutModel) -> None:
+        self._models[path, run.number, id_] = withheld
         while len(self._models) > 1 and (
             len(self._models) > MODELS_KEPT
             or sum(model.bytes for model in self._models.values()) > MODEL_BYTES
@@ -109,22 +109,20 @@ class ModelCache:
         self._models.clear()
 
 
-def train_without(
-    path: Path, outcome: RunResult, id_: str
-) -> Generator[Progress, None, HeldOutModel]:
+def train_without(path: Path, run: RunResult, id_: str) -> Generator[Progress, None, HeldOutModel]:
     """Train without a demonstration, in a process of its own."""
     from forcelab.process import run_in_process
     from forcelab.review.explanation import train_held_out  # takes a second to load
 
-    return (yield from run_in_process(train_held_out, path, outcome, id_))
+    return (yield from run_in_process(train_held_out, path, run, id_))
 
 
 def explain_interval(
-    withheld: HeldOutModel, outcome: RunResult, place: Interval, hidden: Collection[str]
+    withheld: HeldOutModel, run: RunResult, place: Interval, hidden: Collection[str]
 ) -> Generator[Progress, None, Explanation]:
     from forcelab.review.explanation import explain
 
-    return (yield from explain(withheld, outcome, place, hidden))
+    return (yield from explain(withheld, run, place, hidden))
 
 
 #: From this width on, in pixels, what speaks and what is alike stand side by side.
@@ -287,7 +285,7 @@ class ExplanationView(QWidget):
         self.place: Interval | None = None
         self.why: Explanation | None = None
         self.model_cache = ModelCache()
-        self._outcome: RunResult | None = None
+        self._run: RunResult | None = None
         self._hidden: frozenset[str] = frozenset()  # what the coder codes blind
         self._away: Interval | None = None  # the neighbour that is looked at meanwhile
         self._selecting = False  # whether the selection is newer than what was examined
@@ -379,58 +377,58 @@ class ExplanationView(QWidget):
             self.pages.say(missing_explanation_text(self.document))
             return
         hidden = blind_demonstrations(document)
-        if (place, hidden) == (self.place, self._hidden) and document.review.run is self._outcome:
+        if (place, hidden) == (self.place, self._hidden) and document.review.run is self._run:
             return
         if hidden - self._hidden:  # a neighbour may be among those
             self.page.forget()
         self._hidden = hidden
-        if document.review.run is not self._outcome:
+        if document.review.run is not self._run:
             self.model_cache.clear()
-        self.place, self._outcome, self._stopped = place, document.review.run, False
+        self.place, self._run, self._stopped = place, document.review.run, False
         self.pages.say("")
-        reviewed = self._outcome.find(place.demonstration)
+        reviewed = self._run.find(place.demonstration)
         certainty = None if reviewed is None else reviewed.probability_trace
-        self.page.begin(place, certainty, self._outcome.settings.threshold)
+        self.page.begin(place, certainty, self._run.settings.threshold)
         self._cancel(EXPLAINING_JOB, TRACES_JOB)
         self._begin()
 
     def _begin(self) -> None:
-        project, place, outcome = self.document.project, self.place, self._outcome
-        if project is None or place is None or outcome is None:
+        project, place, run = self.document.project, self.place, self._run
+        if project is None or place is None or run is None:
             return
         id_ = place.demonstration
-        withheld = self.model_cache.get(project.path, outcome, id_)
+        withheld = self.model_cache.get(project.path, run, id_)
         if withheld is not None:
             self.jobs.cancel(HELD_OUT_JOB)  # of another demonstration
             self._explain(withheld)
             return
-        ticket = outcome.number, id_
+        ticket = run.number, id_
         if self.jobs.awaits(HELD_OUT_JOB) and self._training == ticket:
             return  # on its way
         self._training, self._begun = ticket, time.monotonic()
         path = project.path
 
         def done(withheld: HeldOutModel) -> None:
-            self.model_cache.put(path, outcome, id_, withheld)
+            self.model_cache.put(path, run, id_, withheld)
             self._begin()
 
-        job = train_without(path, outcome, id_)
+        job = train_without(path, run, id_)
         self.jobs.run(job, done, self._failed, self._show_progress, HELD_OUT_JOB)
         self._show_progress(Progress(0, 1, "features"))
 
     def _explain(self, withheld: HeldOutModel) -> None:
-        project, place, outcome = self.document.project, self.place, self._outcome
+        project, place, run = self.document.project, self.place, self._run
         assert project is not None
         assert place is not None
-        assert outcome is not None
+        assert run is not None
         self.page.state.hide()
-        job = explain_interval(withheld, outcome, place, self._hidden)
+        job = explain_interval(withheld, run, place, self._hidden)
         self.jobs.run(job, self._show, self._failed, key=EXPLAINING_JOB)
 
     def _show(self, why: Explanation) -> None:
-        assert self._outcome is not None
+        assert self._run is not None
         self.why = why
-        self.page.show_why(why, self._name_of, self._outcome.settings.threshold)
+        self.page.show_why(why, self._name_of, self._run.settings.threshold)
         self._trace()
 
     def _trace(self) -> None:
@@ -454,11 +452,11 @@ class ExplanationView(QWidget):
             self.jobs.cancel(key)
 
     def _show_progress(self, progress: object) -> None:
-        if isinstance(progress, Progress) and self.place and self._outcome:
+        if isinstance(progress, Progress) and self.place and self._run:
             name = self._name_of(self.place.demonstration)
             elapsed = time.monotonic() - self._begun
             self.page.say(
-                explanation_plots.held_out_progress(progress, name, elapsed, self._outcome), "Stop"
+                explanation_plots.held_out_progress(progress, name, elapsed, self._run), "Stop"
             )
 
     def _failed(self, error: Exception) -> None:

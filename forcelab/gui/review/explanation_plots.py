@@ -119,11 +119,11 @@ def recogniser_sentence(why: Explanation, name: str) -> str:
     return f"{sentence}, trained once more in {seconds:.1f} s: {same}."
 
 
-def held_out_progress(progress: Progress, name: str, elapsed: float, outcome: RunResult) -> str:
+def held_out_progress(progress: Progress, name: str, elapsed: float, run: RunResult) -> str:
     """How far the training is: ``Training without pen-03 … about 12 s left``."""
     started = f"Training without {name} …"
-    seconds, tested = outcome.seconds, max(len(outcome.tested), 1)
-    folds = min(outcome.folds or tested, tested)
+    seconds, tested = run.seconds, max(len(run.tested), 1)
+    folds = min(run.folds or tested, tested)
     usual = seconds.get("features", 0.0) + seconds.get("fit", 0.0) / folds
     rest = usual - elapsed
     if not usual or progress.text == "explaining":

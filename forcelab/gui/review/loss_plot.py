@@ -23,7 +23,7 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures.axes import Axis, LogAxis, draw_bottom, draw_left
 from forcelab.gui.layout import muted_label, set_tone
-from forcelab.gui.review.reviewed_run import visible_outcome
+from forcelab.gui.review.reviewed_run import visible_run
 from forcelab.gui.review.trainer import Trainer
 from forcelab.gui.theme import colours, themes
 from forcelab.review.run_result import RunResult
@@ -211,8 +211,8 @@ class LossView(QWidget):
         if not self.isVisible():
             return
         self.curves.show_curves(loss_curves(self.trainer.step_history))
-        outcome = self.document.review.run
-        parts = [] if outcome is None else self._run_times(outcome)
+        run = self.document.review.run
+        parts = [] if run is None else self._run_times(run)
         self.times.setText(" · ".join(parts))
         self.times.setVisible(bool(parts))
         remarks = self._remarks()
@@ -222,12 +222,12 @@ class LossView(QWidget):
     def _remarks(self) -> str:
         """What the run says besides, as far as the coder may know it."""
         try:
-            outcome = visible_outcome(self.document)
+            run = visible_run(self.document)
         except ForcelabError as error:
             return str(error)
-        return "" if outcome is None else "\n".join(outcome.remarks)
+        return "" if run is None else "\n".join(run.remarks)
 
-    def _run_times(self, outcome: RunResult) -> list[str]:
+    def _run_times(self, run: RunResult) -> list[str]:
         """Run times of the parts of an evaluation."""
         names = {
             "features": "features",
@@ -236,10 +236,10 @@ class LossView(QWidget):
             "filter": "filters",
         }
         parts = []
-        for name, value in outcome.seconds.items():
+        for name, value in run.seconds.items():
             part = f"{names.get(name, name)} {_run_time_text(value)}"
-            if name == "fit" and outcome.tested:
-                each = _run_time_text(value / len(outcome.tested))
+            if name == "fit" and run.tested:
+                each = _run_time_text(value / len(run.tested))
                 part = f"{part} ({each} a fold)"
             parts.append(part)
         return parts

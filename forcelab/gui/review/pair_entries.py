@@ -22,7 +22,7 @@ from forcelab.review.differences import Difference, as_trained, find_differences
 from forcelab.review.run_result import DemonstrationResult, RunResult
 from forcelab.text import natural_order
 
-#: Tracks by coder, spelt as in the outcome.
+#: Tracks by coder, spelt as in the run.
 Tracks = Mapping[str, Segments]
 PairOrder = Literal["name", "worst", "longest"]
 
@@ -109,7 +109,7 @@ class ExtraRows:
 
 
 def current_tracks(
-    project: Project, outcome: RunResult, reviewed: DemonstrationResult, coders: Iterable[str]
+    project: Project, run: RunResult, reviewed: DemonstrationResult, coders: Iterable[str]
 ) -> dict[str, Segments]:
     """Some coders' tracks of a demonstration as they are now.
 
@@ -117,23 +117,23 @@ def current_tracks(
     there every edge lies on a sample.
     """
     found = {
-        coder: as_trained(project.tracks.get(reviewed.id, coder).segments, outcome, reviewed)
+        coder: as_trained(project.tracks.get(reviewed.id, coder).segments, run, reviewed)
         for coder in coders
     }
-    mine = found.get(outcome.author)
-    if mine is not None and _is_as_evaluated(project, outcome, reviewed, mine):
-        found[outcome.author] = reviewed.human
+    mine = found.get(run.author)
+    if mine is not None and _is_as_evaluated(project, run, reviewed, mine):
+        found[run.author] = reviewed.human
     return found
 
 
 def _is_as_evaluated(
-    project: Project, outcome: RunResult, reviewed: DemonstrationResult, now: Segments
+    project: Project, run: RunResult, reviewed: DemonstrationResult, now: Segments
 ) -> bool:
     """Whether a track is the one that the run was made from, or came back to it."""
-    head = project.tracks.head(reviewed.id, outcome.author)
-    if LabelsUsed(reviewed.id, outcome.author, head) in outcome.labels:
+    head = project.tracks.head(reviewed.id, run.author)
+    if LabelsUsed(reviewed.id, run.author, head) in run.labels:
         return True
-    rates = (project.demonstrations.info(reviewed.id).rate, outcome.settings.rate or math.inf)
+    rates = (project.demonstrations.info(reviewed.id).rate, run.settings.rate or math.inf)
     sample = 1 / min(rates)
     return len(now) == len(reviewed.human) and all(
         a.action == b.action and abs(a.start - b.start) < sample and abs(a.end - b.end) < sample
@@ -142,46 +142,46 @@ def _is_as_evaluated(
 
 
 def read_tracks(
-    path: Path, outcome: RunResult, coders: Collection[str], ids: Collection[str]
+    path: Path, run: RunResult, coders: Collection[str], ids: Collection[str]
 ) -> Generator[None, None, dict[str, dict[str, Segments]]]:
     """Some coders' tracks of all tested demonstrations, as a job; by id."""
     found = {}
     with Project.open(path) as project:
-        for reviewed in outcome.tested:
+        for reviewed in run.tested:
             yield
             if reviewed.id in ids:
-                found[reviewed.id] = current_tracks(project, outcome, reviewed, coders)
+                found[reviewed.id] = current_tracks(project, run, reviewed, coders)
     return found
 
 
 def pair_entries(
-    outcome: RunResult, tracks: Mapping[str, Tracks], extra: ExtraRows, hidden: Collection[str]
+    run: RunResult, tracks: Mapping[str, Tracks], extra: ExtraRows, hidden: Collection[str]
 ) -> tuple[PairEntry, ...]:
     """All demonstrations but the hidden, the tested first; tracks by id, else those of the run."""
-    scores = outcome.scores.get("filtered", {}).get("demonstrations", ())
+    scores = run.scores.get("filtered", {}).get("demonstrations", ())
     shares = [score.get("accuracy") for score in scores]
-    shares += [None] * (len(outcome.tested) - len(shares))
+    shares += [None] * (len(run.tested) - len(shares))
     tested = tuple(
-        tested_entry(outcome, reviewed, tracks.get(reviewed.id, {}), extra, share)
-        for reviewed, share in zip(outcome.tested, shares, strict=False)
+        tested_entry(run, reviewed, tracks.get(reviewed.id, {}), extra, share)
+        for reviewed, share in zip(run.tested, shares, strict=False)
         if reviewed.id not in hidden
     )
     proposals = tuple(
         PairEntry(reviewed, None, extra.lanes(reviewed, {}))
-        for reviewed in outcome.proposals
+        for reviewed in run.proposals
         if reviewed.id not in hidden
     )
     return tested + proposals
 
 
 def tested_entry(
-    outcome: RunResult,
+    run: RunResult,
     reviewed: DemonstrationResult,
     tracks: Tracks,
     extra: ExtraRows,
     share: float | None,
 ) -> PairEntry:
-    human = tracks.get(outcome.author, reviewed.human)
+    human = tracks.get(run.author, reviewed.human)
     return PairEntry(reviewed, human, extra.lanes(reviewed, tracks), share)
 
 
@@ -252,8 +252,8 @@ class CurrentTracks(QObject):
 
     def read_all(self, coders: Sequence[str], hidden: Collection[str]) -> None:
         """Read the tracks of all demonstrations but the hidden ones, in the background."""
-        outcome, project = self._document.review.run, self._document.project
-        if outcome is None or project is None:
+        run, project = self._document.review.run, self._document.project
+        if run is None or project is None:
             return
         ids = {info.id for info in self._document.infos}.difference(hidden)
         self._painted.clear()
@@ -261,24 +261,24 @@ class CurrentTracks(QObject):
         def take(tracks: dict[str, dict[str, Segments]]) -> None:
             # What was painted meanwhile is newer than what the job has read.
             tracks |= {id_: self.tracks[id_] for id_ in self._painted & tracks.keys()}
-            if self._document.review.run is outcome and tracks != self.tracks:
+            if self._document.review.run is run and tracks != self.tracks:
                 self.tracks = tracks
                 self.changed.emit()
 
-        job = read_tracks(project.path, outcome, (outcome.author, *coders), ids)
+        job = read_tracks(project.path, run, (run.author, *coders), ids)
         self._jobs.run(job, take, key=TRACKS_JOB)
 
     def read_open(self, coders: Sequence[str]) -> bool:
         """Read the open demonstration's tracks at once; gives whether they have changed."""
         document = self._document
-        outcome, project = document.review.run, document.project
-        if outcome is None or project is None:
+        run, project = document.review.run, document.project
+        if run is None or project is None:
             return False
-        reviewed = next((d for d in outcome.tested if d.id == document.id), None)
+        reviewed = next((d for d in run.tested if d.id == document.id), None)
         if reviewed is None:
             return False
         try:
-            found = current_tracks(project, outcome, reviewed, (outcome.author, *coders))
+            found = current_tracks(project, run, reviewed, (run.author, *coders))
         except ForcelabError as error:
             document.show_message(str(error), True)
             return False
@@ -291,10 +291,10 @@ class CurrentTracks(QObject):
 
 def other_coders(document: Document, hidden: Collection[str]) -> tuple[str, ...]:
     """The other coders of what the run tested, as far as it is not hidden."""
-    outcome = document.review.run
-    if outcome is None:
+    run = document.review.run
+    if run is None:
         return ()
-    tested = {reviewed.id for reviewed in outcome.tested}.difference(hidden)
+    tested = {reviewed.id for reviewed in run.tested}.difference(hidden)
     infos = (info for info in document.infos if info.id in tested)
     authors = dict.fromkeys(author for info in infos for author in info.authors)
-    return tuple(a for a in authors if a != outcome.author and not is_model(a))
+    return tuple(a for a in authors if a != run.author and not is_model(a))

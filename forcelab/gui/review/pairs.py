@@ -56,33 +56,33 @@ class ActionStyles(dict[str, LabelStyle]):
         return LabelStyle("", QColor(colours().muted))
 
 
-def all_actions(outcome: RunResult) -> tuple[str, ...]:
+def all_actions(run: RunResult) -> tuple[str, ...]:
     """Actions that a run knows, its coder labelled or it predicts; in thousands of segments."""
-    both = (*outcome.tested, *outcome.proposals)
+    both = (*run.tested, *run.proposals)
     tracks = [track for reviewed in both for track in (reviewed.human, reviewed.predicted)]
-    return tuple(dict.fromkeys((*outcome.actions, *(s.action for t in tracks for s in t))))
+    return tuple(dict.fromkeys((*run.actions, *(s.action for t in tracks for s in t))))
 
 
 def missing_pairs_text(
-    outcome: RunResult | None, *, training: bool, entries: bool, hidden: bool, shown: bool
+    run: RunResult | None, *, training: bool, entries: bool, hidden: bool, shown: bool
 ) -> str:
     """Why there is nothing to show; empty where there is something.
 
     `entries` and `hidden`: whether any demonstration is visible, and any coded blind; `shown`:
     whether the filter lets any through.
     """
-    if outcome is None and training:
+    if run is None and training:
         return (
             "A recogniser is being trained; human and predicted timelines appear here when it is."
         )
-    if outcome is None:
+    if run is None:
         key = keys().shown("train")
         train = f"Press {key} to train" if key else "Train a recogniser"
         return f"{train}; human and predicted timelines then appear here in pairs."
     if not entries and hidden:
         return "All demonstrations of this run are hidden while you code them blind."
     if not entries:
-        return untested_text(outcome, "This run tested no demonstration.")
+        return untested_text(run, "This run tested no demonstration.")
     return "" if shown else "No demonstration fits the filter."
 
 
@@ -319,7 +319,7 @@ class PairsView(QWidget):
         self._hidden: frozenset[str] = frozenset()
         self._vocabulary = Vocabulary()
         self._styles: Mapping[str, LabelStyle] = {}
-        # The actions of an outcome: to list them takes a while, and edits add but few.
+        # The actions of a run: to list them takes a while, and edits add but few.
         self._listed: tuple[RunResult | None, tuple[str, ...]] = (None, ())
         self.setAccessibleName("Timeline pairs")
         self.tools = PairsTools()
@@ -336,11 +336,11 @@ class PairsView(QWidget):
 
     def figure(self) -> TimelinePairs | None:
         """The same pairs in the same order as a figure; None where none is shown."""
-        outcome = self.document.review.run
-        if outcome is None or not self.area.entries:
+        run = self.document.review.run
+        if run is None or not self.area.entries:
             return None
         return TimelinePairs(
-            outcome.title,
+            run.title,
             tuple(replace(entry.pair, note=_figure_note(entry)) for entry in self.area.entries),
             self._vocabulary,
             tuple(self._styles),
@@ -371,7 +371,7 @@ class PairsView(QWidget):
 
     def _connect(self) -> None:
         document = self.document
-        document.review.run_changed.connect(self._outcome_changed)
+        document.review.run_changed.connect(self._run_changed)
         document.review.training_changed.connect(self._show_missing)
         document.tracks_changed.connect(self._read_open)
         document.vocabulary_changed.connect(self._recolour)
@@ -397,7 +397,7 @@ class PairsView(QWidget):
         super().resizeEvent(event)
         self._show_axis()
 
-    def _outcome_changed(self) -> None:
+    def _run_changed(self) -> None:
         self._current.forget()
         self._build()
         self._read_all()
@@ -409,18 +409,18 @@ class PairsView(QWidget):
 
     def _build(self) -> None:
         self._stale = not self.isVisible()
-        outcome, project = self.document.review.run, self.document.project
+        run, project = self.document.review.run, self.document.project
         if self._stale:
             return
         self._hidden = blind_demonstrations(self.document)
-        if outcome is None or project is None:
+        if run is None or project is None:
             self._entries = ()
         else:
             coders = other_coders(self.document, self._hidden)
             if coders != self.tools.coders:
                 self.tools.offer(coders)
             self._entries = pair_entries(
-                outcome, self._current.tracks, self.tools.extra_rows, self._hidden
+                run, self._current.tracks, self.tools.extra_rows, self._hidden
             )
             self._update_vocabulary()
         self._show()
@@ -441,14 +441,14 @@ class PairsView(QWidget):
         self.strip.show_axis(self.area.arrangement.axis() if common else None)
 
     def _actions(self) -> tuple[str, ...]:
-        """All actions in the order of occurrence: those of the outcome first.
+        """All actions in the order of occurrence: those of the run first.
 
         What a recogniser sees on the way to its prediction is among those, and need not be looked
         through.
         """
-        outcome = self.document.review.run
-        if outcome is not self._listed[0]:
-            self._listed = outcome, () if outcome is None else all_actions(outcome)
+        run = self.document.review.run
+        if run is not self._listed[0]:
+            self._listed = run, () if run is None else all_actions(run)
         tracks = [
             track
             for entry in self._entries
@@ -464,23 +464,23 @@ class PairsView(QWidget):
 
     def _update_vocabulary(self) -> bool:
         """Take the styles and keys of the run's actions; gives whether they have changed."""
-        outcome, project = self.document.review.run, self.document.project
-        if outcome is None or project is None:
+        run, project = self.document.review.run, self.document.project
+        if run is None or project is None:
             return False
         before = self._vocabulary
-        vocabulary = action_styles(project, outcome).with_actions(*self._actions())
+        vocabulary = action_styles(project, run).with_actions(*self._actions())
         document, demonstration = self.document, self.document.demonstration
         task = "" if demonstration is None else demonstration.task
         own = document.vocabulary
-        self._vocabulary = with_keys(vocabulary, own, task=task, apart=outcome.apart)
+        self._vocabulary = with_keys(vocabulary, own, task=task, apart=run.apart)
         return self._vocabulary != before
 
     def _show_missing(self, shown: int | None = None) -> None:
         """Say why there is nothing to show, or not all."""
-        outcome = self.document.review.run
+        run = self.document.review.run
         shown = len(self.area.entries) if shown is None else shown
         words = missing_pairs_text(
-            outcome,
+            run,
             training=self.document.review.training,
             entries=bool(self._entries),
             hidden=bool(self._hidden),
@@ -489,8 +489,8 @@ class PairsView(QWidget):
         self.pages.say(words)
         self.tools.setHidden(not self._entries)
         count = 0
-        if outcome is not None and self._entries:
-            both = (*outcome.tested, *outcome.proposals)
+        if run is not None and self._entries:
+            both = (*run.tested, *run.proposals)
             count = sum(reviewed.id in self._hidden for reviewed in both)
         self.note.setText(f"Demonstrations left out while you code them blind: {count}.")
         self.note.setHidden(not count)
@@ -511,15 +511,15 @@ class PairsView(QWidget):
             self._current.read_all(self.tools.extra_rows.coders, self._hidden)
 
     def _read_open(self) -> None:
-        outcome, id_ = self.document.review.run, self.document.id
+        run, id_ = self.document.review.run, self.document.id
         old = next((entry for entry in self._entries if entry.id == id_), None)
-        if outcome is None or old is None or not self.isVisible():
+        if run is None or old is None or not self.isVisible():
             return
         extra = self.tools.extra_rows
         if old.human is None or not self._current.read_open(extra.coders):
             return
         found = self._current.tracks[id_]
-        new = tested_entry(outcome, old.reviewed, found, extra, old.evaluated_accuracy)
+        new = tested_entry(run, old.reviewed, found, extra, old.evaluated_accuracy)
         self._entries = tuple(new if entry is old else entry for entry in self._entries)
         known = set(self._vocabulary.names)
         if any(s.action not in known for track in new.final_tracks for s in track):

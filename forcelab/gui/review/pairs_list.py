@@ -58,7 +58,7 @@ ROW_PADDING = 6.0
 #: The heading of the proposals.
 HEADING_HEIGHT = 44.0
 #: Names take so much of the width at most, in pixels and as a share.
-NAME_WIDTH, NAME_SHARE = 190.0, 0.26
+NAME_WIDTH, NAME_SHARE = 240.0, 0.36
 CAPTION_WIDTH = 80.0
 NOTE_WIDTH = 56.0
 

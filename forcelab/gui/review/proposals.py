@@ -195,7 +195,7 @@ class ProposalsView(QWidget):
         self.setAccessibleName("Proposals")
         self.model = TextModel(self)
         self.rows: tuple[Proposal, ...] = ()
-        self._outcome: RunResult | None = None
+        self._run: RunResult | None = None
         self._found: tuple[Proposal, ...] = ()
         self.table = self._table()
         self.order = muted_label()
@@ -241,12 +241,12 @@ class ProposalsView(QWidget):
         """Rank the proposals of the run, in the background."""
         if not self.isVisible():
             return
-        outcome = self.document.review.run
-        if outcome is not self._outcome:
-            self._outcome, self._found = outcome, ()
+        run = self.document.review.run
+        if run is not self._run:
+            self._run, self._found = run, ()
             self.jobs.cancel(RANKING_JOB)
-            if outcome is not None and outcome.proposals:
-                self.jobs.run(_rank_proposals(outcome), self._ranked, key=RANKING_JOB)
+            if run is not None and run.proposals:
+                self.jobs.run(_rank_proposals(run), self._ranked, key=RANKING_JOB)
         self._list()
 
     def _ranked(self, found: tuple[Proposal, ...]) -> None:
@@ -346,19 +346,19 @@ class ProposalsView(QWidget):
     def _say_empty(self) -> None:
         """Say why the list is empty."""
         self.order.setVisible(bool(self.rows))
-        outcome = self.document.review.run
-        tasks = () if outcome is None else outcome.tasks
+        run = self.document.review.run
+        tasks = () if run is None else run.tasks
         infos = [info for info in self.document.infos if info.task in tasks]
         blind = blind_demonstrations(self.document)
         if self.rows:
             text = ""
-        elif outcome is None:
+        elif run is None:
             text = "Train a recogniser: it proposes labels for what is unlabelled."
         elif self.jobs.awaits(RANKING_JOB):
             text = "Ranking what is unlabelled…"
-        elif outcome.proposals or any(info.id in blind for info in infos):
+        elif run.proposals or any(info.id in blind for info in infos):
             text = "There is nothing here that may be seen."
-        elif any(outcome.author not in info.labelled for info in infos):
+        elif any(run.author not in info.labelled for info in infos):
             # A run of the command line tests only, and demonstrations are imported later.
             text = (
                 "This run proposes nothing for what is unlabelled. Train again; if nothing is "
@@ -377,9 +377,9 @@ class ProposalsView(QWidget):
             self.document.review.examine(self.rows[index.row()].place)
 
 
-def _rank_proposals(outcome: RunResult) -> Generator[None, None, tuple[Proposal, ...]]:
+def _rank_proposals(run: RunResult) -> Generator[None, None, tuple[Proposal, ...]]:
     yield None
-    return rank_proposals(outcome)
+    return rank_proposals(run)
 
 
 class _BarDelegate(QStyledItemDelegate):

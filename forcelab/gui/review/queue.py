@@ -25,7 +25,7 @@ from forcelab.gui.layout import (
     set_enabled_with_reason,
 )
 from forcelab.gui.review.queue_list import QueueItem, QueueList, QueueModel, action_name
-from forcelab.gui.review.reviewed_run import blind_demonstrations, untested_text, visible_outcome
+from forcelab.gui.review.reviewed_run import blind_demonstrations, untested_text, visible_run
 from forcelab.gui.shortcuts import keys
 from forcelab.labels import Segment, Segments
 from forcelab.project import Project
@@ -46,7 +46,7 @@ QUEUE_JOB = "review queue"
 class QueueData:
     """What was read and compared."""
 
-    outcome: RunResult  # as far as the coder may see it
+    run: RunResult  # as far as the coder may see it
     queue: Queue = field(default_factory=Queue)
     tracks: dict[str, Segments] = field(default_factory=dict)
     known: dict[str, ComparedDemonstration] = field(
@@ -55,28 +55,28 @@ class QueueData:
 
 
 def read_queue(
-    path: Path, outcome: RunResult, before: QueueData | None, changed: Mapping[str, Segments] | None
+    path: Path, run: RunResult, before: QueueData | None, changed: Mapping[str, Segments] | None
 ) -> Generator[Any, None, QueueData]:
     """Read and compare, as a job.
 
-    `outcome` is without what the coder may not see; `changed` holds the tracks that differ from
+    `run` is without what the coder may not see; `changed` holds the tracks that differ from
     `before`, as the coder spells them; None reads all of them.
     """
     with Project.open(path) as project:
         verdicts = project.coding.verdicts()
         if before is None or changed is None:
-            tracks = current_tracks(project, outcome)
+            tracks = current_tracks(project, run)
         else:
-            tested = {reviewed.id: reviewed for reviewed in outcome.tested}
+            tested = {reviewed.id: reviewed for reviewed in run.tested}
             tracks = {id_: track for id_, track in before.tracks.items() if id_ in tested}
             for id_, track in changed.items():
                 if id_ in tracks:
-                    tracks[id_] = as_trained(track, outcome, tested[id_])
+                    tracks[id_] = as_trained(track, run, tested[id_])
     known = before.known if before is not None else {}
-    queue, known = yield from arrange_queue(outcome, tracks, verdicts, known, invented=True)
+    queue, known = yield from arrange_queue(run, tracks, verdicts, known, invented=True)
     # Equal tracks are held once, however often they are read again.
     tracks.update((id_, compared.segments) for id_, compared in known.items())
-    return QueueData(outcome, queue, tracks, known)
+    return QueueData(run, queue, tracks, known)
 
 
 class QueueLoader(QObject):
@@ -97,6 +97,8 @@ class QueueLoader(QObject):
         # which every track has to be read again.
         self._changes, self._compared = 1, 0
         self._upheavals, self._reread = 1, 0
+        #: The tracks that were edited since they were compared, by demonstration.
+        self._edited: dict[str, Segments] = {}
         self._infos = document.infos
         self._soon = QTimer(self, singleShot=True, interval=COMPARE_DELAY)
         self._soon.timeout.connect(self.compare)
@@ -114,7 +116,10 @@ class QueueLoader(QObject):
     def track_changed(self) -> None:
         """The open demonstration's track or the verdicts have changed."""
         self._changes += 1
-        if self._document.review.run is None:
+        document, run = self._document, self._document.review.run
+        if run is not None and document.id and document.author == run.author:
+            self._edited[document.id] = document.editor.segments
+        if run is None:
             self.compare()
         elif self.watched:
             self._soon.start()
@@ -130,25 +135,27 @@ class QueueLoader(QObject):
         self._soon.stop()
         document = self._document
         try:
-            outcome = visible_outcome(document)
+            run = visible_run(document)
         except ForcelabError as error:
             document.show_message(str(error), True)
             return
-        if outcome is None or document.project is None:
+        if run is None or document.project is None:
             self._jobs.cancel(QUEUE_JOB)
             self.read, self._compared = None, self._changes
             self.changed.emit()
             return
         before = self.read
-        if before is not None and before.outcome.number != outcome.number:
+        if before is not None and before.run.number != run.number:
             before = None
         changed = None
+        edited = dict(self._edited)
         if before is not None and self._reread == self._upheavals:
-            own = bool(document.id) and document.author == outcome.author
-            changed = {document.id: document.editor.segments} if own else {}
+            changed = edited
         self._jobs.run(
-            read_queue(document.project.path, outcome, before, changed),
-            partial(self._done, self._changes, self._upheavals if changed is None else None),
+            read_queue(document.project.path, run, before, changed),
+            partial(
+                self._done, self._changes, self._upheavals if changed is None else None, edited
+            ),
             key=QUEUE_JOB,
         )
 
@@ -166,7 +173,7 @@ class QueueLoader(QObject):
         """Show at once nothing of what is coded blind from now on."""
         if self.read is not None:
             blind = blind_demonstrations(self._document)
-            if any(tested.id in blind for tested in self.read.outcome.tested):
+            if any(tested.id in blind for tested in self.read.run.tested):
                 self.read = None
                 self.changed.emit()
 
@@ -182,8 +189,11 @@ class QueueLoader(QObject):
         if not same or any(a is not b for a, b in zip(*lists, strict=True)):
             self._all_changed()
 
-    def _done(self, changes: int, upheavals: int | None, read: QueueData) -> None:
+    def _done(
+        self, changes: int, upheavals: int | None, edited: dict[str, Segments], read: QueueData
+    ) -> None:
         self.read, self._compared = read, changes
+        self._edited = {i: t for i, t in self._edited.items() if edited.get(i) is not t}
         if upheavals is not None:
             self._reread = upheavals
         self._forget_blind()  # the coder may have changed since it began
@@ -194,12 +204,12 @@ class QueueLoader(QObject):
         project = self._document.project
         if self.read is None or project is None:
             return
-        self.vocabulary = action_styles(project, self.read.outcome)
+        self.vocabulary = action_styles(project, self.read.run)
 
 
-def missing_queue_text(outcome: RunResult | None, read: QueueData | None, *, training: bool) -> str:
+def missing_queue_text(run: RunResult | None, read: QueueData | None, *, training: bool) -> str:
     """Why there is nothing to list; empty where there is something."""
-    if outcome is None:
+    if run is None:
         coming = (
             "A recogniser is being trained; every place where you and it differ will be listed "
             "here."
@@ -210,13 +220,13 @@ def missing_queue_text(outcome: RunResult | None, read: QueueData | None, *, tra
         return "Comparing…"
     if read.queue.open or read.queue.judged:
         return ""
-    if not outcome.tested:
+    if not run.tested:
         return untested_text(
-            outcome,
+            run,
             "Nothing was tested, so nothing can differ.",
             "What the recogniser proposes for the others is in Proposals.",
         )
-    if not read.outcome.tested:
+    if not read.run.tested:
         return "You code these demonstrations blind; what differs is shown when done."
     return "Labels and predictions agree everywhere."
 
@@ -508,7 +518,7 @@ class QueueView(QWidget):
                 return False
             self.document.show_message("Choose a difference to judge first, with N.", True)
             return False
-        difference, outcome = item.about, read.outcome
+        difference, run = item.about, read.run
         self.document.show_message("")  # what became of the verdict before is over
         after = self.list.after()
         project, author = self.document.project, self.document.author
@@ -517,11 +527,11 @@ class QueueView(QWidget):
         try:
             if verdict == "model":
                 before = project.tracks.head(difference.demonstration, author)
-                if not self._repaint(difference, outcome):
+                if not self._repaint(difference, run):
                     return False
                 if project.tracks.head(difference.demonstration, author) != before:
                     edit = project.tracks.revertible(difference.demonstration, author, "undo")
-            stored = record_verdict(project, outcome, difference, verdict, author, edit)
+            stored = record_verdict(project, run, difference, verdict, author, edit)
         except ForcelabError as error:
             self.document.show_message(str(error), True)
             return False
@@ -571,11 +581,11 @@ class QueueView(QWidget):
 
     # Inside
 
-    def _repaint(self, difference: Difference, outcome: RunResult) -> bool:
+    def _repaint(self, difference: Difference, run: RunResult) -> bool:
         """Give the coder's track what the model predicts; gives whether to store the verdict."""
         document = self.document
-        if document.author != outcome.author:
-            coder = outcome.author
+        if document.author != run.author:
+            coder = run.author
             key = keys().shown("copy_from") or "in the menu Segments"
             document.show_message(
                 f"The verdict is kept; only {coder} can change {coder}'s labels. To change them as "
@@ -584,7 +594,7 @@ class QueueView(QWidget):
             return True
         if document.id != difference.demonstration and not document.review.examine(difference):
             return False
-        action, start, end = model_action(outcome, difference), difference.start, difference.end
+        action, start, end = model_action(run, difference), difference.start, difference.end
         if action is None:
             document.editor.erase(start, end)
         else:
@@ -628,7 +638,7 @@ class QueueView(QWidget):
 
     def _show(self) -> None:
         read = self.reader.read
-        names = {} if read is None else {d.id: d.name for d in read.outcome.tested}
+        names = {} if read is None else {d.id: d.name for d in read.run.tested}
         if self.model.show(self.queue, names, self.filter.text()):
             self.list.mark(self.document.review.examined, unfold=False)
         self.list.viewport().update()

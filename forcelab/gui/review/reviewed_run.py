@@ -16,27 +16,27 @@ def blind_demonstrations(document: Document) -> frozenset[str]:
     return document.project.coding.blind_to(document.author)
 
 
-def visible_outcome(document: Document) -> RunResult | None:
+def visible_run(document: Document) -> RunResult | None:
     """The reviewed run, without what the coder is assigned to code blind.
 
     Scores that are pooled over demonstrations stay as the run has them. Its remarks name segments
     and demonstrations, so they are left out where it rests on hidden labels. Such labels have no
     author: how often they were edited since is not counted either.
     """
-    outcome, blind = document.review.run, blind_demonstrations(document)
-    if outcome is None or not blind:
-        return outcome
+    run, blind = document.review.run, blind_demonstrations(document)
+    if run is None or not blind:
+        return run
     hidden = {
         used
-        for used in outcome.labels
+        for used in run.labels
         if used.edit and used.author != document.author and used.demonstration in blind
     }
     return replace(
-        outcome,
-        labels=tuple(replace(u, author="") if u in hidden else u for u in outcome.labels),
-        remarks=() if hidden else outcome.remarks,
-        tested=tuple(reviewed for reviewed in outcome.tested if reviewed.id not in blind),
-        proposals=tuple(reviewed for reviewed in outcome.proposals if reviewed.id not in blind),
+        run,
+        labels=tuple(replace(u, author="") if u in hidden else u for u in run.labels),
+        remarks=() if hidden else run.remarks,
+        tested=tuple(reviewed for reviewed in run.tested if reviewed.id not in blind),
+        proposals=tuple(reviewed for reviewed in run.proposals if reviewed.id not in blind),
     )
 
 
@@ -55,13 +55,13 @@ def with_keys(
 
 def reviewed_vocabulary(document: Document) -> Vocabulary:
     """The styles of the reviewed run's actions; without a run, those of the open demonstration."""
-    project, outcome = document.project, document.review.run
-    if project is None or outcome is None:
+    project, run = document.project, document.review.run
+    if project is None or run is None:
         return document.vocabulary
-    return action_styles(project, outcome)
+    return action_styles(project, run)
 
 
-def untested_text(outcome: RunResult, nothing: str, further: str = "") -> str:
+def untested_text(run: RunResult, nothing: str, further: str = "") -> str:
     """Why a run tested no demonstration, as it has found itself, else `nothing`; then `further`."""
-    reason = outcome.remarks[0] if outcome.remarks else nothing  # the run notes it first
+    reason = run.remarks[0] if run.remarks else nothing  # the run notes it first
     return " ".join(filter(None, (reason, further)))

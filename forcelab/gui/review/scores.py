@@ -28,7 +28,7 @@ from forcelab.gui.review.metrics import (
     Metric,
     reliability_text,
 )
-from forcelab.gui.review.reviewed_run import untested_text, visible_outcome
+from forcelab.gui.review.reviewed_run import untested_text, visible_run
 from forcelab.gui.widgets import combo_box
 from forcelab.jobs import Progress
 from forcelab.recognition.intervals import METHOD, Intervals, score_intervals
@@ -49,22 +49,20 @@ class Sorting:
     descending: bool = False
 
 
-def compute_intervals(outcome: RunResult) -> Generator[Progress, None, dict[str, Intervals]]:
+def compute_intervals(run: RunResult) -> Generator[Progress, None, dict[str, Intervals]]:
     """The intervals of both stages: as the run has them, otherwise from its segments."""
     result = {}
     for stage in STAGES:
-        stored = outcome.scores.get(stage, {}).get("intervals")
+        stored = run.scores.get(stage, {}).get("intervals")
         if stored is not None:
             result[stage] = Intervals.from_json(stored)
             continue
         counts = []
-        for number, reviewed in enumerate(outcome.tested, 1):
+        for number, reviewed in enumerate(run.tested, 1):
             if stage in reviewed.stages:
-                counts.append(
-                    count_segments(reviewed.human, reviewed.stages[stage], outcome.actions)
-                )
-            yield Progress(number, len(outcome.tested), reviewed.name)
-        result[stage] = score_intervals(counts, outcome.settings.seed)
+                counts.append(count_segments(reviewed.human, reviewed.stages[stage], run.actions))
+            yield Progress(number, len(run.tested), reviewed.name)
+        result[stage] = score_intervals(counts, run.settings.seed)
     return result
 
 
@@ -82,7 +80,7 @@ def score_columns(metrics: Sequence[Metric]) -> tuple[TableColumn, ...]:
 
 
 def score_rows(
-    outcome: RunResult,
+    run: RunResult,
     visible: Sequence[DemonstrationResult],
     metrics: Sequence[Metric],
     found: Mapping[str, Intervals],
@@ -90,12 +88,10 @@ def score_rows(
 ) -> tuple[tuple[TableRow, ...], tuple[str, ...]]:
     """All rows, and the ids of the demonstrations below the fixed ones."""
     pairs = [(metric, stage) for metric in metrics for stage in STAGES]
-    pooled = [
-        metric.value(outcome.scores.get(stage, {}).get("pooled", {})) for metric, stage in pairs
-    ]
+    pooled = [metric.value(run.scores.get(stage, {}).get("pooled", {})) for metric, stage in pairs]
     each = {
         d.id: [metric.value(scores[stage]) if stage in scores else None for metric, stage in pairs]
-        for d, scores in _scores_by_demonstration(outcome)
+        for d, scores in _scores_by_demonstration(run)
     }
     listed = [d for d in visible if d.id in each]
     if sorting.column is not None:
@@ -109,13 +105,13 @@ def score_rows(
 
 
 def _scores_by_demonstration(
-    outcome: RunResult,
+    run: RunResult,
 ) -> list[tuple[DemonstrationResult, dict[str, Mapping[str, object]]]]:
     """Each tested demonstration with its scores by stage, in the order of the run."""
-    lists = {stage: outcome.scores.get(stage, {}).get("demonstrations", ()) for stage in STAGES}
+    lists = {stage: run.scores.get(stage, {}).get("demonstrations", ()) for stage in STAGES}
     return [
         (reviewed, {stage: found[i] for stage, found in lists.items() if i < len(found)})
-        for i, reviewed in enumerate(outcome.tested)
+        for i, reviewed in enumerate(run.tested)
     ]
 
 
@@ -165,7 +161,7 @@ class ScoresView(QWidget):
         self._jobs = jobs
         self.intervals: dict[str, Intervals] = {}
         self.sorting = Sorting()
-        self._outcome: RunResult | None = None
+        self._run: RunResult | None = None
         self._visible: tuple[DemonstrationResult, ...] = ()
         self._ids: tuple[str, ...] = ()
         self.which = combo_box(
@@ -217,7 +213,7 @@ class ScoresView(QWidget):
         super().hideEvent(event)
         self._jobs.cancel(INTERVALS_JOB)
         if not self.intervals:
-            self._outcome = None
+            self._run = None
 
     # Inside
 
@@ -254,23 +250,23 @@ class ScoresView(QWidget):
         if not self.isVisible():
             return
         try:
-            visible = visible_outcome(self.document)
+            visible = visible_run(self.document)
         except ForcelabError as error:
-            self._outcome = None  # to be shown as soon as it can be read
+            self._run = None  # to be shown as soon as it can be read
             self._show_empty(str(error))
             return
-        outcome = self.document.review.run
-        if visible is None or outcome is None or not outcome.tested:
+        run = self.document.review.run
+        if visible is None or run is None or not run.tested:
             self._jobs.cancel(INTERVALS_JOB)
-            self._outcome = None
+            self._run = None
             nothing = "Train a recogniser; its scores appear here."
-            if outcome is not None:
-                nothing = untested_text(outcome, "This run tested no demonstration.")
+            if run is not None:
+                nothing = untested_text(run, "This run tested no demonstration.")
             self._show_empty(nothing)
             return
-        if outcome is not self._outcome:
-            self._outcome, self.intervals = outcome, {}
-            self._jobs.run(compute_intervals(outcome), self._take, key=INTERVALS_JOB)
+        if run is not self._run:
+            self._run, self.intervals = run, {}
+            self._jobs.run(compute_intervals(run), self._take, key=INTERVALS_JOB)
         elif [d.id for d in self._visible] == [d.id for d in visible.tested]:
             return
         self._visible = visible.tested
@@ -286,11 +282,11 @@ class ScoresView(QWidget):
         self._show()
 
     def _show(self) -> None:
-        if self._outcome is None or not self.isVisible():
+        if self._run is None or not self.isVisible():
             return
         metrics = self.metrics
         rows, self._ids = score_rows(
-            self._outcome, self._visible, metrics, self.intervals, self.sorting
+            self._run, self._visible, metrics, self.intervals, self.sorting
         )
         self.model.show(score_columns(metrics), rows)
         self.table.fit_columns()
@@ -301,15 +297,15 @@ class ScoresView(QWidget):
             order.DescendingOrder if self.sorting.descending else order.AscendingOrder,
         )
         self.note.setText(self._note(rows[1].tip))
-        self.note.setToolTip(RELIABILITY_TIP if self._outcome.reliability else "")
+        self.note.setToolTip(RELIABILITY_TIP if self._run.reliability else "")
         self._bar.show()
         self.pages.say("")
 
     def _note(self, how: str) -> str:
-        outcome = self._outcome
-        assert outcome is not None
-        note = f"Run {outcome.number}, seed {outcome.settings.seed}. 95 % intervals: {how}"
-        return "\n".join((note, reliability_text(outcome.reliability))).strip()
+        run = self._run
+        assert run is not None
+        note = f"Run {run.number}, seed {run.settings.seed}. 95 % intervals: {how}"
+        return "\n".join((note, reliability_text(run.reliability))).strip()
 
     def _show_empty(self, text: str) -> None:
         self._bar.hide()

@@ -38,11 +38,10 @@ class TrainingIndicator(BackgroundIndicator):
         if trainer.training:
             step = trainer.step
             return f"Training: {'starting' if step is None else training_progress_text(step)}"
-        outcome = trainer.document.review.run
-        if trainer.edits is None or outcome is None:
+        run = trainer.document.review.run
+        if trainer.edits is None or run is None:
             return ""
-        run = f"Run {outcome.number}"
-        what = "Recogniser" if trainer.has_recogniser else run
+        what = "Recogniser" if trainer.has_recogniser else f"Run {run.number}"
         return f"{what}: {trainer.freshness[0]}"
 
 

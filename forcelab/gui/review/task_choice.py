@@ -281,7 +281,7 @@ class TaskComboBox(ElidedComboBox):
             for task in tasks:
                 self.addItem(task_text(task), task)
             self.addItem("Tasks and tests…", None)
-        self.setEnabled(bool(tasks))
+        set_enabled_with_reason(self, "" if tasks else "No demonstration has been imported yet.")
         at = self.findData(trainer.task) if tasks else -1
         self.setCurrentIndex(max(at, 0) if tasks else -1)
         for index, task in enumerate(tasks):

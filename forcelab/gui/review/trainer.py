@@ -85,7 +85,7 @@ def default_author(document: Document, tasks: set[str | None]) -> str | None:
 
 
 #: The keys of its jobs.
-LOADING_RUN, LISTING_RUNS = "outcome", "runs"
+LOADING_RUN, LISTING_RUNS = "run", "runs"
 
 
 #: So many of them stay for each task: enough to compare the last one with those before.
@@ -128,10 +128,10 @@ class AutomaticRuns:
         now = monotonic()
         self._until = now + (now - self._began)
 
-    def trained(self, outcome: RunResult) -> None:
+    def trained(self, run: RunResult) -> None:
         """Add a run, and remove those that are too old by now."""
-        task = (*outcome.tasks, outcome.test_task)
-        self._runs.append(_AutomaticRun(outcome.number, outcome.proposer, task))
+        task = (*run.tasks, run.test_task)
+        self._runs.append(_AutomaticRun(run.number, run.proposer, task))
         for old in [run for run in self._runs if run.task == task][:-AUTOMATIC_RUNS_KEPT]:
             reviewed = self._document.review.run
             if reviewed is None or reviewed.number != old.number:
@@ -182,12 +182,12 @@ class EditCounter(QObject):
         project, edits = self._document.project, None
         if project is not None and self._document.review.run is not None:
             from forcelab.gui.review.reviewed_run import (
-                visible_outcome,  # loads much, which an outcome has, too
+                visible_run,  # loads much, which a run has, too
             )
 
             try:
-                outcome = visible_outcome(self._document)
-                edits = None if outcome is None else self._count_edits(project, outcome)
+                run = visible_run(self._document)
+                edits = None if run is None else self._count_edits(project, run)
             except ForcelabError:
                 return  # the store is busy; the next edit counts again
         if edits != self.edits:
@@ -319,16 +319,16 @@ class Trainer(QObject):
     @property
     def reviewed_author(self) -> str:
         """Whose labels the reviewed run was trained on, if the next training takes others."""
-        outcome = self.document.review.run
-        if outcome is None or not self.ready or outcome.author == self.author:
+        run = self.document.review.run
+        if run is None or not self.ready or run.author == self.author:
             return ""
-        return outcome.author
+        return run.author
 
     @property
     def settings_changed(self) -> bool:
         """Whether the next training takes other settings than the reviewed run."""
-        outcome = self.document.review.run
-        return outcome is not None and self.ready and outcome.settings != self.settings
+        run = self.document.review.run
+        return run is not None and self.ready and run.settings != self.settings
 
     @property
     def _parts(self) -> tuple[tuple[str, ...], str | None, str | None, bool, int | None]:
@@ -442,7 +442,7 @@ class Trainer(QObject):
     def _show_latest(self) -> None:
         """Review the latest run of the task, or nothing where there is none.
 
-        As with :func:`~forcelab.review.run_result.latest`, one that tested the task's own
+        As with :func:`~forcelab.review.run_result.latest_run`, one that tested the task's own
         demonstrations comes before one that learnt from them and tested others.
         """
         run = min(
@@ -456,11 +456,11 @@ class Trainer(QObject):
         elif run is None and reviewed is not None:
             self.document.review.set_run(None)
 
-    def _take(self, outcome: RunResult) -> None:
+    def _take(self, run: RunResult) -> None:
         """Review a run; what is trained next is of the same task."""
-        self.document.review.set_run(outcome)
-        if outcome.tasks and self.task not in (*outcome.tasks, outcome.test_task):
-            self._switch_task(outcome.tasks[0])
+        self.document.review.set_run(run)
+        if run.tasks and self.task not in (*run.tasks, run.test_task):
+            self._switch_task(run.tasks[0])
         self.changed.emit()
 
     def _failed_to_load(self, error: Exception) -> None:
@@ -469,13 +469,13 @@ class Trainer(QObject):
 
     def _listing_changed(self) -> None:
         """Read the run again where it tested a demonstration that was removed."""
-        outcome = self.document.review.run
-        if outcome is None or self._path is None:
+        run = self.document.review.run
+        if run is None or self._path is None:
             return
         there = {info.id for info in self.document.infos}
-        if all(one.id in there for one in (*outcome.tested, *outcome.proposals)):
+        if all(one.id in there for one in (*run.tested, *run.proposals)):
             return
-        work = self._backend.load(self._path, outcome.number)
+        work = self._backend.load(self._path, run.number)
         self.jobs.run(work, self._take, self._failed_to_reload, key=LOADING_RUN)
 
     def _failed_to_reload(self, error: Exception) -> None:
@@ -507,11 +507,11 @@ class Trainer(QObject):
     @property
     def has_recogniser(self) -> bool:
         """Whether the project has the recogniser of the reviewed run; an evaluation keeps none."""
-        project, outcome = self.document.project, self.document.review.run
-        if project is None or outcome is None:
+        project, run = self.document.project, self.document.review.run
+        if project is None or run is None:
             return False
         try:
-            project.runs.recogniser_path(outcome.recogniser)
+            project.runs.recogniser_path(run.recogniser)
         except InputError:
             return False
         return True
@@ -593,19 +593,19 @@ class Trainer(QObject):
             self.changed.emit()
             self.losses_changed.emit()
 
-    def _trained(self, outcome: RunResult) -> None:
+    def _trained(self, run: RunResult) -> None:
         """Review the new run."""
         self.step = None
         self._automatic_runs.end()
         self.document.review.set_training(False)
         if self._training_automatically:
-            self._automatic_runs.trained(outcome)
-        if self.task in (*outcome.tasks, outcome.test_task):
+            self._automatic_runs.trained(run)
+        if self.task in (*run.tasks, run.test_task):
             self.jobs.cancel(LOADING_RUN)
-            self.document.review.set_run(outcome)
+            self.document.review.set_run(run)
         else:  # the coder has turned to another task meanwhile
             self.document.show_message(
-                f"The training of '{outcome.title}' is done; its run is in the list."
+                f"The training of '{run.title}' is done; its run is in the list."
             )
         self.changed.emit()
         self.losses_changed.emit()
@@ -646,12 +646,12 @@ class Trainer(QObject):
 
     def _demonstration_changed(self) -> None:
         """Follow to the task of the open demonstration, unless it is in the reviewed run."""
-        demonstration, outcome = self.document.demonstration, self.document.review.run
+        demonstration, run = self.document.demonstration, self.document.review.run
         if demonstration is None:
             return
-        if outcome is not None and (
-            demonstration.task in (*outcome.tasks, outcome.test_task)
-            or outcome.find(demonstration.id) is not None
+        if run is not None and (
+            demonstration.task in (*run.tasks, run.test_task)
+            or run.find(demonstration.id) is not None
         ):
             return
         self.set_task(demonstration.task)

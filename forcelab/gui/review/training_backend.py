@@ -88,11 +88,11 @@ class Backend:
         with Project.open(path) as project:
             project.runs.remove(number)
 
-    def count_edits(self, project: Project, outcome: RunResult) -> int:
-        """Edits of the labels that an outcome rests on; no job, as it takes no time."""
+    def count_edits(self, project: Project, run: RunResult) -> int:
+        """Edits of the labels that a run rests on; no job, as it takes no time."""
         from forcelab.review.run_result import edits_since
 
-        return edits_since(project, outcome)
+        return edits_since(project, run)
 
 
 def _run_info(run: RunSummary) -> RunInfo:

@@ -90,9 +90,9 @@ class RunComboBox(ElidedComboBox):
         self._show_reviewed()
 
     def _show_reviewed(self) -> None:
-        outcome = self.document.review.run
-        self.setCurrentIndex(-1 if outcome is None else self.findData(outcome.number))
-        how = "A right click removes it." if outcome is not None else ""
+        run = self.document.review.run
+        self.setCurrentIndex(-1 if run is None else self.findData(run.number))
+        how = "A right click removes it." if run is not None else ""
         self.setToolTip("\n".join(filter(None, (self._name, self.currentText(), how))))
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:

@@ -67,7 +67,7 @@ def recall_choice_values(
 ) -> tuple[tuple[str, ...], str | None, str | None, bool, int | None]:
     """Tasks, the one tested on, author, whether actions stay apart, and the number of groups.
 
-    The parts of a :class:`~forcelab.recognition.dataset.Choice`, without loading that.
+    The parts of a :class:`~forcelab.recognition.dataset.DataSelection`, without loading that.
     """
     values = _recall_json(project, task, "choice") or {}
     try:

@@ -34,6 +34,7 @@ def answer(monkeypatch, role):
     def execute(box):
         asked.append(box.text())
         asked.append(box.informativeText())
+        assert box.textFormat() == Qt.TextFormat.PlainText  # the name of a recording is no markup
         (button,) = (b for b in box.buttons() if box.buttonRole(b) == role)
         button.click()
 
@@ -44,7 +45,7 @@ def answer(monkeypatch, role):
 def test_tab_title_and_status_bar_say_what_is_recorded(window, recording, until):
     assert tab_text(window) == "● Capture"
     assert window.windowTitle().startswith("● recording 'LEGO 01'")
-    line = window.capture.line
+    line = window.capture.indicator
     assert line.isHidden()  # it is seen already
     window.show_workspace("label")
     until(line.isVisible)
@@ -95,7 +96,7 @@ def test_who_closes_the_window_on_what_could_not_be_kept_is_told_so(
     until(lambda: recording.controller.phase is CaptureState.UNSAVED)
     assert "'LEGO 01' is not lost: mend that and press F9" in recording.status.messages.text()
     window.show_workspace("label")
-    until(lambda: window.capture.line.text() == "● 'LEGO 01' is not kept yet")
+    until(lambda: window.capture.indicator.text() == "● 'LEGO 01' is not kept yet")
     assert window.windowTitle().startswith("● 'LEGO 01' is not kept yet · ")
     window.commands["quit"].trigger()
     assert asked[2] == "'LEGO 01' was recorded and could not be kept."

@@ -361,19 +361,40 @@ def test_long_names_of_tasks_and_actions_are_cut_where_that_is_seen(window, unti
         assert long in page.legend.toolTip()
 
 
-def test_nothing_can_be_recorded_while_every_device_is_unplugged(window, connected, tongs, until):
+def test_what_is_switched_off_during_a_recording_says_why(window, connected, until, hovered):
+    page = connected
+    form = page.next_recording
+    assert not page.device_list.rows.isEnabled()
+    assert hovered(page.device_list) == "Disconnect to choose other devices."
+    for field in (form.task, form.name, form.countdown, page.recogniser.which):
+        assert field.isEnabled()
+    assert hovered(page.recogniser.latency) == "Choose a recogniser first."
+    recorded(window, page, until)
+    for field in (form.task, form.name, form.countdown, page.recogniser.which):
+        assert not field.isEnabled()
+        assert hovered(field) == "End the recording first."
+    window.commands["record"].trigger()
+    assert page.controller.phase is CaptureState.SAVING
+    for control in (form.task, page.record_button, page.discard_button, page.connect_button):
+        assert hovered(control) == "Wait until this is done."
+    until(lambda: page.controller.phase is CaptureState.READY)
+
+
+def test_nothing_can_be_recorded_while_every_device_is_unplugged(
+    window, connected, tongs, until, hovered
+):
     page = connected
     assert page.record_button.isEnabled()
     tongs.unplug()
     until(lambda: not page.record_button.isEnabled())
-    assert "No device is plugged in" in page.record_button.toolTip()
+    assert "No device is plugged in" in hovered(page.record_button)
     assert page.controller.obstacle
     page.controller.record_or_stop()
     assert page.controller.phase is CaptureState.READY
     assert "No device is plugged in" in page.controller.messages[-1][0]
     tongs.replug()
     until(page.record_button.isEnabled)
-    assert not page.record_button.toolTip()
+    assert not hovered(page.record_button)
 
 
 class Filming(QObject):

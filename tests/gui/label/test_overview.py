@@ -134,15 +134,16 @@ def test_a_tiny_window_can_be_taken_hold_of_at_either_edge(overview):
 
 
 def test_the_wheel_zooms_and_pans(overview):
-    for modifier, expected in (
-        (Qt.KeyboardModifier.NoModifier, (5.5, 9.5)),
-        (Qt.KeyboardModifier.ShiftModifier, (5.1, 9.1)),
+    for modifier, turned, expected in (
+        (Qt.KeyboardModifier.NoModifier, QPoint(0, 120), (5.5, 9.5)),
+        (Qt.KeyboardModifier.ShiftModifier, QPoint(0, 120), (5.1, 9.1)),
+        (Qt.KeyboardModifier.NoModifier, QPoint(120, 0), (4.7, 8.7)),
     ):
         event = QWheelEvent(
             QPointF(300, 20),
             QPointF(300, 20),
             QPoint(),
-            QPoint(0, 120),
+            turned,
             Qt.MouseButton.NoButton,
             modifier,
             Qt.ScrollPhase.NoScrollPhase,

@@ -206,13 +206,13 @@ def test_a_renaming_is_undone_and_redone_in_every_demonstration_as_one_step(docu
     assert document.editor.segments == TRACK
     assert of(document, other) == ["hold", "hold"]
     assert document.vocabulary == document.project.actions.vocabulary("foam") == before
-    undone = "undo: hold is now grip in 3 segments of 2 demonstrations"
-    assert document.told[-1] == (undone, False)
+    what = "rename of hold to grip (3 segments in 2 demonstrations)"
+    assert document.told[-1] == (f"Undone: {what}", False)
     assert document.editor.redo_everywhere()
     assert actions(document) == ["grab", "grip", "grab", "release"]
     assert of(document, other) == ["grip", "grip"]
     assert "hold" not in document.project.actions.vocabulary("foam")
-    assert document.told[-1] == (f"redo: {undone}".replace("undo: ", ""), False)
+    assert document.told[-1] == (f"Redone: {what}", False)
 
 
 def test_where_something_was_edited_since_a_renaming_stays_and_that_is_told(document, other):
@@ -222,7 +222,8 @@ def test_where_something_was_edited_since_a_renaming_stays_and_that_is_told(docu
     assert document.editor.segments == TRACK
     assert of(document, other) == ["grip", "grip", "grab"]
     assert document.told[-1][0] == (
-        "undo: hold is now grip in 1 segment; not in '02', where something else was edited since"
+        "Undone: rename of hold to grip (1 segment); not in '02', where something else was edited "
+        "since"
     )
     document.open_demonstration(other)
     assert document.editor.undo_everywhere()
@@ -238,7 +239,7 @@ def test_going_back_past_a_renaming_tells_where_else_it_was_undone(app, document
         history.go_to(2)
     assert document.editor.segments == TRACK
     assert of(document, other) == ["hold", "hold"]
-    assert "hold is now grip in 3 segments of 2 demonstrations" in document.told[-1][0]
+    assert "rename of hold to grip (3 segments in 2 demonstrations)" in document.told[-1][0]
 
 
 def test_other_tasks_have_their_actions_again_when_a_renaming_is_undone(document, other):

@@ -432,6 +432,17 @@ def test_the_menu_fills_and_erases_the_range(document, panel):
     assert document.view.range is None
 
 
+def test_a_menu_of_actions_without_any_says_so(document, panel, hovered):
+    document.set_vocabulary(Vocabulary())
+    document.vocabulary = Vocabulary()
+    document.view.set_range(3.5, 4.5)
+    entries = menu_of(panel, 4.0)
+    for entry in ("Fill this gap with", "Fill the range with"):
+        assert not entries[entry].isEnabled()
+        spot = panel.menu.actionGeometry(entries[entry]).center()
+        assert hovered(panel.menu, spot) == "The task has no actions."
+
+
 def test_the_menu_of_anothers_track_copies(document, panel):
     menu_of(panel, 7.5, OTHER_ROW)["Copy this segment to mine"].trigger()
     assert shown(document) == [*TIMES, (7.03, 8.0, "hold")]

@@ -32,7 +32,7 @@ def workspace(jobs):
     document = Document("Ada")
     workspace = LabelWorkspace(document, jobs)
     yield workspace
-    workspace.let_go()
+    workspace.release()
     jobs.close()  # before the document: what runs reads it
     document.close()
     workspace.deleteLater()

@@ -32,18 +32,18 @@ def document(app, tmp_path_factory):
 class Runs(Backend):
     """Lists and reads these runs instead of a project's."""
 
-    def __init__(self, outcomes):
-        self.outcomes = outcomes
+    def __init__(self, results):
+        self.results = results
 
     def list_runs(self, _path):
         yield None
         time = datetime(2026, 1, 2, 12, tzinfo=timezone.utc)
-        runs = [RunInfo(o.number, time, o.title, o.tasks, 0.5) for o in self.outcomes]
+        runs = [RunInfo(o.number, time, o.title, o.tasks, 0.5) for o in self.results]
         return tuple(reversed(runs))
 
     def load(self, _path, number):
         yield None
-        found = next((o for o in self.outcomes if o.number == number), None)
+        found = next((o for o in self.results if o.number == number), None)
         if found is None:
             raise InputError(f"There is no run {number}.")
         return found

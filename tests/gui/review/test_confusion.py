@@ -193,7 +193,7 @@ def test_edits_elsewhere_leave_the_list_as_it_is(view, document, app):
     assert view.list.table.currentIndex().row() == 1
 
 
-def test_without_an_outcome_it_says_what_to_do(view, document):
+def test_without_a_run_it_says_what_to_do(view, document):
     document.review.set_run(None)
     assert "Train" in view.pages.note.text()
     assert view.pages.note.isVisible()

@@ -41,15 +41,15 @@ class Trainings:
     def __init__(self, trained):
         self.trained, self.asked, self.held, self.closed = trained, [], False, []
 
-    def __call__(self, path, outcome, id_):
+    def __call__(self, path, run, id_):
         self.asked.append(id_)
         try:
             while self.held:
                 time.sleep(0.001)
                 yield Progress(1, 200, "fit")
-            key = outcome.number, id_
+            key = run.number, id_
             if key not in self.trained:
-                self.trained[key] = finish(train_held_out(path, outcome, id_))
+                self.trained[key] = finish(train_held_out(path, run, id_))
             yield Progress(200, 200, "fit")
         except GeneratorExit:
             self.closed.append(id_)
@@ -334,20 +334,20 @@ def test_the_shelf_keeps_what_was_used_last(study):
     class Heavy:
         bytes = 50 * 2**20
 
-    shelf, (path, outcome) = ModelCache(), study
+    shelf, (path, run) = ModelCache(), study
     for name in "abc":
-        shelf.put(path, outcome, name, Heavy())
-        shelf.get(path, outcome, "a")
-    assert [shelf.get(path, outcome, name) is not None for name in "abc"] == [True, False, True]
+        shelf.put(path, run, name, Heavy())
+        shelf.get(path, run, "a")
+    assert [shelf.get(path, run, name) is not None for name in "abc"] == [True, False, True]
 
 
 def test_time_left_is_that_of_a_fold_of_the_run(study):
-    outcome = replace(study[1], seconds={"features": 3.0, "fit": 30.0})
-    told = explanation_plots.held_out_progress(Progress(3, 200, "fit"), "foam 01", 4.0, outcome)
+    run = replace(study[1], seconds={"features": 3.0, "fit": 30.0})
+    told = explanation_plots.held_out_progress(Progress(3, 200, "fit"), "foam 01", 4.0, run)
     assert told == "Training without foam 01 … about 9 s left"
     halves = explanation_plots.held_out_progress(
-        Progress(3, 200, "fit"), "foam 01", 4.0, replace(outcome, folds=2)
+        Progress(3, 200, "fit"), "foam 01", 4.0, replace(run, folds=2)
     )
     assert halves == "Training without foam 01 … about 14 s left"
-    late = explanation_plots.held_out_progress(Progress(3, 200, "fit"), "foam 01", 40.0, outcome)
+    late = explanation_plots.held_out_progress(Progress(3, 200, "fit"), "foam 01", 40.0, run)
     assert late == "Training without foam 01 … nearly done"

@@ -64,7 +64,7 @@ def test_whatever_the_losses_are_they_are_drawn(view, points):
     assert view.curves.grab().toImage() != empty
 
 
-def test_time_and_remarks_of_the_outcome_stand_beneath(view, until):
+def test_time_and_remarks_of_the_run_stand_beneath(view, until):
     assert not view.times.isVisible()
     view.trainer.train()
     until(lambda: not view.trainer.training)

@@ -27,9 +27,9 @@ def view(document, jobs, show):
 
 
 def proposed(document):
-    """The outcome with two proposals more: a certain one, and a very uncertain one."""
-    outcome = outcome_of(document.project)
-    (third,) = outcome.proposals
+    """The run with two proposals more: a certain one, and a very uncertain one."""
+    run = outcome_of(document.project)
+    (third,) = run.proposals
     others = [info for info in document.infos if info.task == "stylus"][:2]
     made = [
         DemonstrationResult(
@@ -56,9 +56,9 @@ def test_what_is_typical_comes_before_what_is_odd_and_the_window_says_so(view, d
     assert view.order.isVisible()
     assert view.order.text().startswith("The most uncertain comes first. Train again")
     shares = {"03": 0.9, "stylus 01": 0.8, "stylus 02": 0.2}
-    outcome = proposed(document)
-    kept = tuple(replace(one, typicality=shares[one.name]) for one in outcome.proposals)
-    document.review.set_run(replace(outcome, proposals=kept))
+    run = proposed(document)
+    kept = tuple(replace(one, typicality=shares[one.name]) for one in run.proposals)
+    document.review.set_run(replace(run, proposals=kept))
     until(lambda: [row.name for row in view.rows] == ["03", "stylus 02", "stylus 01"])
     assert "many of the others are like it" in view.order.text()
     tip = view.model.data(view.model.index(0, 0), Qt.ItemDataRole.ToolTipRole)
@@ -77,13 +77,13 @@ def test_the_order_can_be_read_off_the_list(view, document, until):
         every = range(view.model.columnCount())
         return [view.model.headerData(column, horizontal) for column in every]
 
-    outcome = proposed(document)
-    document.review.set_run(outcome)
+    run = proposed(document)
+    document.review.set_run(run)
     until(lambda: len(view.rows) == 3)
     assert "like others" not in titles()
     shares = {"03": 0.9, "stylus 01": 0.8, "stylus 02": 0.2}
-    kept = tuple(replace(one, typicality=shares[one.name]) for one in outcome.proposals)
-    document.review.set_run(replace(outcome, proposals=kept))
+    kept = tuple(replace(one, typicality=shares[one.name]) for one in run.proposals)
+    document.review.set_run(replace(run, proposals=kept))
     until(lambda: "like others" in titles())
     figures = [[float(text.removesuffix(" %")) for text in row] for row in shown()]
     products = [uncertain * like for uncertain, like in figures]
@@ -127,11 +127,11 @@ def test_a_click_leads_to_its_most_uncertain_stretch(view, document, until):
 
 
 def test_what_is_coded_blind_is_not_listed(view, document, until):
-    outcome = proposed(document)
-    document.project.coding.assign(outcome.proposals[0].id, "Ann", blind=True)
-    document.review.set_run(outcome)
+    run = proposed(document)
+    document.project.coding.assign(run.proposals[0].id, "Ann", blind=True)
+    document.review.set_run(run)
     until(lambda: len(view.rows) == 2)
-    assert all(row.id != outcome.proposals[0].id for row in view.rows)
+    assert all(row.id != run.proposals[0].id for row in view.rows)
 
 
 def test_accepting_says_how_many_and_how_to_take_it_back(view, document, until):
@@ -210,10 +210,10 @@ def test_what_the_coder_labelled_stays_when_many_are_accepted(view, document):
 
 
 def test_what_is_accepted_has_no_suffix_of_its_task(view, document):
-    outcome = outcome_of(document.project)
-    (one,) = outcome.proposals
+    run = outcome_of(document.project)
+    (one,) = run.proposals
     stages = {"filtered": tuple(replace(s, action=f"{s.action}_{one.task}") for s in one.predicted)}
-    apart = replace(outcome, apart=True, proposals=(replace(one, stages=stages),))
+    apart = replace(run, apart=True, proposals=(replace(one, stages=stages),))
     document.review.set_run(apart)
     document.open_demonstration(one.id)
     view.accepting.in_view.click()
@@ -282,7 +282,7 @@ def test_nothing_is_ranked_while_hidden(document, jobs):
     view = ProposalsView(document, jobs)
     document.review.set_run(outcome_of(document.project))
     assert not jobs.busy
-    assert view._outcome is None
+    assert view._run is None
     view.deleteLater()
 
 

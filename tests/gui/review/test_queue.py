@@ -51,7 +51,7 @@ def reviewed(id_, name="01", predicted=SEEN):
     return DemonstrationResult(id_, name, "foam", 0.0, 10.0, HUMAN, stages, certain(predicted))
 
 
-def outcome_of(*tested, author="Ann"):
+def run_of(*tested, author="Ann"):
     return RunResult(
         0,
         datetime.now(timezone.utc),
@@ -83,7 +83,7 @@ def bench(app, until):
                 view.show()
             if train:
                 document.review.set_run(
-                    outcome_of(reviewed(document.id, predicted=predicted), author=author)
+                    run_of(reviewed(document.id, predicted=predicted), author=author)
                 )
             if visible:
                 until(lambda: not view.reader.stale)
@@ -280,7 +280,7 @@ def test_undo_takes_back_verdicts_and_edits_in_their_order_and_shows_where(bench
         ).id
         project.tracks.edit(second, "Ann", (), HUMAN, "painted")
         document.refresh_listing()
-        document.review.set_run(outcome_of(reviewed(first), reviewed(second, "02")))
+        document.review.set_run(run_of(reviewed(first), reviewed(second, "02")))
         until(lambda: not view.reader.stale and len(view.queue.actions) == 2)
         places = {place.demonstration: place for place in view.queue.actions}
         document.review.examine(places[first])
@@ -401,6 +401,28 @@ def test_painting_brings_the_queue_up_to_date(bench, until):
         assert kinds(view)[0] == ("missed", 1)
 
 
+def test_a_queue_that_is_shown_knows_what_was_painted_while_it_was_hidden(bench, until):
+    with bench() as view:
+        document = view.document
+        first, recording = document.id, painting_bench.demonstration()
+        second = document.project.demonstrations.add(
+            replace(recording, name="02", signals=recording.signals + 1)
+        ).id
+        document.refresh_listing()
+        document.review.set_run(run_of(reviewed(first), reviewed(second, "02")))
+        until(lambda: not view.reader.stale)
+        assert WRONG in [(d.start, d.end, d.human, d.predicted) for d in view.queue.actions]
+        view.hide()
+        document.editor.paint(3, 4.5, "release")
+        document.open_demonstration(second)
+        document.editor.paint(1, 2, "grab")
+        view.show()
+        until(lambda: not view.reader.stale)
+        assert view.queue.actions == ()
+        assert view.reader.read.tracks[first] == document.project.tracks.get(first, "Ann").segments
+        assert view.reader.read.tracks[second] == document.editor.segments
+
+
 def test_only_what_is_examined_is_judged(bench):
     with bench() as view:
         view.step(1)
@@ -473,7 +495,7 @@ def test_a_heading_folds_and_unfolds_its_section_and_folded_rows_are_passed_over
         assert examined(view) == WRONG
 
 
-def test_without_an_outcome_it_says_what_to_do(bench):
+def test_without_a_run_it_says_what_to_do(bench):
     with bench(train=False) as view:
         assert "Train a recogniser" in view.pages.note.text()
         assert not view.buttons.isVisible()
@@ -511,13 +533,11 @@ def test_what_is_coded_blind_is_not_listed(bench, until):
         assert "blind" in view.pages.note.text()
 
 
-def test_another_outcome_replaces_the_queue(bench, until):
+def test_another_run_replaces_the_queue(bench, until):
     with bench() as view:
-        outcome = view.document.review.run
+        run = view.document.review.run
         id_ = view.document.id
-        view.document.review.set_run(
-            replace(outcome, number=0, tested=(reviewed(id_, "01", HUMAN),))
-        )
+        view.document.review.set_run(replace(run, number=0, tested=(reviewed(id_, "01", HUMAN),)))
         until(lambda: not view.reader.stale)
         assert kinds(view) == []
 

@@ -70,19 +70,19 @@ def test_numbers_have_units_and_as_many_decimals_in_every_row(view):
 
 
 def test_intervals_are_of_the_pooled_scores(view, document):
-    outcome = document.review.run
-    counts = [count_segments(d.human, d.predicted, ACTIONS) for d in outcome.tested]
-    low, high = score_intervals(counts, outcome.settings.seed)["accuracy"]
+    run = document.review.run
+    counts = [count_segments(d.human, d.predicted, ACTIONS) for d in run.tested]
+    low, high = score_intervals(counts, run.settings.seed)["accuracy"]
     assert column(view, 1)[1] == f"{100 * low:.1f} to {100 * high:.1f}"
     assert "2,000 resamples" in view.note.text()
 
 
 def test_intervals_that_the_run_holds_are_shown_as_they_are(view, document, until):
-    outcome = random_run_result(["a", "b", "c"], ACTIONS)
+    run = random_run_result(["a", "b", "c"], ACTIONS)
     stored = Intervals({"accuracy": (0.125, 0.25)})
     for stage in ("raw", "filtered"):
-        outcome.scores[stage]["intervals"] = stored.to_json()
-    document.review.set_run(outcome)
+        run.scores[stage]["intervals"] = stored.to_json()
+    document.review.set_run(run)
     until(lambda: view.intervals)
     assert column(view, 1)[1] == "12.5 to 25.0"
 
@@ -173,7 +173,7 @@ def test_nothing_is_computed_while_it_is_hidden(view, document, app, jobs, until
     assert names(view)[2:] == ["foam a", "foam b", "foam c"]
 
 
-def test_without_an_outcome_it_says_what_to_do(view, document):
+def test_without_a_run_it_says_what_to_do(view, document):
     document.review.set_run(None)
     assert view.pages.note.isVisible()
     assert "Train" in view.pages.note.text()

@@ -33,7 +33,7 @@ def run_info(number, task, title=""):
     return RunInfo(number, datetime(2026, 3, 1, tzinfo=timezone.utc), title or task, (task,), 0.9)
 
 
-def test_training_ends_with_the_outcome_in_the_document(trainer, document, work, until):
+def test_training_ends_with_the_run_in_the_document(trainer, document, work, until):
     assert trainer.edits is None
     assert trainer.train()
     assert trainer.training

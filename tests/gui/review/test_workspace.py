@@ -131,10 +131,10 @@ def test_the_pairs_on_screen_are_those_of_evaluate(study, windows, until, tmp_pa
 
 def test_opening_a_project_shows_its_last_run(study, windows):
     window = windows(study)
-    outcome = window.document.review.run
-    assert (outcome.number, outcome.tasks) == (1, ("foam",))
-    assert outcome.settings.seed == 1
-    assert outcome.proposer in window.document.other_tracks
+    run = window.document.review.run
+    assert (run.number, run.tasks) == (1, ("foam",))
+    assert run.settings.seed == 1
+    assert run.proposer in window.document.other_tracks
 
 
 def test_timeline_and_video_are_lent_and_come_back(study, windows, until, rested):
@@ -201,7 +201,7 @@ def test_a_demonstration_without_video_has_no_room_for_one(study, windows, until
     assert window.label.video.isVisible()
 
 
-def test_another_task_has_its_own_outcome(study, windows, until):
+def test_another_task_has_its_own_run(study, windows, until):
     window = windows(study, "review")
     trainer = window.review.trainer
     pairs = window.review.workspace.pairs
