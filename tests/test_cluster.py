@@ -10,7 +10,7 @@ pytest.importorskip("distributed")
 
 import joblib
 from distributed import Client, LocalCluster
-from synthetic import synthetic_set
+from factories import synthetic_set
 
 from forcelab import preset
 from forcelab.errors import InputError

@@ -9,8 +9,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-import brief
 import pytest
+from factories import perform_grips, placeholder_video
 
 from forcelab import sample
 from forcelab.cli import main
@@ -34,11 +34,11 @@ def whole(tmp_path_factory):
 
     def filmed(performance, origin, scratch):
         # All brief performances look alike; one is synchronised with its video and one is not.
-        film = really if origin.task == "foam" and origin.number in (1, 5) else brief.filmed
+        film = really if origin.task == "foam" and origin.number in (1, 5) else placeholder_video
         return film(performance, origin, scratch)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(generate, "performing", brief.performing)
+        patch.setattr(generate, "performing", perform_grips)
         patch.setattr(generate, "_film", filmed)
         assert finish(sample.making(path))
     return path
@@ -46,8 +46,8 @@ def whole(tmp_path_factory):
 
 @pytest.fixture
 def quick(monkeypatch):
-    monkeypatch.setattr(generate, "performing", brief.performing)
-    monkeypatch.setattr(generate, "_film", brief.filmed)
+    monkeypatch.setattr(generate, "performing", perform_grips)
+    monkeypatch.setattr(generate, "_film", placeholder_video)
 
 
 @pytest.fixture
@@ -157,12 +157,12 @@ def test_interrupted_it_leaves_nothing(quick, monkeypatch, tmp_path, capsys):
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-import brief
+from factories import perform_grips
 from forcelab import sample
 from forcelab.jobs import finish
 from forcelab.simulation import generate
 
-generate.performing = brief.performing
+generate.performing = perform_grips
 generate._film = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
 finish(sample.making(Path("sample.forcelab")))
 """

@@ -16,9 +16,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from factories import folder_in_memory
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from in_memory import folder_in_memory
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference

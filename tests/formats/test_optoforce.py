@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from optoforce_streams import CONFIGURED, packet, sealed, stream
 
 from forcelab.errors import InputError
 from forcelab.formats import identify, read
@@ -12,6 +11,7 @@ from forcelab.formats.optoforce import sniff
 from forcelab.formats.optoforce_packets import KINDS
 from forcelab.formats.recording import ReadOptions
 from forcelab.resources import asset
+from tests.formats.optoforce_streams import CONFIGURED, packet, sealed, stream
 
 DUMP = Path(__file__).resolve().parents[2] / "../shared/data/optoforce/stream-3axis.bin"
 AXES3, FOUR, AXES6 = KINDS

@@ -7,16 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from optoforce_streams import (
-    CONFIGURED,
-    chance,
-    fuzz,
-    in_pieces,
-    packet,
-    parsed_slowly,
-    sealed,
-    stream,
-)
 
 from forcelab.formats.optoforce_packets import (
     KINDS,
@@ -28,6 +18,16 @@ from forcelab.formats.optoforce_packets import (
     modal_step,
     parse_all,
     status_sentences,
+)
+from tests.formats.optoforce_streams import (
+    CONFIGURED,
+    chance,
+    fuzz,
+    in_pieces,
+    packet,
+    parsed_slowly,
+    sealed,
+    stream,
 )
 
 #: Strings of the fuzzing; ``FORCELAB_FUZZ=1000000`` for the whole, which takes minutes.

@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from campaign import Finding, findings, run
-from synthetic import synthetic_set
+from factories import synthetic_set
 
 from forcelab.labels import Track
 from forcelab.project import Project

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from synthetic import synthetic_set
+from factories import synthetic_set
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError

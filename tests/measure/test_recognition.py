@@ -3,8 +3,7 @@
 import dataclasses
 
 import pytest
-from factories import make_labelled_project
-from synthetic import synthetic_set
+from factories import make_labelled_project, synthetic_set
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish

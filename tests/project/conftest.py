@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from in_memory import folder_in_memory, labelling_in_memory
+from factories import folder_in_memory, track_editor_in_memory
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.project import Project
@@ -64,7 +64,7 @@ def project(path: Path) -> Iterator[Project]:
 @pytest.fixture
 def labelling() -> Iterator[TrackEditor]:
     """Ada at work on ten seconds."""
-    with labelling_in_memory() as labelling:
+    with track_editor_in_memory() as labelling:
         yield labelling
 
 

@@ -4,9 +4,9 @@ from dataclasses import replace
 from datetime import datetime, timedelta, timezone
 
 import pytest
+from factories import folder_in_memory
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from in_memory import folder_in_memory
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, StaleTrackError

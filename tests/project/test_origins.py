@@ -6,9 +6,9 @@ import json
 import time
 
 import pytest
+from factories import quiet_demonstration, track_editor_in_memory
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from in_memory import labelling_in_memory, recording
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment
@@ -48,7 +48,7 @@ def test_what_was_removed_and_imported_again_begins_without_its_old_origins(labe
         assert origins(labelling) == {GRAB: Origin(proposer)}
         heads = {"Ada": project.tracks.head(labelling.demonstration, "Ada")}
         project.demonstrations.remove_all({labelling.demonstration: heads})
-        assert project.demonstrations.add(recording()).id == labelling.demonstration
+        assert project.demonstrations.add(quiet_demonstration()).id == labelling.demonstration
         labelling.refresh()
         assert origins(labelling) == {}
     labelling.paint(GRAB.start, GRAB.end, GRAB.action)
@@ -155,7 +155,7 @@ verbs = st.tuples(
 @settings(max_examples=25, deadline=None)
 @given(st.lists(verbs, max_size=30))
 def test_whatever_is_done_origins_follow_the_labels(deeds):
-    with labelling_in_memory() as labelling:
+    with track_editor_in_memory() as labelling:
         project = labelling.project
         # Each state as it was, by what can be undone: what is taken back must be as before.
         past, future = [({}, ())], []

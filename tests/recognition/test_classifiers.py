@@ -200,7 +200,7 @@ kind = classifiers.ClassifierKind(
 classifiers.REGISTRY = {**classifiers.REGISTRY, "discriminant": kind}
 
 import numpy as np
-from synthetic import synthetic_set
+from factories import synthetic_set
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.cli import main
 from forcelab.recognition.settings import FIELDS

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from synthetic import ACTIONS, synthetic_demonstration, synthetic_set
+from factories import SYNTHETIC_ACTIONS, synthetic_demonstration, synthetic_set
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
@@ -133,7 +133,9 @@ def test_labels_of_the_held_out_demonstration_have_no_bearing_on_its_prediction(
 
 def test_labels_without_a_meaning_are_recognised_no_better_than_by_chance(six, evaluation):
     random = np.random.default_rng(0)
-    shuffled = [relabelled(item, random.permutation(ACTIONS)[[0, 1, 2, 3, 0]]) for item in six]
+    shuffled = [
+        relabelled(item, random.permutation(SYNTHETIC_ACTIONS)[[0, 1, 2, 3, 0]]) for item in six
+    ]
     chance = finish(leave_one_out(shuffled, RAW)).scores("raw")[0]
     scores = evaluation.scores("raw")[0]
     assert chance.balanced_accuracy < 0.4
@@ -159,7 +161,7 @@ def test_progress_counts_the_folds(six):
 SCRIPT = """
 import json, sys, threading
 sys.path.insert(0, "tests")
-from synthetic import synthetic_set
+from factories import synthetic_set
 from forcelab.jobs import finish
 from forcelab.recognition.cross_validation import leave_one_out
 from forcelab.recognition.examples import LabelledDemonstration
@@ -356,7 +358,7 @@ def test_actions_that_were_never_trained_count_as_wrong_and_are_named(six):
     strange = [relabelled(item, ["still", "juggle", "hold", "pull", "still"]) for item in six[3:]]
     plain, result = (finish(train_and_test(six[:3], test, RAW)) for test in (six[3:], strange))
     assert result.remarks == ("Tested but never trained: juggle, pull.",)
-    assert set(result.actions) == {*ACTIONS, "juggle", "pull"}
+    assert set(result.actions) == {*SYNTHETIC_ACTIONS, "juggle", "pull"}
     pooled = result.scores("raw")[0]
     rows = dict(zip(result.actions, pooled.confusion, strict=True))
     for action in ("juggle", "pull"):
@@ -391,17 +393,21 @@ def test_actions_of_two_tasks_are_kept_apart_by_a_suffix(six):
             (s.start, s.end) for s in before.segments
         ]
     together = finish(leave_one_out(suffix_actions(six[:4], ["a", "a", "b", "b"]), FAST))
-    assert set(together.actions) == {f"{action}_{task}" for action in ACTIONS for task in "ab"}
+    assert set(together.actions) == {
+        f"{action}_{task}" for action in SYNTHETIC_ACTIONS for task in "ab"
+    }
 
 
 def test_no_merge_map_takes_away_what_keeps_actions_apart(six):
-    spellings = MergeMap({f"{action}_soft": action for action in ACTIONS})  # as of the real set
+    spellings = MergeMap(
+        {f"{action}_soft": action for action in SYNTHETIC_ACTIONS}
+    )  # as of the real set
     items = [relabelled(item, [f"{s.action}_soft" for s in item.segments]) for item in six[:4]]
     merged = [item.merged(spellings) for item in items]
     apart = suffix_actions(merged, ["soft", "soft", "hard", "hard"])
     found = finish(leave_one_out(apart, FAST.replace(merge=spellings)))
     assert set(found.actions) == {
-        f"{action}_{task}" for action in ACTIONS for task in ("soft", "hard")
+        f"{action}_{task}" for action in SYNTHETIC_ACTIONS for task in ("soft", "hard")
     }
 
 
@@ -410,7 +416,7 @@ def test_merged_spellings_are_scored_as_one_action_and_the_labels_stay(six):
     items = [misspelt, *six[1:]]
     merged = finish(leave_one_out(items, RAW.replace(merge=MergeMap({"grap_pen": "grab"}))))
     plain = finish(leave_one_out(six, RAW))
-    assert merged.actions == ACTIONS
+    assert merged.actions == SYNTHETIC_ACTIONS
     assert merged.to_json()["raw"] == plain.to_json()["raw"]
     assert "grap_pen" in finish(leave_one_out(items, RAW)).actions
     assert [s.action for s in misspelt.segments][1] == "grap_pen"
@@ -425,7 +431,7 @@ def test_the_json_has_the_promised_keys_and_plain_values(six, evaluation):
     assert promised <= set(result)
     assert set(result["seconds"]) == {"features", "fit", "predict", "filter"}
     assert all(spent >= 0 for spent in result["seconds"].values())
-    assert result["labels"] == list(ACTIONS)
+    assert result["labels"] == list(SYNTHETIC_ACTIONS)
     assert (result["preset"], result["seed"]) == ("paper", 0)
     assert Settings.from_json(result["settings"]) == FAST
     scores = {"name", "accuracy", "balanced_accuracy", "coverage", "kappa", "edit", "f1"}

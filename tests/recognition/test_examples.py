@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from factories import synthetic_demonstration, synthetic_set
 from skops import io as skops_io
-from synthetic import synthetic_demonstration, synthetic_set
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError

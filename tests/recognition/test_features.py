@@ -6,10 +6,10 @@ import tracemalloc
 
 import numpy as np
 import pytest
+from factories import synthetic_demonstration, synthetic_set
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from synthetic import synthetic_demonstration, synthetic_set
 
 from forcelab.errors import InputError
 from forcelab.recognition import ensemble

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
+from factories import synthetic_set
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from live_reference import stated
-from synthetic import synthetic_set
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
@@ -22,6 +21,7 @@ from forcelab.recognition.live_features import PATIENCE, CausalGrid, Steps
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import train
 from forcelab.signals.grid import on_grid
+from tests.recognition.live_reference import reference_labels
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +62,7 @@ def changed(demonstration, times=None, signals=None):
 @pytest.mark.parametrize("latency", [0.0, 0.05, 0.3, 2.0])
 @pytest.mark.parametrize("blocks", [[5], [1000], [1, 40, 3, 700]])
 def test_labels_are_those_stated_for_the_latency(trained, three, latency, blocks):
-    expected = stated(trained, three[2].demonstration, latency)
+    expected = reference_labels(trained, three[2].demonstration, latency)
     times, codes, probabilities = streamed(trained, three[2].demonstration, latency, blocks)
     assert np.array_equal(times, expected.times)
     assert np.array_equal(codes, expected.codes)
@@ -110,7 +110,7 @@ def test_a_gap_is_bridged_and_never_labelled(trained, three):
         assert np.all(codes[400:460] == UNLABELLED)
         assert np.mean(codes == offline.filtered) > 0.99
         for latency in (0.1, 3.0):
-            expected = stated(trained, holed, latency)
+            expected = reference_labels(trained, holed, latency)
             assert np.array_equal(streamed(trained, holed, latency, blocks)[1], expected.codes)
 
 
@@ -136,7 +136,7 @@ def test_a_channel_that_falls_silent_stops_labels_but_not_the_stream(trained, th
         assert np.allclose(times, long.times)
         assert np.all(codes[silent] == UNLABELLED)
         assert (codes[silent.stop :] != UNLABELLED).any()
-        assert np.array_equal(codes, stated(trained, long, 0.1).codes)
+        assert np.array_equal(codes, reference_labels(trained, long, 0.1).codes)
 
 
 @pytest.mark.parametrize("nonsense", [3.4028235e38, -1.7e308, 1e16])
@@ -267,7 +267,7 @@ def test_other_classifiers_and_settings_stream_too(three, classifier):
     online = OnlineRecogniser(recogniser, 0.1, demonstration.channels)
     parts = [online.push(demonstration.times, demonstration.signals), online.finish()]
     codes = np.concatenate([part.codes for part in parts])
-    assert np.array_equal(codes, stated(recogniser, demonstration, 0.1).codes)
+    assert np.array_equal(codes, reference_labels(recogniser, demonstration, 0.1).codes)
     assert (parts[0].probabilities is None) == (classifier == "svm")
 
 

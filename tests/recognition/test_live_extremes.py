@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
+from factories import synthetic_set
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from live_reference import stated
-from synthetic import synthetic_set
 
 from forcelab.demonstration import Demonstration
 from forcelab.labels import UNLABELLED
@@ -17,6 +16,7 @@ from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import train
 from forcelab.signals.streaming import HALF, StreamingCwt
 from forcelab.signals.wavelets import Morlet
+from tests.recognition.live_reference import reference_labels
 
 RATE, N = 250.0, 900
 
@@ -83,7 +83,7 @@ def test_labels_are_those_stated_whatever_comes(trained, channels, kind, latency
     codes = np.concatenate([part.codes for part in parts])
     probabilities = np.concatenate([part.probabilities for part in parts])
     assert np.isfinite(probabilities).all()
-    expected = stated(
+    expected = reference_labels(
         trained, Demonstration("d", "t", times, values.astype(float), channels), latency
     )
     assert len(codes) == n

@@ -4,10 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
+from factories import synthetic_set
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from live_reference import stated, window_features
-from synthetic import synthetic_set
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
@@ -25,6 +24,7 @@ from forcelab.recognition.live_model import LOOKS, LiveModel
 from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import load_recogniser, save_recogniser
 from forcelab.recognition.training import train, training_job
+from tests.recognition.live_reference import reference_labels, window_features
 
 RATE = 250.0
 WINDOWS = preset("fast").windows
@@ -127,7 +127,7 @@ def test_own_units_hear_nothing_of_a_glitch_once_it_has_passed(size, rate, hop, 
 @pytest.mark.parametrize("latency", [0.0, 0.03, 0.1, 1.0])
 def test_labels_are_those_stated_for_the_latency(trained, three, latency):
     demonstration = three[2].demonstration
-    expected = stated(trained, demonstration, latency)
+    expected = reference_labels(trained, demonstration, latency)
     assert np.array_equal(expected.times, demonstration.times)
     for blocks in ([5], [1, 40, 3, 700]):
         times, codes, probabilities = streamed(trained, demonstration, latency, blocks)
@@ -243,7 +243,7 @@ def test_a_gap_is_never_labelled(trained, three):
     signals[600:640, 0] = np.nan
     holed = changed(demonstration, demonstration.times[keep], signals[keep])
     for latency in (0.0, 0.1):
-        expected = stated(trained, holed, latency)
+        expected = reference_labels(trained, holed, latency)
         for blocks in ([7], [5000]):
             times, codes, known = streamed(trained, holed, latency, blocks)
             assert np.array_equal(codes, expected.codes)
@@ -279,7 +279,7 @@ def test_forces_that_break_careless_code_are_labelled_as_stated(trained, three, 
     _, codes, known = streamed(trained, odd, 0.1, [33])
     assert np.all(codes != UNLABELLED)
     assert np.allclose(known.sum(axis=1), 1.0)
-    assert np.array_equal(codes, stated(trained, odd, 0.1).codes)
+    assert np.array_equal(codes, reference_labels(trained, odd, 0.1).codes)
 
 
 @pytest.mark.parametrize("value", [3.4e38, 1e300, np.nan])
@@ -291,7 +291,7 @@ def test_what_no_sensor_reads_counts_as_missing(trained, three, value):
     signals[500 : 500 + round(RATE)] = value
     odd = changed(like, like.times, signals)
     times, codes, _ = streamed(trained, odd, 0.1, [33])
-    assert np.array_equal(codes, stated(trained, odd, 0.1).codes)
+    assert np.array_equal(codes, reference_labels(trained, odd, 0.1).codes)
     lost = (times > like.times[500]) & (times < like.times[500] + 0.99)
     assert np.all(codes[lost] == UNLABELLED)
     assert np.all(codes[times < like.times[480]] != UNLABELLED)

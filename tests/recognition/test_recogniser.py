@@ -6,8 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from factories import BAYES_SETTINGS
-from synthetic import synthetic_demonstration, synthetic_set
+from factories import BAYES_SETTINGS, synthetic_demonstration, synthetic_set
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from forcelab.demonstration import Demonstration

@@ -13,13 +13,12 @@ import zipfile
 import numpy as np
 import pytest
 import sklearn
-from format_1 import as_in_format_1
+from factories import synthetic_set
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from sklearn.ensemble import RandomForestClassifier
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.svm import NuSVC
 from skops import io as skops_io
-from synthetic import synthetic_set
 
 from forcelab.errors import InputError
 from forcelab.recognition.ensemble import CalibratedEnsemble
@@ -29,6 +28,7 @@ from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import CLASSIFIERS, Settings
 from forcelab.recognition.storage import TRUSTED, load_recogniser, pack, save_recogniser
 from forcelab.recognition.training import train
+from tests.recognition.format_1 import forest_in_format_1
 
 SMALL = Settings(max_scale=32.0, stride=6)
 
@@ -228,7 +228,7 @@ def test_a_recogniser_of_format_1_predicts_to_the_bit_what_it_did(three, path):
     content = content_of(recogniser)
     for plain in (content["classifier"], *(part["classifier"] for part in content["live"])):
         plain["members"] = [
-            as_in_format_1(member) if isinstance(member, Forest) else member.plain()
+            forest_in_format_1(member) if isinstance(member, Forest) else member.plain()
             for member in CalibratedEnsemble.from_plain(plain, 10**6, 99).members
         ]
     content["forcelab recogniser"] = 1

@@ -9,10 +9,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from factories import synthetic_set
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from skops import io as skops_io
-from synthetic import synthetic_set
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError

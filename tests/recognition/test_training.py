@@ -7,7 +7,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from synthetic import ACTIONS, synthetic_demonstration, synthetic_set
+from factories import SYNTHETIC_ACTIONS, synthetic_demonstration, synthetic_set
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
@@ -92,7 +92,7 @@ def test_unlabelled_samples_are_never_trained_on(three, settings):
     poisoned = []
     for examples in clean:
         features = examples.features.copy()
-        features[examples.codes(ACTIONS) < 0] = 1e100
+        features[examples.codes(SYNTHETIC_ACTIONS) < 0] = 1e100
         poisoned.append(dataclasses.replace(examples, features=features))
     assert any(not np.array_equal(a.features, b.features) for a, b in zip(clean, poisoned))  # noqa: B905
     first, second = (finish(fit_examples(given, settings)) for given in (clean, poisoned))
@@ -107,7 +107,7 @@ def test_every_stride_th_sample_counted_from_each_start_is_trained_on(three, fit
     X, y = [], []
     for item in three:
         examples = prepare_examples(item, SMALL)
-        codes = examples.codes(ACTIONS)
+        codes = examples.codes(SYNTHETIC_ACTIONS)
         for i in range(0, len(codes), 7):
             if codes[i] >= 0:
                 X.append(examples.features[i])
@@ -216,7 +216,7 @@ def test_merged_spellings_are_trained_as_one_action_and_the_labels_stay(three):
 
 def test_the_shortest_segment_of_each_action_is_remembered(three):
     recogniser = train(three, SMALL)
-    for action in ACTIONS:
+    for action in SYNTHETIC_ACTIONS:
         lengths = [s.duration for item in three for s in item.segments if s.action == action]
         # To the sample: segments are measured on the grid, as they are scored.
         assert recogniser.shortest[action] == pytest.approx(min(lengths), abs=1 / recogniser.rate)

@@ -4,9 +4,9 @@ from datetime import datetime, timezone
 
 import numpy as np
 import pytest
+from factories import synthetic_set
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from synthetic import synthetic_set
 
 from forcelab.jobs import finish
 from forcelab.labels import Segment, Track, from_codes

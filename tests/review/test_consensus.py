@@ -3,9 +3,9 @@
 import tempfile
 
 import pytest
+from factories import MEMORY_FOLDER, foam_demonstration
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from painting_bench import MEMORY, demonstration
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment
@@ -32,10 +32,10 @@ EDGE, ACTION, LAST = (
 @pytest.fixture
 def project():
     with (
-        tempfile.TemporaryDirectory(dir=MEMORY) as folder,
+        tempfile.TemporaryDirectory(dir=MEMORY_FOLDER) as folder,
         Project.create(f"{folder}/p.forcelab") as project,
     ):
-        id_ = project.demonstrations.add(demonstration()).id
+        id_ = project.demonstrations.add(foam_demonstration()).id
         project.tracks.edit(id_, "Ann", (), ANN, "made")
         project.tracks.edit(id_, "Ben", (), BEN, "made")
         project.id_ = id_

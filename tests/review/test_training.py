@@ -10,8 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project
-from synthetic import synthetic_set
+from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project, synthetic_set
 
 from forcelab.cli import main
 from forcelab.errors import InputError

@@ -6,7 +6,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 
 import pytest
-from painting_bench import MEMORY, demonstration
+from factories import MEMORY_FOLDER, foam_demonstration
 
 from forcelab.labels import Segment
 from forcelab.project import Project
@@ -32,10 +32,10 @@ SEEN = (
 def study():
     """A project in which Ann labelled, and what a recogniser makes of it."""
     with (
-        tempfile.TemporaryDirectory(dir=MEMORY) as folder,
+        tempfile.TemporaryDirectory(dir=MEMORY_FOLDER) as folder,
         Project.create(Path(folder) / "study.forcelab") as project,
     ):
-        one = demonstration()
+        one = foam_demonstration()
         project.demonstrations.add(one)
         project.tracks.edit(one.id, "Ann", (), HUMAN, "made")
         tested = DemonstrationResult(one.id, one.name, "foam", 0, 10, HUMAN, {"filtered": SEEN})
