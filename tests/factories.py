@@ -198,6 +198,18 @@ def synthetic_set(
     return [synthetic_demonstration(seed + i, rate, task) for i in range(count)]
 
 
+def labelled_set(
+    count: int, rate: float = 1000.0, task: str = "foam", seed: int = 1
+) -> list[LabelledDemonstration]:
+    """The same to learn from."""
+    return [LabelledDemonstration(*pair) for pair in synthetic_set(count, rate, task, seed)]
+
+
+def make_track(*rows: tuple[float, float, str]) -> Segments:
+    """Segments of rows (start, end, action)."""
+    return tuple(Segment(*row) for row in rows)
+
+
 def foam_demonstration() -> Demonstration:
     """Ten seconds at 100 Hz, from 0 to 10 s exactly."""
     times = np.arange(1000) / 100
@@ -492,18 +504,8 @@ def evaluate_as_run(
 
     evaluation = finish(leave_one_out(labelled, settings, "foam", folds=folds))
     ids = [item.demonstration.id for item in labelled]
-    return RunResult(
-        number=1,
-        time=datetime(2026, 1, 1, tzinfo=timezone.utc),
-        title="foam",
-        tasks=("foam",),
-        test_task=None,
-        author="Ann",
-        apart=False,
-        settings=settings,
-        actions=evaluation.actions,
-        labels=tuple(LabelsUsed(id_, "Ann", project.tracks.head(id_, "Ann")) for id_ in ids),
-        tested=tuple(
+    return unscored_run_result(
+        [
             DemonstrationResult(
                 item.id,
                 item.name,
@@ -514,7 +516,10 @@ def evaluate_as_run(
                 {"filtered": item.segments("filtered")},
             )
             for item in evaluation.tested
-        ),
+        ],
+        evaluation.actions,
+        settings=settings,
+        labels=tuple(LabelsUsed(id_, "Ann", project.tracks.head(id_, "Ann")) for id_ in ids),
         seconds=evaluation.seconds,
         folds=folds,
     )
@@ -531,6 +536,22 @@ def demonstration_result(id_, human, predicted, raw=None, probability_trace=None
     )
 
 
+def unscored_run_result(tested=(), actions=FOAM_ACTIONS, **changes):
+    """A run's result without scores: Ann's labels of the foam, unless the changes say otherwise."""
+    values = {
+        "number": 1,
+        "time": datetime(2026, 1, 1, tzinfo=timezone.utc),
+        "title": "foam",
+        "tasks": ("foam",),
+        "test_task": None,
+        "author": "Ann",
+        "apart": False,
+        "settings": Settings(),
+        "labels": (),
+    }
+    return RunResult(**(values | changes), actions=tuple(actions), tested=tuple(tested))
+
+
 def run_result(tested, actions, number=1, settings=None):
     """A run's result with the scores that ``forcelab evaluate`` would find."""
     scores = {}
@@ -542,18 +563,13 @@ def run_result(tested, actions, number=1, settings=None):
                 pool(d.name, [c]).to_json() for d, c in zip(tested, counts, strict=True)
             ],
         }
-    return RunResult(
+    return unscored_run_result(
+        tested,
+        actions,
         number=number,
         time=datetime(2026, 1, number, tzinfo=timezone.utc),
-        title="foam",
-        tasks=("foam",),
-        test_task=None,
         author="Ada",
-        apart=False,
         settings=settings or Settings(),
-        actions=tuple(actions),
-        labels=(),
-        tested=tuple(tested),
         scores=scores,
     )
 

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from factories import synthetic_set
+from factories import labelled_set
 
-from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats import pdl, read
 from forcelab.formats.recording import ReadOptions
@@ -59,14 +58,13 @@ PLAIN = preset("fast").replace(amplitude="absolute", decoder="filters", stride=2
 def pressed(item, gain):
     """The same by somebody who presses harder."""
     old = item.demonstration
-    made = Demonstration(old.name, old.task, old.times, gain * old.signals, old.channels)
-    return replace(item, demonstration=made)
+    return replace(item, demonstration=replace(old, signals=gain * old.signals))
 
 
 @pytest.fixture(scope="module")
 def mixed():
     """Most by one person, some by another who presses four times as hard."""
-    items = [LabelledDemonstration(*item) for item in synthetic_set(9, 50.0)]
+    items = labelled_set(9, 50.0)
     return [pressed(item, 4.0) if i % 4 == 0 else item for i, item in enumerate(items)]
 
 
@@ -131,7 +129,7 @@ def test_too_few_demonstrations_are_refused_by_name(mixed):
 
 @pytest.fixture(scope="module")
 def items():
-    return [LabelledDemonstration(*item) for item in synthetic_set(6, 50.0)]
+    return labelled_set(6, 50.0)
 
 
 @pytest.mark.parametrize(("share", "count"), [(0.0, 1), (0.25, None), (1.0, None)])

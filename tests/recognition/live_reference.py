@@ -15,6 +15,7 @@ from forcelab.recognition.live import (
     TOLERANCE,
     FixedLag,
     LiveLabels,
+    OnlineRecogniser,
     budget_of,
     classify,
     limits_of,
@@ -63,6 +64,21 @@ def reference_labels(recogniser, demonstration, latency):
     if limits:
         codes = dropped(codes, steps.times, limits, grid.step, budget.drop)
     return LiveLabels(steps.times, codes, probabilities)
+
+
+def streamed(recogniser, demonstration, latency, blocks, rate=None):
+    """Times, codes and probabilities of a demonstration that comes in blocks of these lengths."""
+    online = OnlineRecogniser(recogniser, latency, demonstration.channels, rate)
+    parts, start, turn = [], 0, 0
+    while start < len(demonstration.times):
+        block = slice(start, start + blocks[turn % len(blocks)])
+        parts.append(online.push(demonstration.times[block], demonstration.signals[block]))
+        start, turn = block.stop, turn + 1
+    parts.append(online.finish())
+    return tuple(
+        np.concatenate([getattr(part, what) for part in parts])
+        for what in ("times", "codes", "probabilities")
+    )
 
 
 def wavelet_features(settings, channels, delay):

@@ -4,14 +4,15 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
-from factories import SYNTHETIC_ACTIONS, synthetic_demonstration, synthetic_set
+from factories import SYNTHETIC_ACTIONS, labelled_set, synthetic_demonstration, synthetic_set
 
-from forcelab.demonstration import Channel, Demonstration
+from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.formats import pdl
 from forcelab.formats.recording import ReadOptions
@@ -34,7 +35,7 @@ RAW = FAST.replace(threshold=None, median=None, drop=None)
 
 @pytest.fixture(scope="module")
 def six():
-    return [LabelledDemonstration(*pair) for pair in synthetic_set(6, rate=100.0)]
+    return labelled_set(6, rate=100.0)
 
 
 @pytest.fixture(scope="module")
@@ -161,12 +162,11 @@ def test_progress_counts_the_folds(six):
 SCRIPT = """
 import json, sys, threading
 sys.path.insert(0, "tests")
-from factories import synthetic_set
+from factories import labelled_set
 from forcelab.jobs import finish
 from forcelab.recognition.cross_validation import leave_one_out
-from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.settings import Settings
-items = [LabelledDemonstration(*pair) for pair in synthetic_set(6, rate=100.0)][:3]
+items = labelled_set(3, rate=100.0)
 settings = Settings.from_json(json.loads(sys.argv[1]))
 print(json.dumps(finish(leave_one_out(items, settings, jobs=2)).to_json()))
 stopped = leave_one_out(items, settings, jobs=2)
@@ -225,9 +225,7 @@ def test_a_fold_without_two_actions_is_refused_in_a_sentence(six):
 def test_demonstrations_of_different_channels_are_refused(six):
     old = six[0].demonstration
     channels = tuple(Channel(f"strain {i}") for i in range(6))
-    other = LabelledDemonstration(
-        Demonstration("gauge", "", old.times, old.signals, channels), six[0].segments
-    )
+    other = replace(six[0], demonstration=replace(old, name="gauge", channels=channels))
     with pytest.raises(InputError, match=r"'gauge' has .*strain 0"):
         finish(leave_one_out([*six[:2], other], FAST))
 
@@ -277,18 +275,16 @@ def test_scores_of_different_grids_count_the_same_samples(six):
 
 
 def test_a_demonstration_that_is_there_twice_is_refused(six):
-    twin = Demonstration("twin", "other", *demonstration_parts(six[0].demonstration))
+    twin = replace(six[0].demonstration, name="twin", task="other")
     with pytest.raises(InputError, match="is there twice"):
-        finish(leave_one_out([*six[:2], LabelledDemonstration(twin, six[0].segments)], RAW))
+        finish(leave_one_out([*six[:2], replace(six[0], demonstration=twin)], RAW))
 
 
 def later(item, name):
     """The same recording with other stamps, under another name."""
-    times, signals, channels = demonstration_parts(item.demonstration)
+    old = item.demonstration
     segments = tuple(Segment(s.start + 5, s.end + 5, s.action) for s in item.segments)
-    return LabelledDemonstration(
-        Demonstration(name, "foam", times + 5.0, signals, channels), segments
-    )
+    return LabelledDemonstration(replace(old, name=name, times=old.times + 5.0), segments)
 
 
 def names_of(items, fold):
@@ -348,10 +344,6 @@ def test_a_recording_that_is_trained_on_under_another_name_is_remarked_on(six):
     assert remark.startswith(f"'twin' holds the same recording as '{six[0].demonstration.name}'")
     clean = finish(train_and_test(six[:3], six[3:5], FAST)).remarks
     assert not any("same recording" in remark for remark in clean)
-
-
-def demonstration_parts(demonstration):
-    return demonstration.times, demonstration.signals, demonstration.channels
 
 
 def test_actions_that_were_never_trained_count_as_wrong_and_are_named(six):

@@ -6,14 +6,13 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from factories import synthetic_demonstration, synthetic_set
+from factories import labelled_set, synthetic_demonstration
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from forcelab.errors import InputError
 from forcelab.recognition import ensemble
-from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.features import (
     BLOCK,
     PEAKS,
@@ -479,7 +478,7 @@ def test_missing_samples_are_bridged_for_peaks():
 def test_a_recogniser_looks_at_peaks_whatever_the_unit(monkeypatch, amplitude):
     monkeypatch.setattr(ensemble, "TREES", 5)
     settings = preset("fast").replace(amplitude=amplitude, peaks=True)
-    items = [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=100.0)]
+    items = labelled_set(3, rate=100.0)
     recogniser = train(items, settings)
     channels = len(recogniser.channels)
     first = settings.replace(peaks=False).width(channels)

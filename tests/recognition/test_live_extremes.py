@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from factories import synthetic_set
+from factories import labelled_set, synthetic_set
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from forcelab.demonstration import Demonstration
 from forcelab.labels import UNLABELLED
-from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.features import ROUNDING
 from forcelab.recognition.live import OnlineRecogniser
 from forcelab.recognition.live_features import EVERY, LASTING, Floor, StreamingFeatures
@@ -23,7 +22,7 @@ RATE, N = 250.0, 900
 
 @pytest.fixture(scope="module")
 def trained():
-    items = [LabelledDemonstration(*item) for item in synthetic_set(1, rate=RATE)]
+    items = labelled_set(1, rate=RATE)
     return train(items, Settings(max_scale=16.0, stride=20))
 
 

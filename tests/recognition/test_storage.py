@@ -13,7 +13,7 @@ import zipfile
 import numpy as np
 import pytest
 import sklearn
-from factories import synthetic_set
+from factories import labelled_set
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from sklearn.ensemble import RandomForestClassifier
 from sklearn.neighbors import KNeighborsClassifier
@@ -22,7 +22,6 @@ from skops import io as skops_io
 
 from forcelab.errors import InputError
 from forcelab.recognition.ensemble import CalibratedEnsemble
-from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.forest import Forest
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import CLASSIFIERS, Settings
@@ -35,7 +34,7 @@ SMALL = Settings(max_scale=32.0, stride=6)
 
 @pytest.fixture(scope="module")
 def three():
-    return [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=100.0)]
+    return labelled_set(3, rate=100.0)
 
 
 @pytest.fixture(scope="module")

@@ -1,15 +1,15 @@
 from __future__ import annotations
 
-import dataclasses
 import multiprocessing
 import threading
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from factories import SYNTHETIC_ACTIONS, synthetic_demonstration, synthetic_set
+from factories import SYNTHETIC_ACTIONS, labelled_set, synthetic_demonstration
 
-from forcelab.demonstration import Channel, Demonstration
+from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.label_map import MergeMap
@@ -28,7 +28,7 @@ SMALL_MLP = SMALL.replace(classifier="mlp", stride=4)
 
 @pytest.fixture(scope="module")
 def three():
-    return [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=100.0)]
+    return labelled_set(3, rate=100.0)
 
 
 @pytest.fixture
@@ -93,7 +93,7 @@ def test_unlabelled_samples_are_never_trained_on(three, settings):
     for examples in clean:
         features = examples.features.copy()
         features[examples.codes(SYNTHETIC_ACTIONS) < 0] = 1e100
-        poisoned.append(dataclasses.replace(examples, features=features))
+        poisoned.append(replace(examples, features=features))
     assert any(not np.array_equal(a.features, b.features) for a, b in zip(clean, poisoned))  # noqa: B905
     first, second = (finish(fit_examples(given, settings)) for given in (clean, poisoned))
     for examples in clean:
@@ -140,7 +140,7 @@ def test_training_without_room_holds_the_features_of_one_demonstration_at_a_time
     for module in (ensemble, label_noise):
         monkeypatch.setattr(module, "TREES", 2)
         monkeypatch.setattr(module, "MOST", 200)
-    items = [LabelledDemonstration(*pair) for pair in synthetic_set(12, rate=200.0)]
+    items = labelled_set(12, rate=200.0)
     settings = preset("best").replace(step=None)
     train(items[:2], settings)  # what is loaded on the way
     sizes = [prepare_examples(item, settings).features.nbytes for item in items]
@@ -200,7 +200,7 @@ def test_probabilities_are_prepared_only_if_a_filter_needs_them(three, fitted_to
 def test_samples_in_a_gap_are_not_trained_on(three, fitted_to):
     old = three[0].demonstration
     times = old.times + np.where(np.arange(len(old.times)) >= 100, 2.0, 0.0)
-    gapped = Demonstration(old.name, old.task, times, old.signals, old.channels)
+    gapped = replace(old, times=times)
     everywhere = (Segment(0.0, 1.5, "still"), Segment(1.5, 100.0, "grab"))
     train([LabelledDemonstration(gapped, everywhere)], SMALL)
     assert fitted_to["y"].tolist() == [0] * 100 + [1] * (len(times) - 100)
@@ -270,6 +270,6 @@ def test_segments_that_hold_no_sample_are_no_labels(three):
 def test_training_on_different_channels_is_refused_by_name(three):
     old = three[1].demonstration
     renamed = tuple(Channel(f"strain {i}") for i in range(6))
-    other = Demonstration("gauge", "foam", old.times, old.signals, renamed)
+    other = replace(old, name="gauge", channels=renamed)
     with pytest.raises(InputError, match=r"'foam 01' has the channels .*'gauge' has"):
         train([three[0], LabelledDemonstration(other, three[1].segments)], SMALL)

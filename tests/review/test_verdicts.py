@@ -2,19 +2,17 @@
 
 import tempfile
 from dataclasses import replace
-from datetime import datetime, timezone
 from pathlib import Path
 
 import pytest
-from factories import MEMORY_FOLDER, foam_demonstration
+from factories import MEMORY_FOLDER, foam_demonstration, unscored_run_result
 
 from forcelab.labels import Segment
 from forcelab.project import Project
 from forcelab.project.track_editor import TrackEditor
-from forcelab.recognition.settings import Settings
 from forcelab.review.differences import find_differences
 from forcelab.review.queue import review_queue
-from forcelab.review.run_result import DemonstrationResult, RunResult
+from forcelab.review.run_result import DemonstrationResult
 from forcelab.review.verdicts import count_verdicts, model_action, record_verdict, withdraw_verdict
 
 HUMAN = (Segment(0, 2, "grab"), Segment(2, 6, "hold"), Segment(6, 8, "release"))
@@ -39,22 +37,7 @@ def study():
         project.demonstrations.add(one)
         project.tracks.edit(one.id, "Ann", (), HUMAN, "made")
         tested = DemonstrationResult(one.id, one.name, "foam", 0, 10, HUMAN, {"filtered": SEEN})
-        yield (
-            project,
-            RunResult(
-                0,
-                datetime.now(timezone.utc),
-                "foam",
-                ("foam",),
-                None,
-                "Ann",
-                False,
-                Settings(),
-                ("grab", "hold", "release"),
-                (),
-                (tested,),
-            ),
-        )
+        yield project, unscored_run_result([tested], number=0)  # no run of the project
 
 
 def spans(section):
