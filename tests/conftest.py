@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -137,6 +138,33 @@ def mypy_outcome():
     *lines, status = MYPY_OUTPUT.read_text("utf-8").splitlines()
     MYPY_OUTPUT.unlink()
     return int(status), "\n".join(lines)
+
+
+@pytest.fixture
+def peak_memory():
+    """What a call gives, and the bytes that Python and numpy held at the most meanwhile."""
+
+    def measure(call):
+        tracemalloc.start()
+        try:
+            return call(), tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+
+    return measure
+
+
+@pytest.fixture
+def real_file():
+    """The path of a real recording by its name; where it is missing, the test is skipped."""
+
+    def find(name):
+        path = Path(__file__).resolve().parents[2] / "shared/data" / name
+        if not path.exists():
+            pytest.skip("the real recordings are not here")
+        return path
+
+    return find
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -22,6 +22,8 @@ from numpy.typing import NDArray
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
+from forcelab.formats import pdl
+from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Segment, Segments, Track
 from forcelab.project import LabelsUsed, NewDemonstration, Project
@@ -203,6 +205,12 @@ def labelled_set(
 ) -> list[LabelledDemonstration]:
     """The same to learn from."""
     return [LabelledDemonstration(*pair) for pair in synthetic_set(count, rate, task, seed)]
+
+
+def read_labelled(path: Path) -> list[LabelledDemonstration]:
+    """The recordings of a database of the paper, to learn from."""
+    recordings = pdl.read(path, ReadOptions())
+    return [LabelledDemonstration(r.demonstration, r.tracks[0].segments) for r in recordings]
 
 
 def make_track(*rows: tuple[float, float, str]) -> Segments:
@@ -388,12 +396,10 @@ def perform_grips(task, seed, numbers, taps):
     return tuple(performances)
 
 
-def placeholder_video(performance, origin, scratch):
-    """No film, but a file for it."""
-    path = scratch / f"{origin.name}.mp4"
-    path.write_bytes(str(origin).encode())
-    clock = ClockMap(0.25, 1 + 30e-6)
-    return path, {"offset": clock.offset, "rate": clock.rate, "frames": [], "late": []}, clock
+def render_placeholder(performance, path, camera):
+    """Write a file in place of a performance's film, of no frames."""
+    path.write_bytes(path.stem.encode())
+    return np.empty(0), np.empty(0, np.intp)
 
 
 # Projects and tracks

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 from factories import (
-    MEMORY_FOLDER,
     PAINTED_TRACK,
     cached_project,
+    folder_in_memory,
     make_foam_project,
     make_painted_project,
     make_training_project,
@@ -66,17 +64,9 @@ def open_painted_document(folder, segments=PAINTED_TRACK, seconds=10.0):
 @contextmanager
 def open_foam_document(segments: tuple[Segment, ...] = (), **others: tuple[Segment, ...]):
     """A document of a new project with these tracks; Ann is the coder."""
-    folder = tempfile.TemporaryDirectory(dir=MEMORY_FOLDER)
     tracks = tuple((author, tuple(track)) for author, track in {"Ann": segments, **others}.items())
-    path = cached_project(make_foam_project, Path(folder.name) / "study.forcelab", tracks)
-    document = Document("Ann")
-    document.open_project(path)
-    assert document.open_demonstration(document.infos[0].id)
-    try:
+    with _open_document(make_foam_project, tracks) as document:
         yield document
-    finally:
-        document.close()
-        folder.cleanup()
 
 
 def stored_rows(document) -> list[tuple[float, float, str]]:
@@ -89,21 +79,21 @@ def stored_rows(document) -> list[tuple[float, float, str]]:
 @contextmanager
 def open_training_document(labelled=("01", "02"), tasks=("foam", "stylus")):
     """A document of a project: of each task three demonstrations, some labelled by Ann."""
-    folder = tempfile.TemporaryDirectory(dir=MEMORY_FOLDER)
-    path = cached_project(
-        make_training_project,
-        Path(folder.name) / "study.forcelab",
-        tuple(labelled),
-        tuple(tasks),
-    )
-    document = Document("Ann")
-    document.open_project(path)
-    document.open_demonstration(document.infos[0].id)
-    try:
+    with _open_document(make_training_project, tuple(labelled), tuple(tasks)) as document:
         yield document
-    finally:
-        document.close()
-        folder.cleanup()
+
+
+@contextmanager
+def _open_document(make, *arguments):
+    """Ann's document of a project in memory, with its first demonstration open."""
+    with folder_in_memory() as folder:
+        document = Document("Ann")
+        document.open_project(cached_project(make, folder / "study.forcelab", *arguments))
+        assert document.open_demonstration(document.infos[0].id)
+        try:
+            yield document
+        finally:
+            document.close()
 
 
 class PanelMouse:

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,7 +26,6 @@ from forcelab.formats.recording import ReadOptions
 from forcelab.signals.channels import channel_map
 from tests.formats.rosbag_files import BEGIN, WRENCH, digest, stamp, wrench, wrenches, write_bag
 
-BAXTER = Path(__file__).parents[3] / "shared/data/rosbag/baxter-pick-and-place.bag"
 AXES = ["fx", "fy", "fz", "tx", "ty", "tz"]
 
 
@@ -49,9 +47,8 @@ def labels(recording):
 
 
 @pytest.mark.real
-@pytest.mark.skipif(not BAXTER.exists(), reason="no real recordings here")
-def test_a_real_bag_gives_its_wrenches_and_the_phases_beside_them():
-    recording = one(BAXTER)
+def test_a_real_bag_gives_its_wrenches_and_the_phases_beside_them(real_file):
+    recording = one(real_file("rosbag/baxter-pick-and-place.bag"))
     demonstration = recording.demonstration
     assert demonstration.times.shape == (3160,)
     assert demonstration.rate == pytest.approx(100.0, abs=0.01)

@@ -62,6 +62,12 @@ def project(path: Path) -> Iterator[Project]:
 
 
 @pytest.fixture
+def id_(project: Project, make: Make) -> str:
+    """The only demonstration of the project."""
+    return project.demonstrations.add(make(1)).id
+
+
+@pytest.fixture
 def labelling() -> Iterator[TrackEditor]:
     """Ada at work on ten seconds."""
     with track_editor_in_memory() as labelling:

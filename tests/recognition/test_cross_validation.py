@@ -10,12 +10,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from factories import SYNTHETIC_ACTIONS, labelled_set, synthetic_demonstration, synthetic_set
+from factories import (
+    SYNTHETIC_ACTIONS,
+    labelled_set,
+    read_labelled,
+    synthetic_demonstration,
+    synthetic_set,
+)
 
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
-from forcelab.formats import pdl
-from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segment, from_codes, to_codes
@@ -28,7 +32,6 @@ from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, train
 
 ROOT = Path(__file__).resolve().parents[2]
-TONGS = ROOT / "../shared/data/tongs"
 FAST = Settings(max_scale=64.0, classifier="naive-bayes", stride=2)
 RAW = FAST.replace(threshold=None, median=None, drop=None)
 
@@ -471,16 +474,14 @@ def test_an_evaluation_says_what_is_needed_to_repeat_it(six, evaluation):
 
 
 @pytest.mark.real
-@pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
 @pytest.mark.parametrize(
     ("file", "stride", "expected", "tolerance"),
     [("soft_sig.pdl", 20, 0.897, 0.02), ("JPen_sig.pdl", 40, 0.72, 0.025)],
 )
 def test_the_papers_method_scores_on_real_recordings_what_an_independent_program_does(
-    file, stride, expected, tolerance
+    file, stride, expected, tolerance, real_file
 ):
-    recordings = pdl.read(TONGS / file, ReadOptions())
-    items = [LabelledDemonstration(r.demonstration, r.tracks[0].segments) for r in recordings]
+    items = read_labelled(real_file(f"tongs/{file}"))
     # The longer recordings score the same with half as many samples to train on, in half the time.
     paper = Settings(stride=stride, threshold=None, median=None, drop=None)
     result = finish(leave_one_out(items, paper))

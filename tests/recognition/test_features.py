@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import tracemalloc
-
 import numpy as np
 import pytest
 from factories import labelled_set, synthetic_demonstration
@@ -294,12 +292,9 @@ def test_broken_channels_give_finite_features(channel, n):
     assert np.isfinite(wavelet_features(channel[np.newaxis, :n], SCALES, MORLET)).all()
 
 
-def test_a_long_recording_costs_little_more_than_its_features():
+def test_a_long_recording_costs_little_more_than_its_features(peak_memory):
     channels = noise(4, 100_000)
-    tracemalloc.start()
-    table = wavelet_features(channels, SCALES, MORLET)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
+    table, peak = peak_memory(lambda: wavelet_features(channels, SCALES, MORLET))
     assert peak < 1.6 * table.nbytes
 
 

@@ -6,14 +6,14 @@ import dataclasses
 
 import numpy as np
 import pytest
-from factories import BAYES_SETTINGS, labelled_set, synthetic_demonstration, synthetic_set
+from factories import BAYES_SETTINGS, labelled_set, synthetic_demonstration
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, to_codes
 from forcelab.recognition import filters, results
 from forcelab.recognition import recogniser as recogniser_module
-from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
+from forcelab.recognition.examples import prepare_examples
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.results import empty_prediction_remarks
 from forcelab.recognition.settings import CLASSIFIERS, Settings
@@ -260,7 +260,7 @@ def test_examples_of_other_channels_are_refused_by_name(bayes, three):
 
 @pytest.fixture(scope="module")
 def labelled():
-    return [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(3, 100.0)]
+    return labelled_set(3, 100.0)
 
 
 @pytest.mark.parametrize("threshold", [None, 0.9])

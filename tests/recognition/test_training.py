@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import multiprocessing
 import threading
-import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -135,7 +134,9 @@ def test_of_too_many_samples_only_those_that_are_learnt_from_are_gathered(
     np.testing.assert_array_equal(fitted_to["care"].groups, groups[some])
 
 
-def test_training_without_room_holds_the_features_of_one_demonstration_at_a_time(monkeypatch):
+def test_training_without_room_holds_the_features_of_one_demonstration_at_a_time(
+    monkeypatch, peak_memory
+):
     monkeypatch.setattr(training_module, "ROOM", 0)
     for module in (ensemble, label_noise):
         monkeypatch.setattr(module, "TREES", 2)
@@ -144,12 +145,7 @@ def test_training_without_room_holds_the_features_of_one_demonstration_at_a_time
     settings = preset("best").replace(step=None)
     train(items[:2], settings)  # what is loaded on the way
     sizes = [prepare_examples(item, settings).features.nbytes for item in items]
-    tracemalloc.start()
-    try:
-        train(items, settings)
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
+    _, peak = peak_memory(lambda: train(items, settings))
     assert peak < 0.4 * sum(sizes)
 
 

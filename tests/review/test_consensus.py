@@ -1,9 +1,7 @@
 """A consensus is decided step by step, stored at each, and survives undo and restart."""
 
-import tempfile
-
 import pytest
-from factories import MEMORY_FOLDER, foam_demonstration, make_track
+from factories import foam_demonstration, folder_in_memory, make_track
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -27,8 +25,8 @@ EDGE, ACTION, LAST = (
 @pytest.fixture
 def project():
     with (
-        tempfile.TemporaryDirectory(dir=MEMORY_FOLDER) as folder,
-        Project.create(f"{folder}/p.forcelab") as project,
+        folder_in_memory() as folder,
+        Project.create(folder / "p.forcelab") as project,
     ):
         id_ = project.demonstrations.add(foam_demonstration()).id
         project.tracks.edit(id_, "Ann", (), ANN, "made")

@@ -1,18 +1,15 @@
 """Planted coding errors are found; confusions that occur everywhere make nobody suspicious."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from factories import unscored_run_result
+from factories import read_labelled, unscored_run_result
 
-from forcelab.formats import pdl
-from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.recognition import ensemble
-from forcelab.recognition.examples import LabelledDemonstration, actions_of
+from forcelab.recognition.examples import actions_of
 from forcelab.recognition.presets import preset
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
@@ -22,7 +19,6 @@ from forcelab.review.label_errors import SUSPECT, gather_evidence, suspect_edges
 from forcelab.review.queue import arrange_queue
 from forcelab.review.run_result import DemonstrationResult
 
-TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
 ORDER = ("still", "grab", "hold", "release", "still")
 ACTIONS = ORDER[:4]
 
@@ -307,7 +303,6 @@ def evaluated(items, settings):
 
 
 @pytest.mark.real
-@pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
 @pytest.mark.parametrize("file", ["soft_sig.pdl", "JPen_sig.pdl"])
 @pytest.mark.parametrize(
     "settings",
@@ -315,13 +310,10 @@ def evaluated(items, settings):
     ids=["naive-bayes", "fast", "best"],
 )
 def test_three_swapped_labels_are_among_the_first_five_of_real_recordings(
-    file, settings, monkeypatch
+    file, settings, monkeypatch, real_file
 ):
     monkeypatch.setattr(ensemble, "TREES", 10)  # of 50, which find them no worse
-    recordings = pdl.read(TONGS / file, ReadOptions())
-    items, places = swapped(
-        [LabelledDemonstration(r.demonstration, r.tracks[0].segments) for r in recordings], 1
-    )
+    items, places = swapped(read_labelled(real_file(f"tongs/{file}")), 1)
     run = evaluated(items, settings)
     tracks = {item.demonstration.id: item.segments for item in items}
     first = listed(run, tracks)[:5]
@@ -329,11 +321,11 @@ def test_three_swapped_labels_are_among_the_first_five_of_real_recordings(
 
 
 @pytest.mark.real
-@pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
-def test_the_part_of_a_real_segment_over_which_the_pen_is_held_still_is_suspected(monkeypatch):
+def test_the_part_of_a_real_segment_over_which_the_pen_is_held_still_is_suspected(
+    monkeypatch, real_file
+):
     monkeypatch.setattr(ensemble, "TREES", 10)
-    recordings = pdl.read(TONGS / "JPen_sig.pdl", ReadOptions())
-    items = [LabelledDemonstration(r.demonstration, r.tracks[0].segments) for r in recordings]
+    items = read_labelled(real_file("tongs/JPen_sig.pdl"))
     run = evaluated(items, preset("fast"))
     found = listed(run, {item.demonstration.id: item.segments for item in items})
     # Coded still from 2.75 s on; 3.9 N are held until 4.04 s.

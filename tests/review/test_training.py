@@ -10,7 +10,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project, synthetic_set
+from factories import (
+    BAYES_SETTINGS,
+    FOAM_SELECTION,
+    labelled_set,
+    make_labelled_project,
+    synthetic_set,
+)
 
 from forcelab.cli import main
 from forcelab.errors import InputError
@@ -20,7 +26,6 @@ from forcelab.process import run_in_process
 from forcelab.project import Project
 from forcelab.recognition.cross_validation import leave_one_out
 from forcelab.recognition.dataset import DataSelection
-from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.storage import load_recogniser
 from forcelab.recognition.training import FitProgress
 from forcelab.review.active_learning import sample_steps, typicality
@@ -106,7 +111,7 @@ def test_its_tracks_are_those_of_evaluate_to_the_last_bit(path, result, capsys, 
 
 
 def test_the_certainty_is_the_mean_of_the_probabilities_of_each_fiftieth_of_a_second(path, result):
-    labelled = [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(3, 100.0)]
+    labelled = labelled_set(3, 100.0)
     tested = finish(leave_one_out(labelled, BAYES_SETTINGS)).tested
     with Project.open(path) as project:
         known = {item.name: item for item in result.tested}
@@ -159,7 +164,7 @@ def test_what_was_trained_is_stored_when_no_other_program_keeps_the_project_busy
 
 
 def test_asking_how_certain_it_is_changes_no_prediction():
-    labelled = [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
+    labelled = labelled_set(2, 100.0)
     for settings in (BAYES_SETTINGS, BAYES_SETTINGS.replace(threshold=None)):
         plain = finish(leave_one_out(labelled, settings))
         with_trace = finish(leave_one_out(labelled, settings, probability_trace=True))
@@ -171,7 +176,7 @@ def test_asking_how_certain_it_is_changes_no_prediction():
 
 
 def test_an_svm_without_probabilities_has_no_certainty():
-    labelled = [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
+    labelled = labelled_set(2, 100.0)
     settings = BAYES_SETTINGS.replace(classifier="svm", threshold=None, stride=5)
     tested = finish(leave_one_out(labelled, settings, probability_trace=True)).tested
     assert [item.probability_trace for item in tested] == [None, None]

@@ -1,11 +1,9 @@
 """What is judged leaves the queue, and comes back when the verdict counts no more."""
 
-import tempfile
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
-from factories import MEMORY_FOLDER, foam_demonstration, unscored_run_result
+from factories import foam_demonstration, folder_in_memory, unscored_run_result
 
 from forcelab.labels import Segment
 from forcelab.project import Project
@@ -30,8 +28,8 @@ SEEN = (
 def study():
     """A project in which Ann labelled, and what a recogniser makes of it."""
     with (
-        tempfile.TemporaryDirectory(dir=MEMORY_FOLDER) as folder,
-        Project.create(Path(folder) / "study.forcelab") as project,
+        folder_in_memory() as folder,
+        Project.create(folder / "study.forcelab") as project,
     ):
         one = foam_demonstration()
         project.demonstrations.add(one)

@@ -1,7 +1,6 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import av
 import numpy as np
@@ -28,7 +27,6 @@ STEPS = int(os.environ.get("FORCELAB_VIDEO_STEPS", "60"))
 COUNT = max(STEPS + 60, 270)
 #: So few frames are kept that most have to be decoded again.
 SMALL = 24 * VIDEO_WIDTH * VIDEO_HEIGHT * 3
-KARMA = Path(__file__).parents[3] / "shared/data/video/karma.mp4"
 EVEN, ODD = even_frame_times(COUNT), uneven_frame_times(COUNT)
 VP9 = {"g": "128", "deadline": "realtime", "cpu-used": "8"}
 #: How each good video is made, and the times its frames must have, to the file's own resolution.
@@ -279,14 +277,14 @@ def _packet_places(path):
 
 
 @pytest.mark.real
-@pytest.mark.skipif(not KARMA.exists(), reason="the real recordings are not here")
-def test_a_real_video_gives_the_same_frames_whichever_way_one_comes():
-    with VideoReader(KARMA) as reader:
+def test_a_real_video_gives_the_same_frames_whichever_way_one_comes(real_file):
+    path = real_file("video/karma.mp4")
+    with VideoReader(path) as reader:
         assert len(reader) == 362
         assert reader.rate == pytest.approx(30_000 / 1001)
         assert reader.size == (854, 480)
         ahead = {number: reader.frame(number).copy() for number in range(100, 140)}
-    with VideoReader(KARMA, cache=2**24) as reader:
+    with VideoReader(path, cache=2**24) as reader:
         for number in np.random.default_rng(3).permutation(list(ahead)).tolist():
             np.testing.assert_array_equal(reader.frame(number), ahead[number])
 
@@ -326,8 +324,8 @@ def test_jumps_anywhere_decode_less_than_from_the_key_frame(path, monkeypatch):
     numbers = np.random.default_rng(3).integers(0, FRAMES, 60).tolist()
     costs = {}
     for most in (1, 16):
+        monkeypatch.setattr("forcelab.video.reader.MOST", most)
         with VideoReader(path, cache=24 * VIDEO_WIDTH * VIDEO_HEIGHT * 3) as reader:
-            reader._decoders.most = most
             with monkeypatch.context() as patch:
                 decoded = decoding(patch)
                 for number in numbers:
