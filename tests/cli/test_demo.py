@@ -5,13 +5,13 @@ import subprocess
 import sys
 
 import pytest
-from factories import perform_grips, placeholder_video
+from factories import perform_grips, render_placeholder
 
 from forcelab.cli import main
 from forcelab.cli.commands import demo
 from forcelab.project import Project
 from forcelab.recognition import presets
-from forcelab.simulation import generate
+from forcelab.simulation import generate, rendering
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +21,7 @@ def made(tmp_path_factory):
     cheap = presets.preset("paper").replace(classifier="naive-bayes")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(generate, "performing", perform_grips)
-        patch.setattr(generate, "_film", placeholder_video)
+        patch.setattr(rendering, "render", render_placeholder)
         patch.setattr(demo, "cpu_count", lambda: 1)
         patch.setattr(presets, "preset", lambda _: cheap)
         assert main(["demo", str(folder / "my sample.forcelab")]) == 0

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from forcelab.errors import ForcelabError, InputError
 from forcelab.labels import Segment
+from forcelab.project.database import Database
 from forcelab.project.track_editor import TrackEditor
 from forcelab.segment_edits import free_parts, paint, paint_all
 
@@ -124,18 +125,17 @@ def test_an_author_who_predicted_may_propose_whatever_the_name(labelling):
 def test_a_failure_in_the_middle_of_accepting_leaves_nothing(labelling, monkeypatch, statement):
     labelling.paint(0, 5, "hold")
     before, count = labelling.segments, 0
-    database = labelling.project._db
-    execute = database.execute
+    execute = Database.execute
 
-    def failing(sql, *values):
+    def failing(self, sql, *values):
         nonlocal count
         count += sql.startswith(("INSERT", "DELETE"))
         if count == statement:
             raise ForcelabError("the disk is gone")
-        return execute(sql, *values)
+        return execute(self, sql, *values)
 
     given = tuple(Segment(i + 0.2, i + 0.6, "grab") for i in range(4))
-    monkeypatch.setattr(database, "execute", failing)
+    monkeypatch.setattr(Database, "execute", failing)
     with pytest.raises(ForcelabError, match="disk is gone"):
         labelling.accept(given, MODEL)
     assert count == statement

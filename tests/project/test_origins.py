@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import sqlite3
 import time
+from contextlib import closing
 
 import pytest
 from factories import quiet_demonstration, track_editor_in_memory
@@ -205,13 +207,12 @@ def test_long_histories_are_followed_quickly_and_once(labelling):
         new = [start + 0.6, start + 0.9, "hold"] if number % 2 else [start, start + 0.4, "grab"]
         proposer = ONE if number % 2 else None
         rows.append((number + 1, json.dumps(old), json.dumps([new]), proposer))
-    with project._db.writing():
-        for row in rows:
-            project._db.execute(
-                "INSERT INTO edit (track, kind, time, what, position, id, removed, inserted, "
-                "proposed_by) VALUES (1, 'paint', '', '', 0, ?, ?, ?, ?)",
-                *row,
-            )
+    with closing(sqlite3.connect(project.path / "project.sqlite")) as store, store:
+        store.executemany(
+            "INSERT INTO edit (track, kind, time, what, position, id, removed, inserted, "
+            "proposed_by) VALUES (1, 'paint', '', '', 0, ?, ?, ?, ?)",
+            rows,
+        )
     took, again = [], []
     for _ in range(3):
         with Project.open(project.path) as fresh:
