@@ -513,14 +513,19 @@ def test_a_missing_field_is_refused(trained, path, field):
     ],
 )
 def test_a_tree_whose_nodes_point_outside_is_refused(trained, path, node_field, value):
-    recogniser = trained("decision-tree")
-    state = recogniser.classifier.tree_.__getstate__()
-    state["nodes"] = state["nodes"].copy()
-    state["nodes"][node_field][0] = value
-    tree = types.SimpleNamespace(__getstate__=lambda: state)
-    vars(classifier := copy.copy(recogniser.classifier))["tree_"] = tree
-    path.write_bytes(pack(dataclasses.replace(recogniser, classifier=classifier)))
+    def change(state):
+        nodes = state["nodes"].copy()
+        nodes[node_field][0] = value
+        return {**state, "nodes": nodes}
+
+    path.write_bytes(pack(with_tree(trained("decision-tree"), change)))
     refused(path, "not a whole recogniser")
+
+
+def with_tree(recogniser, change):
+    """The same recogniser with what its tree is kept as changed."""
+    state = change(recogniser.classifier.tree_.__getstate__())
+    return with_classifier(recogniser, tree_=types.SimpleNamespace(__getstate__=lambda: state))
 
 
 @pytest.mark.parametrize(
@@ -538,11 +543,7 @@ def test_a_tree_whose_nodes_point_outside_is_refused(trained, path, node_field, 
     ],
 )
 def test_a_tree_of_arrays_that_do_not_fit_is_refused(trained, path, change):
-    recogniser = trained("decision-tree")
-    state = change(recogniser.classifier.tree_.__getstate__())
-    tree = types.SimpleNamespace(__getstate__=lambda: state)
-    vars(classifier := copy.copy(recogniser.classifier))["tree_"] = tree
-    path.write_bytes(pack(dataclasses.replace(recogniser, classifier=classifier)))
+    path.write_bytes(pack(with_tree(trained("decision-tree"), change)))
     refused(path, "not a whole recogniser")
 
 
