@@ -4,10 +4,13 @@ import gc
 import os
 import shutil
 import signal
+import subprocess
 import sys
+import tempfile
+import time
+import tracemalloc
 from pathlib import Path
 
-import aside
 import pytest
 from hypothesis import settings
 
@@ -99,9 +102,69 @@ def pytest_collection_modifyitems(config, items):
 
 
 def pytest_collection_finish(session):
-    """Begin what goes on beside the tests, where its outcome is asked for."""
+    """Begin to check the types, where a test asks for the outcome."""
     if not session.config.option.collectonly and any(i.path.name == LAST for i in session.items):
-        aside.begin()
+        _start_type_check()
+
+
+#: Where mypy's words are left: one place for all processes of a run of the tests.
+MYPY_OUTPUT = Path(tempfile.gettempdir()) / (
+    f"forcelab-types-{os.environ.get('PYTEST_XDIST_TESTRUNUID', str(os.getpid()))}"
+)
+#: It is no child of a test's process, which may look at its own. The file appears as a whole.
+MYPY_SCRIPT = (
+    '(nice "$@" >"$0.part" 2>&1; echo $? >>"$0.part"; mv "$0.part" "$0") >/dev/null 2>&1 &'
+)
+
+
+def _start_type_check():
+    """Let mypy take what the tests leave idle; the first of the processes that share them does."""
+    if os.environ.get("PYTEST_XDIST_WORKER", "gw0") == "gw0":
+        root = Path(__file__).resolve().parents[1]
+        MYPY_OUTPUT.unlink(missing_ok=True)  # of a run that was cut short, whose number came again
+        subprocess.run(
+            ["bash", "-c", MYPY_SCRIPT, MYPY_OUTPUT, Path(sys.executable).with_name("mypy")],
+            cwd=root,
+            env={**os.environ, "PYTHONPATH": str(root), "NO_COLOR": "1"},
+            check=True,
+        )
+
+
+@pytest.fixture
+def mypy_outcome():
+    """The status of the check of the types, and what it said; waits for its end."""
+    while not MYPY_OUTPUT.exists():
+        time.sleep(0.05)
+    *lines, status = MYPY_OUTPUT.read_text("utf-8").splitlines()
+    MYPY_OUTPUT.unlink()
+    return int(status), "\n".join(lines)
+
+
+@pytest.fixture
+def peak_memory():
+    """What a call gives, and the bytes that Python and numpy held at the most meanwhile."""
+
+    def measure(call):
+        tracemalloc.start()
+        try:
+            return call(), tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+
+    return measure
+
+
+@pytest.fixture
+def real_file():
+    """The path of a real recording by its name; where it is missing, the test is skipped."""
+
+    def find(name):
+        path = Path(__file__).resolve().parents[2] / "shared/data" / name
+        if not path.exists():
+            pytest.skip("the real recordings are not here")
+        return path
+
+    return find
 
 
 @pytest.fixture(scope="session", autouse=True)

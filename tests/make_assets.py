@@ -12,7 +12,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from synthetic import synthetic_set
+from factories import synthetic_set
 
 from forcelab.demonstration import Demonstration
 from forcelab.glossary import glossary

@@ -10,14 +10,13 @@ pytest.importorskip("distributed")
 
 import joblib
 from distributed import Client, LocalCluster
-from synthetic import synthetic_set
+from factories import labelled_set
 
 from forcelab import preset
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.parallel import map_in_processes
 from forcelab.recognition.cross_validation import leave_one_out
-from forcelab.recognition.examples import LabelledDemonstration
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +31,7 @@ def cluster():
 
 
 def test_an_evaluation_is_the_same_on_a_cluster_as_here(cluster):
-    items = [LabelledDemonstration(*pair) for pair in synthetic_set(6, rate=100.0)][:3]
+    items = labelled_set(3, rate=100.0)
     settings = preset("paper").replace(max_scale=64)
     there = finish(leave_one_out(items, settings, jobs=3)).to_json()
     here = finish(leave_one_out(items, settings)).to_json()

@@ -4,6 +4,7 @@ import ast
 import inspect
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -23,8 +24,9 @@ def test_type_checkers_are_told_the_same_names():
     told = {
         alias.asname: (node.module, alias.name) for node in checked.body for alias in node.names
     }
-    there = {name: (f"forcelab.{home}", real) for name, (home, real) in forcelab._HOMES.items()}
-    assert told == there
+    assert {*told, "__version__"} == set(forcelab.__all__)
+    for name, (module, real) in told.items():
+        assert forcelab.__getattr__(name) is getattr(import_module(module), real)
 
 
 def test_importing_forcelab_loads_nothing_else():

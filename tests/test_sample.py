@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
-import brief
 import pytest
+from factories import perform_grips, render_placeholder
 
 from forcelab import sample
 from forcelab.cli import main
@@ -22,7 +23,7 @@ from forcelab.labels import Segment
 from forcelab.project import Project
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import load_recogniser
-from forcelab.simulation import generate
+from forcelab.simulation import generate, rendering
 from forcelab.simulation.scene import TASKS
 
 
@@ -30,24 +31,24 @@ from forcelab.simulation.scene import TASKS
 def whole(tmp_path_factory):
     """The sample project, of brief performances; two of one task are really filmed."""
     path = tmp_path_factory.mktemp("whole") / "sample.forcelab"
-    really = generate._film
+    render = rendering.render
 
-    def filmed(performance, origin, scratch):
+    def filmed(performance, path, camera):
         # All brief performances look alike; one is synchronised with its video and one is not.
-        film = really if origin.task == "foam" and origin.number in (1, 5) else brief.filmed
-        return film(performance, origin, scratch)
+        really = re.fullmatch(r"foam-.*-0[15]", path.stem)
+        return (render if really else render_placeholder)(performance, path, camera)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(generate, "performing", brief.performing)
-        patch.setattr(generate, "_film", filmed)
+        patch.setattr(generate, "performing", perform_grips)
+        patch.setattr(rendering, "render", filmed)
         assert finish(sample.making(path))
     return path
 
 
 @pytest.fixture
 def quick(monkeypatch):
-    monkeypatch.setattr(generate, "performing", brief.performing)
-    monkeypatch.setattr(generate, "_film", brief.filmed)
+    monkeypatch.setattr(generate, "performing", perform_grips)
+    monkeypatch.setattr(rendering, "render", render_placeholder)
 
 
 @pytest.fixture
@@ -144,7 +145,7 @@ def test_interrupted_it_leaves_nothing(quick, monkeypatch, tmp_path, capsys):
         assert any(tmp_path.glob(".forcelab-*.part/project.sqlite"))
         signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(generate, "_film", interrupting)
+    monkeypatch.setattr(rendering, "render", interrupting)
     monkeypatch.setattr(demo, "cpu_count", lambda: 1)
     try:
         assert main(["demo", str(tmp_path / "sample.forcelab")]) == 130
@@ -157,13 +158,13 @@ def test_interrupted_it_leaves_nothing(quick, monkeypatch, tmp_path, capsys):
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-import brief
+from factories import perform_grips
 from forcelab import sample
 from forcelab.jobs import finish
-from forcelab.simulation import generate
+from forcelab.simulation import generate, rendering
 
-generate.performing = brief.performing
-generate._film = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
+generate.performing = perform_grips
+rendering.render = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
 finish(sample.making(Path("sample.forcelab")))
 """
 

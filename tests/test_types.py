@@ -2,7 +2,6 @@
 
 import sys
 
-import aside
 import pytest
 
 if sys.version_info[:2] != (3, 11):
@@ -10,6 +9,6 @@ if sys.version_info[:2] != (3, 11):
     pytest.skip("types are checked with the numpy of Python 3.11", allow_module_level=True)
 
 
-def test_the_types_are_right():
-    status, said = aside.outcome()
+def test_the_types_are_right(mypy_outcome):
+    status, said = mypy_outcome
     assert status == 0, said

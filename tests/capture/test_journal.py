@@ -3,7 +3,6 @@
 import errno
 import os
 import shutil
-import tracemalloc
 
 import numpy as np
 import pytest
@@ -109,7 +108,7 @@ def test_records_are_whole_wherever_the_pieces_end_that_are_read(size):
     assert reader.torn == 6
 
 
-def test_what_follows_a_damaged_record_is_counted_and_never_held_in_memory():
+def test_what_follows_a_damaged_record_is_counted_and_never_held_in_memory(peak_memory):
     damage, pieces = bytes(12), 64
 
     def source():
@@ -117,12 +116,7 @@ def test_what_follows_a_damaged_record_is_counted_and_never_held_in_memory():
         for _ in range(pieces):
             yield bytes(READ_BYTES)
 
-    tracemalloc.start()
-    try:
-        torn = JournalReader(source, "a").torn
-        _, peak = tracemalloc.get_traced_memory()
-    finally:
-        tracemalloc.stop()
+    torn, peak = peak_memory(lambda: JournalReader(source, "a").torn)
     assert torn == len(damage) + pieces * READ_BYTES
     assert peak < 8 * READ_BYTES
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from optoforce_streams import CONFIGURED, packet, stream
 
 from forcelab.capture.optoforce import (
     FILTERS,
@@ -19,6 +18,7 @@ from forcelab.errors import InputError
 from forcelab.formats.calibration import read_calibrations
 from forcelab.formats.optoforce_packets import KINDS
 from forcelab.resources import asset
+from tests.formats.optoforce_streams import CONFIGURED, packet, stream
 
 AXES3 = KINDS[0]
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
+from factories import synthetic_set
 from make_assets import as_csv
-from synthetic import synthetic_set
 
 from forcelab.cli import main
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import shutil
 
 import pytest
-from filmed import filmed_demonstration
+from factories import demonstration_with_video
 
 from forcelab.project import Project
 
 
 @pytest.fixture(scope="module")
 def film(tmp_path_factory):
-    return filmed_demonstration(tmp_path_factory.mktemp("film")).video.path
+    return demonstration_with_video(tmp_path_factory.mktemp("film")).video.path
 
 
 def test_a_video_comes_to_a_demonstration_with_its_offset(forcelab, project, film):

@@ -8,8 +8,7 @@ from io import StringIO
 
 import numpy as np
 import pytest
-from factories import BAYES_SETTINGS
-from synthetic import synthetic_set
+from factories import BAYES_SETTINGS, synthetic_set
 
 from forcelab.capture.emulator import VirtualOptoForce
 from forcelab.capture.reader import RingBuffer

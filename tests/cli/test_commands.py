@@ -15,7 +15,7 @@ from pathlib import Path
 from unicodedata import normalize
 
 import pytest
-from fast_options import FAST
+from factories import FAST_OPTIONS
 
 from forcelab.cli import build_parser, main
 from forcelab.formats.label_tables import read_labels
@@ -232,7 +232,7 @@ def test_exported_labels_read_back_as_they_were(forcelab, project, tmp_path):
 
 
 def test_an_exported_archive_is_the_whole_project(forcelab, project, tmp_path):
-    forcelab("evaluate", project, "--task", "foam", *FAST)
+    forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS)
     assert forcelab("export", project, "--out", tmp_path, "--format", "archive").status == 0
     assert forcelab("import", tmp_path / "again.forcelab", tmp_path / "lab.zip").status == 0
     first, again = (
@@ -244,7 +244,7 @@ def test_an_exported_archive_is_the_whole_project(forcelab, project, tmp_path):
 
 
 def test_a_list_reads_no_results_of_runs(forcelab, project, monkeypatch):
-    forcelab("evaluate", project, "--task", "foam", *FAST)
+    forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS)
     monkeypatch.setattr(RunStore, "all", None)  # to call it would fail
     assert forcelab("list", project).out.endswith("6 demonstrations, 0 recognisers, 1 run.\n")
 
@@ -300,7 +300,7 @@ def test_a_folder_that_cannot_be_made_is_one_sentence(forcelab, project, tmp_pat
     below = tmp_path / "file" / "sub"
     recogniser = tmp_path / "r.skops"
     if command == "predict":
-        forcelab("train", project, "--task", "foam", *FAST[:4], "--out", recogniser)
+        forcelab("train", project, "--task", "foam", *FAST_OPTIONS[:4], "--out", recogniser)
     words = {
         "export": ["export", project, "--out", below],
         "figures": ["figures", below],
@@ -509,7 +509,7 @@ def read_terminal(leader, until=b"\0"):
 
 
 def test_progress_is_shown_on_a_terminal_only(project, forcelab, forcelab_on_terminal):
-    words = ["evaluate", project, "--task", "foam", *FAST]
+    words = ["evaluate", project, "--task", "foam", *FAST_OPTIONS]
     result = forcelab_on_terminal(*words)
     assert result.status == 0
     assert "█" in result.err
@@ -562,7 +562,7 @@ def test_an_interrupt_while_processes_start_shows_no_traceback(project, delay):
 def test_ctrl_c_stops_what_is_done_in_one_process(forcelab, project, monkeypatch):
     pressed = partial(signal.raise_signal, signal.SIGINT)
     monkeypatch.setattr("sklearn.naive_bayes.GaussianNB.fit", lambda *_: pressed())
-    result = forcelab("evaluate", project, *FAST)
+    result = forcelab("evaluate", project, *FAST_OPTIONS)
     assert (result.status, result.out) == (130, "")
     assert result.err == "forcelab: stopped; nothing was left half done.\n"
     assert is_whole(project)

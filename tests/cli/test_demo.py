@@ -4,14 +4,14 @@ import shlex
 import subprocess
 import sys
 
-import brief
 import pytest
+from factories import perform_grips, render_placeholder
 
 from forcelab.cli import main
 from forcelab.cli.commands import demo
 from forcelab.project import Project
 from forcelab.recognition import presets
-from forcelab.simulation import generate
+from forcelab.simulation import generate, rendering
 
 
 @pytest.fixture(scope="module")
@@ -20,8 +20,8 @@ def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("a lab")
     cheap = presets.preset("paper").replace(classifier="naive-bayes")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(generate, "performing", brief.performing)
-        patch.setattr(generate, "_film", brief.filmed)
+        patch.setattr(generate, "performing", perform_grips)
+        patch.setattr(rendering, "render", render_placeholder)
         patch.setattr(demo, "cpu_count", lambda: 1)
         patch.setattr(presets, "preset", lambda _: cheap)
         assert main(["demo", str(folder / "my sample.forcelab")]) == 0

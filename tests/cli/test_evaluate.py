@@ -5,8 +5,7 @@ import errno
 import json
 
 import pytest
-from fast_options import FAST
-from synthetic import ACTIONS
+from factories import FAST_OPTIONS, SYNTHETIC_ACTIONS
 
 from forcelab.project import Project
 from forcelab.recognition import groups
@@ -19,7 +18,7 @@ SCORES = {
 
 def test_json_holds_settings_scores_and_run_times(forcelab, project, tmp_path):
     file = tmp_path / "scores.json"
-    said = forcelab("evaluate", project, "--task", "foam", *FAST, "--json", file)
+    said = forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS, "--json", file)
     assert said.status == 0
     content = json.loads(file.read_text())
     assert {"preset", "settings", "seed", "versions", "labels", "seconds"} <= set(content)
@@ -49,7 +48,7 @@ def test_json_holds_settings_scores_and_run_times(forcelab, project, tmp_path):
 
 def test_a_table_holds_every_score_of_every_demonstration(forcelab, project, tmp_path):
     words = ["--table", tmp_path / "scores.csv", "--json", "-"]
-    content = forcelab("evaluate", project, "--task", "foam", *FAST, *words).json
+    content = forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS, *words).json
     rows = list(csv.DictReader((tmp_path / "scores.csv").read_text("utf-8").splitlines()))
     assert [row["row"] for row in rows[:7]] == ["demonstration"] * 4 + ["pooled", "lower", "upper"]
     assert [row["stage"] for row in rows] == ["raw"] * 7 + ["filtered"] * 7
@@ -61,12 +60,12 @@ def test_a_table_holds_every_score_of_every_demonstration(forcelab, project, tmp
             assert float(row["events.merge.count"]) == scores["events"]["merge"]["count"]
         ends = [float(row["edit"]) for row in rows[first + 5 : first + 7]]
         assert ends == content[stage]["intervals"]["edit"]
-    refused = forcelab("evaluate", project, *FAST, "--table", tmp_path / "scores.xls")
+    refused = forcelab("evaluate", project, *FAST_OPTIONS, "--table", tmp_path / "scores.xls")
     assert refused.sentence.endswith("name it 'scores.csv'.\n")
 
 
 def test_what_is_printed_of_each_action_is_what_the_confusion_counts(forcelab, project, tmp_path):
-    words = ["--task", "foam", *FAST, "--json", tmp_path / "scores.json"]
+    words = ["--task", "foam", *FAST_OPTIONS, "--json", tmp_path / "scores.json"]
     said = forcelab("evaluate", project, *words)
     content = json.loads((tmp_path / "scores.json").read_text())
     lines = said.out.split("mostly taken for\n")[1].splitlines()
@@ -79,19 +78,19 @@ def test_what_is_printed_of_each_action_is_what_the_confusion_counts(forcelab, p
 
 
 def test_json_on_standard_output_is_nothing_but_json(forcelab, project):
-    said = forcelab("evaluate", project, "--task", "foam", *FAST, "--json", "-")
+    said = forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS, "--json", "-")
     assert said.json["title"] == "foam"
     assert said.err == ""
 
 
 def test_every_task_is_evaluated_by_itself(forcelab, project):
-    evaluations = forcelab("evaluate", project, *FAST, "--json", "-").json["evaluations"]
+    evaluations = forcelab("evaluate", project, *FAST_OPTIONS, "--json", "-").json["evaluations"]
     assert [e["title"] for e in evaluations] == ["foam", "sponge"]
     assert [len(e["raw"]["demonstrations"]) for e in evaluations] == [4, 2]
 
 
 def test_joined_tasks_can_keep_their_actions_apart(forcelab, project):
-    both = ["--task", "foam", "--task", "sponge", *FAST, "--json", "-"]
+    both = ["--task", "foam", "--task", "sponge", *FAST_OPTIONS, "--json", "-"]
     joined = forcelab("evaluate", project, *both).json
     assert len(joined["raw"]["demonstrations"]) == 6
     assert joined["labels"] == ["still", "grab", "hold", "release"]
@@ -102,7 +101,7 @@ def test_joined_tasks_can_keep_their_actions_apart(forcelab, project):
 
 def test_training_on_one_task_and_testing_on_another(forcelab, project):
     said = forcelab(
-        "evaluate", project, "--task", "foam", "--test-task", "sponge", *FAST, "--json", "-"
+        "evaluate", project, "--task", "foam", "--test-task", "sponge", *FAST_OPTIONS, "--json", "-"
     )
     content = said.json
     assert [s["name"] for s in content["raw"]["demonstrations"]] == ["sponge-11", "sponge-12"]
@@ -113,27 +112,31 @@ def test_training_on_one_task_and_testing_on_another(forcelab, project):
 def test_every_other_task_is_trained_on_when_only_the_tested_one_is_named(
     forcelab, project, recordings
 ):
-    content = forcelab("evaluate", project, "--test-task", "sponge", *FAST, "--json", "-").json
+    content = forcelab(
+        "evaluate", project, "--test-task", "sponge", *FAST_OPTIONS, "--json", "-"
+    ).json
     assert content["title"] == "foam → sponge"
     names = [path.stem for path in recordings.glob("foam-*.csv")]
     forcelab("remove", project, *names, "--yes")
-    said = forcelab("evaluate", project, "--test-task", "sponge", *FAST).sentence
+    said = forcelab("evaluate", project, "--test-task", "sponge", *FAST_OPTIONS).sentence
     assert "has no task but 'sponge', so there is none to train on" in said
 
 
 def test_a_task_that_cannot_be_evaluated_does_not_keep_the_others(forcelab, project, recordings):
     forcelab("import", project, recordings / "foam-01.csv", "--task", "lonely")
-    said = forcelab("evaluate", project, *FAST)
+    said = forcelab("evaluate", project, *FAST_OPTIONS)
     assert said.status == 0
     assert "foam:" in said.out
     assert said.err == (
         "forcelab: Task 'lonely' was left out: Leaving one demonstration out needs two labelled "
         "ones; there is 1.\n"
     )
-    content = forcelab("evaluate", project, *FAST, "--json", "-").json
+    content = forcelab("evaluate", project, *FAST_OPTIONS, "--json", "-").json
     assert [e["title"] for e in content["evaluations"]] == ["foam", "sponge"]
     assert "lonely" in content["remarks"][0]
-    assert "two labelled" in forcelab("evaluate", project, "--task", "lonely", *FAST).sentence
+    assert (
+        "two labelled" in forcelab("evaluate", project, "--task", "lonely", *FAST_OPTIONS).sentence
+    )
 
 
 def test_figures_have_the_colours_of_the_window(forcelab, project, tmp_path, monkeypatch):
@@ -147,7 +150,15 @@ def test_figures_have_the_colours_of_the_window(forcelab, project, tmp_path, mon
         opened.actions.set_vocabulary(
             "foam", opened.actions.vocabulary("foam").recoloured("hold", "#112233")
         )
-        words = ["--task", "foam", "--test-task", "sponge", *FAST, "--figure", tmp_path / "f.svg"]
+        words = [
+            "--task",
+            "foam",
+            "--test-task",
+            "sponge",
+            *FAST_OPTIONS,
+            "--figure",
+            tmp_path / "f.svg",
+        ]
         assert forcelab("evaluate", project, *words).status == 0
         seen = action_styles(opened, latest_run(opened))
     assert seen["hold"].colour != "#112233"
@@ -164,13 +175,13 @@ def test_what_a_preset_switches_on_can_be_switched_off(forcelab, project):
 
 def test_no_two_outputs_of_several_tasks_share_a_file(forcelab, project, tmp_path):
     words = ["--figure", tmp_path / "u.png", "--json", tmp_path / "u-foam.png"]
-    assert "two outputs" in forcelab("evaluate", project, *FAST, *words).sentence
+    assert "two outputs" in forcelab("evaluate", project, *FAST_OPTIONS, *words).sentence
     assert not list(tmp_path.glob("*.png"))
 
 
 def test_a_project_that_may_only_be_read_is_evaluated_all_the_same(forcelab, project, monkeypatch):
     monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
-    said = forcelab("evaluate", project, "--task", "foam", *FAST)
+    said = forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS)
     assert said.status == 0
     assert "The result was not kept: '" in said.err
     assert said.err.endswith("may only be read here; copy it to where you may write.\n")
@@ -178,14 +189,16 @@ def test_a_project_that_may_only_be_read_is_evaluated_all_the_same(forcelab, pro
 
 def test_a_task_named_twice_is_one_task(forcelab, project):
     once, twice = (
-        forcelab("evaluate", project, *["--task", "foam"] * times, *FAST, "--json", "-").json
+        forcelab(
+            "evaluate", project, *["--task", "foam"] * times, *FAST_OPTIONS, "--json", "-"
+        ).json
         for times in (1, 2)
     )
     assert once["raw"] == twice["raw"]
 
 
 def test_testing_on_what_was_trained_on_is_refused(forcelab, project):
-    words = ["--task", "foam", "--test-task", "foam", *FAST]
+    words = ["--task", "foam", "--test-task", "foam", *FAST_OPTIONS]
     assert "is trained on" in forcelab("evaluate", project, *words).sentence
 
 
@@ -201,7 +214,9 @@ def test_outputs_are_checked_before_the_work(forcelab, project, tmp_path):
         (["--test-task", "sponge", "--apart"], "join or merge"),
         (["--json", tmp_path], "is a folder"),
     ]:
-        assert says in forcelab("evaluate", project, "--task", "foam", *FAST, *words).sentence
+        assert (
+            says in forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS, *words).sentence
+        )
     with Project.open(project) as opened:
         assert opened.runs.all() == ()
 
@@ -211,7 +226,7 @@ def test_remarks_tell_what_does_not_fit(forcelab, project, tmp_path):
     spelling.write_text('{"nonsense": "grab"}')
     with Project.open(project) as opened:
         opened.demonstrations.rename(opened.demonstrations.id_of("foam-01"), "foam\x1b[1m")
-    words = ["--task", "foam", *FAST, "--max-scale", "1024", "--merge", spelling]
+    words = ["--task", "foam", *FAST_OPTIONS, "--max-scale", "1024", "--merge", spelling]
     said = forcelab("evaluate", project, *words)
     assert r"The largest scale, 1024 samples, is longer than foam\x1b[1m and 3 more" in said.out
     assert said.err == "forcelab: The merge map names what nobody labelled: nonsense.\n"
@@ -224,7 +239,7 @@ def test_a_damaged_array_is_told_before_the_work(forcelab, project):
     content = bytearray(file.read_bytes())
     content[-3] ^= 1
     file.write_bytes(content)
-    assert "'foam-01'" in forcelab("evaluate", project, "--task", "foam", *FAST).sentence
+    assert "'foam-01'" in forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS).sentence
 
 
 def test_figures_of_joined_tasks_keep_the_colours_of_the_vocabulary(forcelab, project, tmp_path):
@@ -233,14 +248,14 @@ def test_figures_of_joined_tasks_keep_the_colours_of_the_vocabulary(forcelab, pr
         opened.actions.set_vocabulary("foam", vocabulary)
     for number, words in enumerate([[], ["--task", "sponge"]]):
         file = tmp_path / f"{number}.svg"
-        forcelab("evaluate", project, "--task", "foam", *words, *FAST, "--figure", file)
+        forcelab("evaluate", project, "--task", "foam", *words, *FAST_OPTIONS, "--figure", file)
         assert "#123456" in file.read_text()
 
 
 def test_spellings_are_merged_before_tasks_are_kept_apart(forcelab, project, tmp_path):
     spelling = tmp_path / "map.json"
     spelling.write_text('{"grab": "move", "release": "move"}')
-    both = ["--task", "foam", "--task", "sponge", "--apart", "--merge", spelling, *FAST]
+    both = ["--task", "foam", "--task", "sponge", "--apart", "--merge", spelling, *FAST_OPTIONS]
     labels = forcelab("evaluate", project, *both, "--json", "-").json["labels"]
     assert labels[:3] == ["still_foam", "move_foam", "hold_foam"]
 
@@ -249,7 +264,7 @@ def test_a_merge_map_joins_actions_and_leaves_the_stored_labels(forcelab, projec
     spelling = tmp_path / "map.json"
     spelling.write_text('{"grab": "move", "release": "move"}')
     content = forcelab(
-        "evaluate", project, "--task", "foam", *FAST, "--merge", spelling, "--json", "-"
+        "evaluate", project, "--task", "foam", *FAST_OPTIONS, "--merge", spelling, "--json", "-"
     ).json
     assert content["labels"] == ["still", "move", "hold"]
     with Project.open(project) as opened:
@@ -259,7 +274,7 @@ def test_a_merge_map_joins_actions_and_leaves_the_stored_labels(forcelab, projec
 
 def test_the_run_is_kept_with_all_that_repeats_it(forcelab, project):
     content = forcelab(
-        "evaluate", project, "--task", "foam", *FAST, "--seed", "7", "--json", "-"
+        "evaluate", project, "--task", "foam", *FAST_OPTIONS, "--seed", "7", "--json", "-"
     ).json
     with Project.open(project) as opened:
         (run,) = opened.runs.all()
@@ -278,7 +293,7 @@ def test_the_run_is_kept_with_all_that_repeats_it(forcelab, project):
         opened.tracks.edit(first.demonstration, "coder", segments, segments[1:], "erased")
         assert opened.tracks.head(first.demonstration, "coder") > first.edit
     # The predictions themselves are there to be looked at again.
-    assert run.result["tracks"][0]["raw"][0][2] in ACTIONS
+    assert run.result["tracks"][0]["raw"][0][2] in SYNTHETIC_ACTIONS
 
 
 def test_the_same_seed_gives_the_same_scores_and_another_gives_others(forcelab, project):
@@ -295,7 +310,15 @@ def test_the_same_seed_gives_the_same_scores_and_another_gives_others(forcelab, 
 def test_figures_are_drawn_in_the_format_of_their_suffix(forcelab, project, tmp_path, suffix):
     pairs, confusion = tmp_path / f"pairs.{suffix}", tmp_path / f"confusion.{suffix}"
     said = forcelab(
-        "evaluate", project, "--task", "foam", *FAST, "--figure", pairs, "--confusion", confusion
+        "evaluate",
+        project,
+        "--task",
+        "foam",
+        *FAST_OPTIONS,
+        "--figure",
+        pairs,
+        "--confusion",
+        confusion,
     )
     assert said.status == 0
     start = {"svg": b"<?xml", "pdf": b"%PDF", "png": b"\x89PNG"}[suffix]
@@ -310,21 +333,21 @@ def test_scores_are_told_though_the_disk_is_full(forcelab, project, tmp_path, mo
 
     monkeypatch.setattr("forcelab.io.os.replace", full)
     name = tmp_path / {"--figure": "f.svg", "--table": "t.csv", "--json": "j.json"}[option]
-    said = forcelab("evaluate", project, "--task", "foam", *FAST, option, name)
+    said = forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS, option, name)
     assert said.status == 1
     assert f"'{name}' cannot be written (No space left on device)" in said.err
     assert "pooled" in said.out
 
 
 def test_several_tasks_get_a_figure_each(forcelab, project, tmp_path):
-    assert forcelab("evaluate", project, *FAST, "--figure", tmp_path / "p.png").status == 0
+    assert forcelab("evaluate", project, *FAST_OPTIONS, "--figure", tmp_path / "p.png").status == 0
     assert sorted(path.name for path in tmp_path.glob("*.png")) == ["p-foam.png", "p-sponge.png"]
 
 
 def test_filters_can_be_switched_off_one_by_one(forcelab, project):
     off = {
         name: forcelab(
-            "evaluate", project, "--task", "foam", *FAST, "--json", "-",
+            "evaluate", project, "--task", "foam", *FAST_OPTIONS, "--json", "-",
             *[word for other in ("threshold", "median", "drop") if other != name
               for word in (f"--{other}", "off")],
         ).json
@@ -351,7 +374,7 @@ def test_filters_can_be_switched_off_one_by_one(forcelab, project):
 def test_what_does_not_fit_the_project_is_one_sentence_with_the_cure(
     forcelab, project, words, says
 ):
-    given = [*FAST, *words]
+    given = [*FAST_OPTIONS, *words]
     assert says in forcelab("evaluate", project, "--task", "foam", *given).sentence
 
 
@@ -372,21 +395,21 @@ def test_what_does_not_fit_the_project_is_one_sentence_with_the_cure(
     ],
 )
 def test_a_setting_that_cannot_be_is_a_wrong_command_line(forcelab, project, words, says):
-    given = [*FAST, *words]
+    given = [*FAST_OPTIONS, *words]
     assert says in forcelab("evaluate", project, "--task", "foam", *given).wrong_word
 
 
 def test_two_coders_must_be_told_apart(forcelab, project, recordings):
     forcelab("import", project, recordings / "foam-01.csv", "--author", "Ada", "--task", "foam")
-    sentence = forcelab("evaluate", project, "--task", "foam", *FAST).sentence
+    sentence = forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS).sentence
     assert "coder, Ada; say whose to use (--author)." in sentence
-    assert forcelab("evaluate", project, *FAST, "--author", "coder").status == 0
+    assert forcelab("evaluate", project, *FAST_OPTIONS, "--author", "coder").status == 0
 
 
 def test_where_no_task_has_a_single_coder_it_is_said_once(forcelab, project, recordings):
     for task, name in (("foam", "foam-01"), ("sponge", "sponge-11")):
         forcelab("import", project, recordings / f"{name}.csv", "--author", "Ada", "--task", task)
-    sentence = forcelab("evaluate", project, *FAST).sentence
+    sentence = forcelab("evaluate", project, *FAST_OPTIONS).sentence
     assert sentence == "forcelab: There are labels of coder, Ada; say whose to use (--author).\n"
 
 
@@ -395,15 +418,15 @@ def test_models_are_never_trained_on(forcelab, project):
         for info in opened.demonstrations.infos():
             segments = opened.tracks.get(info.id, "coder").segments[:2]
             opened.tracks.edit(info.id, "robot", (), segments, "predicted", kind="predict")
-    assert forcelab("evaluate", project, "--task", "foam", *FAST).status == 0
+    assert forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS).status == 0
     assert (
         "'robot' has labelled nothing"
-        in forcelab("evaluate", project, *FAST, "--author", "robot").sentence
+        in forcelab("evaluate", project, *FAST_OPTIONS, "--author", "robot").sentence
     )
 
 
 def test_a_task_is_adapted_to_another_with_scores_with_and_without(forcelab, project):
-    words = ["--train-task", "foam", "--test-task", "sponge", "--adapt", *FAST]
+    words = ["--train-task", "foam", "--test-task", "sponge", "--adapt", *FAST_OPTIONS]
     said = forcelab("evaluate", project, *words)
     assert "Without adaptation: accuracy" in said.out
     assert "Adapted to the training demonstrations without labels: no sensor is swapped" in said.out
@@ -412,7 +435,10 @@ def test_a_task_is_adapted_to_another_with_scores_with_and_without(forcelab, pro
     assert "With adaptation the result is kept as no run" in said.err
     with Project.open(project) as opened:
         assert not opened.runs.summaries("evaluate")
-    assert "choose" in forcelab("evaluate", project, "--task", "foam", "--adapt", *FAST).sentence
+    assert (
+        "choose"
+        in forcelab("evaluate", project, "--task", "foam", "--adapt", *FAST_OPTIONS).sentence
+    )
 
 
 @pytest.mark.parametrize(
@@ -423,7 +449,7 @@ def test_many_demonstrations_are_left_out_in_groups_unless_it_is_said(
 ):
     monkeypatch.setattr(groups, "MANY", 2)
     monkeypatch.setattr(groups, "GROUPS", 2)
-    given = ["evaluate", project, "--task", "foam", *FAST, *words]
+    given = ["evaluate", project, "--task", "foam", *FAST_OPTIONS, *words]
     content = forcelab(*given, "--json", "-").json
     assert len(content["tested"]) == 4
     told = [remark for remark in content["remarks"] if "groups" in remark]
@@ -434,7 +460,17 @@ def test_many_demonstrations_are_left_out_in_groups_unless_it_is_said(
 
 
 def test_a_stream_is_left_out_in_groups_too(forcelab, project):
-    words = ["evaluate", project, "--task", "foam", *FAST, "--latency", "0.1", "--json", "-"]
+    words = [
+        "evaluate",
+        project,
+        "--task",
+        "foam",
+        *FAST_OPTIONS,
+        "--latency",
+        "0.1",
+        "--json",
+        "-",
+    ]
     alone, halves = (forcelab(*words, "--folds", k).json for k in ("0", "2"))
     assert "Left out in 2 groups of up to 2." in halves["remarks"]
     assert halves["tested"] == alone["tested"]
@@ -443,7 +479,7 @@ def test_a_stream_is_left_out_in_groups_too(forcelab, project):
 
 
 def test_people_are_told_apart_by_the_names_of_their_demonstrations(forcelab, project):
-    words = ["evaluate", project, "--task", "foam", *FAST]
+    words = ["evaluate", project, "--task", "foam", *FAST_OPTIONS]
     content = forcelab(*words, "--test-names", "*-01", "--json", "-").json
     assert len(content["tested"]) == 1
     assert set(content["tested"]).isdisjoint(content["trained_on"])

@@ -1,11 +1,11 @@
 """``forcelab import`` of raw dumps."""
 
 import pytest
-from optoforce_streams import packet, stream
 
 from forcelab.formats.optoforce_packets import KINDS
 from forcelab.project import Project
 from forcelab.resources import asset
+from tests.formats.optoforce_streams import packet, stream
 
 
 def test_a_dump_becomes_a_demonstration_and_json_tells_what_was_lost(forcelab, tmp_path):

@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fast_options import FAST
+from factories import FAST_OPTIONS, synthetic_demonstration
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from synthetic import synthetic_demonstration
 
 from forcelab.cli.commands import plan
 from forcelab.cli.commands.plan import FEATURES, REST, recognition_parts, viewing_parts
@@ -132,7 +131,7 @@ def test_scales_that_fit_the_recording_but_not_the_settings_are_named(forcelab, 
 
 def test_a_recogniser_brings_its_own_settings(forcelab, project, tmp_path):
     file = tmp_path / "foam.skops"
-    options = ["--channels", "normal 1,normal 2", *FAST[:-2]]
+    options = ["--channels", "normal 1,normal 2", *FAST_OPTIONS[:-2]]
     assert forcelab("train", project, "--task", "foam", "--out", file, *options).status == 0
     words = ["plan", project, "foam-01", "--recogniser", file]
     parts = parts_of(forcelab(*words, "--json").json)

@@ -136,9 +136,12 @@ def test_what_people_said_and_accepted_of_a_run_stays(forcelab, project, runs):
         assert replace(result, run=None, time=kept.time) == Verdict(
             **{one.name: getattr(kept, one.name) for one in fields(Verdict)}
         )
-        # The store refuses to change what people said, as before.
-        with pytest.raises(Exception, match="kept for ever"):
-            opened._db.execute("UPDATE verdict SET run = 2")
+    # The store refuses to change what people said, as before.
+    with (
+        closing(sqlite3.connect(project / "project.sqlite")) as store,
+        pytest.raises(sqlite3.IntegrityError, match="kept for ever"),
+    ):
+        store.execute("UPDATE verdict SET run = 2")
 
 
 def test_a_recogniser_goes_and_its_run_stays(forcelab, project, runs):

@@ -7,8 +7,8 @@ import sys
 import tempfile
 from contextlib import contextmanager
 
-import brief
 import pytest
+from factories import perform_grips
 
 from forcelab.cli.commands import simulate
 from forcelab.jobs import finish
@@ -23,7 +23,7 @@ FOAM = ["simulate", "--task", "foam", "--seed", "7"]
 @pytest.fixture
 def quick(monkeypatch):
     """Brief performances instead of the mechanics, in this process."""
-    monkeypatch.setattr(generate, "performing", brief.performing)
+    monkeypatch.setattr(generate, "performing", perform_grips)
     monkeypatch.setattr(simulate, "cpu_count", lambda: 1)
 
 
@@ -143,11 +143,12 @@ def test_a_full_disk_is_one_sentence_and_adds_nothing(
 
 #: Brief performances, first without video and then with it, each with whether OpenCV is loaded.
 BRIEFLY = """
-import sys, brief
+import sys
+from factories import perform_grips
 from forcelab.cli import main
 from forcelab.cli.commands import simulate
 from forcelab.simulation import generate
-generate.performing = brief.performing
+generate.performing = perform_grips
 simulate.cpu_count = lambda: 1
 told = [
     (main([*sys.argv[1:], *more]), "cv2" in sys.modules)

@@ -4,8 +4,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from filmed import OFFSET, filmed_demonstration
-from synthetic import synthetic_demonstration
+from factories import VIDEO_OFFSET, demonstration_with_video, synthetic_demonstration
 
 from forcelab.clock import ClockMap
 from forcelab.project import Project
@@ -15,7 +14,7 @@ from forcelab.project import Project
 def filmed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("filmed")
     with Project.create(folder / "lab.forcelab") as created:
-        created.demonstrations.add(filmed_demonstration(folder))
+        created.demonstrations.add(demonstration_with_video(folder))
         created.demonstrations.add(synthetic_demonstration(1, rate=100.0)[0])
     return folder / "lab.forcelab"
 
@@ -36,7 +35,7 @@ def test_a_proposal_is_told_and_not_stored(project, forcelab):
     assert "confidence" in result.out
     assert "--accept" in result.out
     output = forcelab("sync", project, "filmed 1", "--json").json
-    assert output["clock"]["offset"] == pytest.approx(OFFSET, abs=0.04)
+    assert output["clock"]["offset"] == pytest.approx(VIDEO_OFFSET, abs=0.04)
     assert output["clock"]["rate"] == 1.0
     assert output["confidence"] > 0.5
     assert len(output["taps"]) == 2
@@ -99,7 +98,7 @@ def test_a_proposal_that_is_not_sure_says_what_to_do_and_is_not_stored(
     options = refused.split("give ")[1].split(" instead")[0]
     assert f"give {options} to store it" in forcelab("sync", project, "filmed 1").out
     forcelab("sync", project, "filmed 1", *options.split())
-    assert clock_of(project).offset == pytest.approx(OFFSET, abs=0.04)
+    assert clock_of(project).offset == pytest.approx(VIDEO_OFFSET, abs=0.04)
     assert clock_of(project).rate == 1.0
 
 

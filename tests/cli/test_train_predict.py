@@ -5,14 +5,14 @@ import io
 import shutil
 
 import pytest
-from fast_options import FAST
+from factories import FAST_OPTIONS
 
 from forcelab.cli import main
 from forcelab.labels import UNLABELLED, to_codes
 from forcelab.project import Project
 from forcelab.segment_edits import paint
 
-SETTINGS = [word for word in FAST if word not in ("--jobs", "1")]
+SETTINGS = [word for word in FAST_OPTIONS if word not in ("--jobs", "1")]
 
 
 @pytest.fixture(scope="module")

@@ -9,12 +9,12 @@ import subprocess
 
 import numpy as np
 import pytest
-from driven import Program
-from waiting import PATIENCE
+from window_helpers import PATIENCE
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.project import Project
 from forcelab.vocabulary import Vocabulary
+from tests.e2e.program import Program
 
 
 @pytest.fixture(scope="session")

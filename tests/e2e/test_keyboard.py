@@ -1,7 +1,8 @@
 """A demonstration played and labelled from the keyboard alone, in the real window on a screen."""
 
-from driven import stored_soon
-from waiting import PATIENCE
+from window_helpers import PATIENCE
+
+from tests.e2e.program import wait_for_stored_segments
 
 
 def test_a_demonstration_is_played_and_labelled_without_the_mouse(screen, start, project):
@@ -32,7 +33,7 @@ def label(program, project):
     """By every key that labels; all of it is in the store."""
 
     def check(*expected, name="pen 1"):
-        stored_soon(project, name, lambda found: found == list(expected))
+        wait_for_stored_segments(project, name, lambda found: found == list(expected))
 
     # Press to start, press again to end; another action's key ends one and begins the next.
     program.press("1")
@@ -83,7 +84,7 @@ def label(program, project):
     expected[3] = (2.27, 3.1, "pull")
     check(*expected)
     program.press("ctrl+Left", "ctrl+b")  # the cursor has gone with the edge
-    stored_soon(project, "pen 1", lambda found: len(found) == len(expected) + 1)
+    wait_for_stored_segments(project, "pen 1", lambda found: len(found) == len(expected) + 1)
     program.press("ctrl+z", "l", "Delete")
     del expected[3]
     check(*expected)

@@ -5,9 +5,8 @@ import os
 import random
 import signal
 
-from driven import stored
-
 from forcelab.project import Project
+from tests.e2e.program import stored_segments
 
 #: FORCELAB_KILLS=30 kills more often than the suite does.
 KILLS = int(os.environ.get("FORCELAB_KILLS", "2"))
@@ -26,7 +25,7 @@ def test_every_painted_segment_that_was_seen_is_there(start, project):
         lines = [json.loads(line) for line in rest if line.endswith("}")]
         seen = lines[-1]["seen"] if lines else seen
         assert seen
-        there = stored(project, "pen 1")
+        there = stored_segments(project, "pen 1")
         # A stroke that was stored, but not yet seen, may have joined or lengthened some of them.
         for start_, end, _ in seen:
             kept = sum(max(0.0, min(e, end) - max(s, start_)) for s, e, _ in there)

@@ -1,7 +1,8 @@
 """A whole demonstration labelled with the mouse alone, in the real window on a real screen."""
 
 import pytest
-from driven import stored_soon
+
+from tests.e2e.program import wait_for_stored_segments
 
 
 def test_a_demonstration_is_labelled_without_the_keyboard(screen, start, project):
@@ -23,7 +24,7 @@ def test_a_demonstration_is_labelled_without_the_keyboard(screen, start, project
                 for one, other in zip(found, expected, strict=True)
             )
 
-        return stored_soon(project, "pen 1", alike)
+        return wait_for_stored_segments(project, "pen 1", alike)
 
     # Choose an action, drag on the track.
     # Beside an edge, and not on it: there the drag would move the edge. It snaps to it.

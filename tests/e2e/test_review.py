@@ -8,12 +8,10 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
-import films
 import numpy as np
 import pytest
-from driven import stored, stored_soon
-from synthetic import synthetic_set
-from waiting import PATIENCE
+from factories import synthetic_set, write_opencv_video
+from window_helpers import PATIENCE
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
@@ -21,6 +19,7 @@ from forcelab.gui.review import training_preferences
 from forcelab.labels import Track
 from forcelab.project import Project
 from forcelab.recognition.presets import preset
+from tests.e2e.program import stored_segments, wait_for_stored_segments
 
 #: With these it is trained within two seconds.
 SETTINGS = preset("paper").replace(max_scale=32.0)
@@ -31,7 +30,7 @@ FRAMES = 30
 def project(tmp_path):
     """Three filmed demonstrations that Ada labelled, in one of them `hold` as `release`."""
     path = tmp_path / "study.forcelab"
-    film = films.write_with_opencv(tmp_path / "film.avi", "MJPG", 200)
+    film = write_opencv_video(tmp_path / "film.avi", "MJPG", 200)
     with Project.create(path) as project:
         for number, (demonstration, segments) in enumerate(synthetic_set(3, 100.0)):
             track = [
@@ -54,7 +53,7 @@ def tracks(path):
     """What is stored of every demonstration, by name."""
     with Project.open(path) as project:
         names = [info.name for info in project.demonstrations.infos()]
-    return {name: stored(path, name) for name in names}
+    return {name: stored_segments(path, name) for name in names}
 
 
 def painted(track, start=0.0, end=0.0, action=""):
@@ -125,7 +124,7 @@ def train_and_go_on_labelling(program, project):
     program.press("F5")
     with held(program):
         program.press("ctrl+0", "4", "ctrl+Right", "4")
-        now = stored_soon(project, "foam 01", lambda found: found != before["foam 01"])
+        now = wait_for_stored_segments(project, "foam 01", lambda found: found != before["foam 01"])
         assert program.ask("state")["training"], "it was to be painted while it trains"
     assert [now[0][0], now[0][2]] == [0.0, "release"]
     program.until(lambda state: state["run"] == 1, "training")
@@ -147,12 +146,12 @@ def three_keys_lead_to_the_first_mistake(program, project):
 
     program.press("shift+m")
     expected = painted(before["foam 02"], begin, end, predicted)
-    now = stored_soon(project, "foam 02", lambda found: painted(found) == expected)
+    now = wait_for_stored_segments(project, "foam 02", lambda found: painted(found) == expected)
     assert tracks(project) == {**before, "foam 02": now}
     # It has gone on to another demonstration, where there is something to undo as well.
     program.until(lambda state: state["title"].startswith("foam 01"), "the next mistake")
     program.press("ctrl+z")
-    stored_soon(project, "foam 02", lambda found: found == before["foam 02"])
+    wait_for_stored_segments(project, "foam 02", lambda found: found == before["foam 02"])
     assert tracks(project) == before
 
     # In the other workspace, and with a verdict that paints nothing, it is the same.

@@ -16,9 +16,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from factories import folder_in_memory
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from in_memory import folder_in_memory
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
@@ -253,14 +253,11 @@ def test_export_import_export_gives_the_same_bytes(steps, name):
         assert (root / "two.zip").read_bytes() == (root / "one.zip").read_bytes()
 
 
-def test_what_runs_found_is_held_one_after_the_other(project, tmp_path):
+def test_what_runs_found_is_held_one_after_the_other(project, tmp_path, peak_memory):
     created = Provenance(settings={}, seed=None, labels=[], versions={})
     for number in range(4):
         project.runs.add("evaluate", created, result={"told": f"{number}\n" * 500_000})
-    tracemalloc.start()
-    write_archive(project, tmp_path / "first.zip")
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
+    _, peak = peak_memory(lambda: write_archive(project, tmp_path / "first.zip"))
     assert peak < 14e6  # the text of all four alone is 6 MB, and was there in six copies
     with zipfile.ZipFile(tmp_path / "first.zip") as archive:
         text = archive.read("runs.json").decode()

@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
-from filmed import filmed_demonstration
+from factories import demonstration_with_video
 
 from forcelab.cli import main
 from forcelab.clock import ClockMap
@@ -37,7 +37,7 @@ def project(tmp_path):
     """A demonstration whose video starts 0.4 s before its forces, labelled by two."""
     path = tmp_path / "study.forcelab"
     with Project.create(path) as project:
-        added = project.demonstrations.add(filmed_demonstration(tmp_path, ClockMap(-0.4)))
+        added = project.demonstrations.add(demonstration_with_video(tmp_path, ClockMap(-0.4)))
         for author, segments in (("Ann", ANN), ("Zoe", ZOE)):
             project.tracks.edit(added.id, author, (), segments, "painted")
     return path

@@ -6,7 +6,6 @@ import pickle
 import subprocess
 import sys
 import tempfile
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,9 +20,7 @@ from forcelab.labels import Segment, Track
 from forcelab.project import LabelsUsed, Project, Provenance
 from forcelab.project import files as store_files
 
-TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
 GRAB = (Segment(0.0, 0.1, "grab"),)
-needs_tongs = pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
 
 
 def table(path, seed, rows=40):
@@ -462,10 +459,9 @@ def test_remarks_of_the_format_and_of_the_project_are_gathered_by_file(tmp_path,
 
 
 @pytest.mark.real
-@needs_tongs
-def test_the_papers_databases_become_two_tasks_of_ten(project):
-    import_files(project, [TONGS / "JPen_sig.pdl"], ReadOptions(task="stylus"))
-    report = import_files(project, [TONGS / "soft_sig.pdl"], ReadOptions(task="foam"))
+def test_the_papers_databases_become_two_tasks_of_ten(project, real_file):
+    import_files(project, [real_file("tongs/JPen_sig.pdl")], ReadOptions(task="stylus"))
+    report = import_files(project, [real_file("tongs/soft_sig.pdl")], ReadOptions(task="foam"))
     assert (report.count("new"), report.remarks) == (10, {})
     with Project.open(project) as opened:
         infos = opened.demonstrations.infos()

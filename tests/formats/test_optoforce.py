@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from optoforce_streams import CONFIGURED, packet, sealed, stream
 
 from forcelab.errors import InputError
 from forcelab.formats import identify, read
@@ -12,10 +11,9 @@ from forcelab.formats.optoforce import sniff
 from forcelab.formats.optoforce_packets import KINDS
 from forcelab.formats.recording import ReadOptions
 from forcelab.resources import asset
+from tests.formats.optoforce_streams import CONFIGURED, packet, sealed, stream
 
-DUMP = Path(__file__).resolve().parents[2] / "../shared/data/optoforce/stream-3axis.bin"
 AXES3, FOUR, AXES6 = KINDS
-needs_dump = pytest.mark.skipif(not DUMP.is_file(), reason="the real recordings are not here")
 
 
 @pytest.fixture
@@ -165,9 +163,9 @@ def test_what_holds_no_packets_is_refused_with_the_cure(dump):
 
 
 @pytest.mark.real
-@needs_dump
-def test_a_real_dump_has_all_its_samples():
-    recording = only(DUMP, calibration=asset("calibrations/3-axis-40N.toml"))
+def test_a_real_dump_has_all_its_samples(real_file):
+    path = real_file("optoforce/stream-3axis.bin")
+    recording = only(path, calibration=asset("calibrations/3-axis-40N.toml"))
     created = recording.demonstration
     assert created.times.size == 34_374
     assert created.gaps == ()

@@ -1,22 +1,11 @@
 """Packets of OptoForce DAQs: found in a stream, their counter and their status."""
 
 import os
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from optoforce_streams import (
-    CONFIGURED,
-    chance,
-    fuzz,
-    in_pieces,
-    packet,
-    parsed_slowly,
-    sealed,
-    stream,
-)
 
 from forcelab.formats.optoforce_packets import (
     KINDS,
@@ -29,10 +18,19 @@ from forcelab.formats.optoforce_packets import (
     parse_all,
     status_sentences,
 )
+from tests.formats.optoforce_streams import (
+    CONFIGURED,
+    chance,
+    fuzz,
+    in_pieces,
+    packet,
+    parsed_slowly,
+    sealed,
+    stream,
+)
 
 #: Strings of the fuzzing; ``FORCELAB_FUZZ=1000000`` for the whole, which takes minutes.
 STRINGS = int(os.environ.get("FORCELAB_FUZZ", "800"))
-DUMP = Path(__file__).resolve().parents[2] / "../shared/data/optoforce/stream-3axis.bin"
 AXES3, FOUR, AXES6 = KINDS
 SERIAL = sealed(bytes([170, 0, 18, 8]) + b"ISE012\0\0")
 
@@ -182,9 +180,10 @@ def test_noise_passes_no_oftener_than_a_sum_lets_it():
 
 
 @pytest.mark.real
-@pytest.mark.skipif(not DUMP.is_file(), reason="the real recordings are not here")
-def test_a_real_stream_loses_one_packet_at_each_place_where_bytes_were_put_into_it():
-    data = DUMP.read_bytes()
+def test_a_real_stream_loses_one_packet_at_each_place_where_bytes_were_put_into_it(
+    real_file,
+):
+    data = real_file("optoforce/stream-3axis.bin").read_bytes()
     parser, packets = parse_all(data)
     assert len(packets) == 34_374 - 54
     assert parser.statistics.bad_checksums == 54
@@ -194,9 +193,9 @@ def test_a_real_stream_loses_one_packet_at_each_place_where_bytes_were_put_into_
 
 
 @pytest.mark.real
-@pytest.mark.skipif(not DUMP.is_file(), reason="the real recordings are not here")
-def test_a_real_stream_is_whole_without_those_bytes():
-    parser, packets = parse_all(DUMP.read_bytes().replace(b"'\nb'", b""))
+def test_a_real_stream_is_whole_without_those_bytes(real_file):
+    data = real_file("optoforce/stream-3axis.bin").read_bytes()
+    parser, packets = parse_all(data.replace(b"'\nb'", b""))
     assert packets.counts.tolist() == list(range(11_626, 46_000))
     assert parser.statistics.bad_checksums == 0
     assert not packets.status.any()

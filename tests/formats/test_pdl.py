@@ -6,7 +6,6 @@ import struct
 import time
 from collections import OrderedDict
 from datetime import date
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,9 +17,6 @@ from forcelab.formats import pdl
 from forcelab.formats.pdl import Opaque, load_all
 from forcelab.formats.recording import ReadOptions
 from forcelab.labels import Segment, Track
-
-TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
-needs_tongs = pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
 
 N = 8
 
@@ -208,7 +204,6 @@ def test_a_file_too_large_for_a_database_is_not_even_opened(tmp_path):
 
 
 @pytest.mark.real
-@needs_tongs
 @pytest.mark.parametrize(
     ("file", "actions"),
     [
@@ -219,9 +214,10 @@ def test_a_file_too_large_for_a_database_is_not_even_opened(tmp_path):
         ("soft_sig.pdl", {"still", "grab_soft", "hold_soft", "release_soft"}),
     ],
 )
-def test_the_papers_recordings(file, actions):
+def test_the_papers_recordings(file, actions, real_file):
+    path = real_file(f"tongs/{file}")
     started = time.process_time()
-    recordings = pdl.read(TONGS / file, ReadOptions(author="coder"))
+    recordings = pdl.read(path, ReadOptions(author="coder"))
     assert time.process_time() - started < 1.5
     assert len(recordings) == 10
     assert {action for r in recordings for action in r.tracks[0].actions} == actions

@@ -9,14 +9,12 @@ import subprocess
 import sys
 import tempfile
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 pytest.importorskip("rosbags")
 
-from bags import BEGIN, WRENCH, digest, stamp, wrench, wrenches, write
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2.reader import zstd
 from rosbags.typesys import Stores, get_typestore
@@ -26,8 +24,8 @@ from forcelab.errors import InputError
 from forcelab.formats import identify, read
 from forcelab.formats.recording import ReadOptions
 from forcelab.signals.channels import channel_map
+from tests.formats.rosbag_files import BEGIN, WRENCH, digest, stamp, wrench, wrenches, write_bag
 
-BAXTER = Path(__file__).parents[3] / "shared/data/rosbag/baxter-pick-and-place.bag"
 AXES = ["fx", "fy", "fz", "tx", "ty", "tz"]
 
 
@@ -49,9 +47,8 @@ def labels(recording):
 
 
 @pytest.mark.real
-@pytest.mark.skipif(not BAXTER.exists(), reason="no real recordings here")
-def test_a_real_bag_gives_its_wrenches_and_the_phases_beside_them():
-    recording = one(BAXTER)
+def test_a_real_bag_gives_its_wrenches_and_the_phases_beside_them(real_file):
+    recording = one(real_file("rosbag/baxter-pick-and-place.bag"))
     demonstration = recording.demonstration
     assert demonstration.times.shape == (3160,)
     assert demonstration.rate == pytest.approx(100.0, abs=0.01)
@@ -77,7 +74,7 @@ def test_a_real_bag_gives_its_wrenches_and_the_phases_beside_them():
     ],
 )
 def test_a_wrench_becomes_six_channels_at_the_times_of_its_headers(tmp_path, name, how):
-    path = write(tmp_path / name, {"/ft": (WRENCH, wrenches(50))}, **how)
+    path = write_bag(tmp_path / name, {"/ft": (WRENCH, wrenches(50))}, **how)
     assert identify(path).name == "rosbag"
     recording = one(path, task="peg")
     demonstration = recording.demonstration
@@ -89,7 +86,7 @@ def test_a_wrench_becomes_six_channels_at_the_times_of_its_headers(tmp_path, nam
 
 
 def test_a_ros_2_bag_is_read_by_its_folder_its_metadata_or_its_data(tmp_path):
-    path = write(tmp_path / "run 7", {"/ft": (WRENCH, wrenches())}, ros=2)
+    path = write_bag(tmp_path / "run 7", {"/ft": (WRENCH, wrenches())}, ros=2)
     (data,) = path.glob("*.mcap")
     by_folder, by_metadata, by_data = map(one, (path, path / "metadata.yaml", data))
     assert by_folder.demonstration == by_metadata.demonstration == by_data.demonstration
@@ -123,7 +120,7 @@ def tongs(phases, width=0.0):
 
 def test_wrenches_in_a_custom_message_are_told_apart_and_its_constants_name_the_labels(tmp_path):
     phases = [0] * 10 + [1] * 20 + [2] * 15 + [0] * 5
-    path = write(tmp_path / "a.bag", {"/tongs": ("my_lab/msg/Tongs", tongs(phases))}, TONGS)
+    path = write_bag(tmp_path / "a.bag", {"/tongs": ("my_lab/msg/Tongs", tongs(phases))}, TONGS)
     recording = one(path, author="Ada")
     assert names(recording) == [f"{axis} {side}" for side in ("left", "right") for axis in AXES]
     assert recording.demonstration.signals[3, [2, 8]].tolist() == [-3.0, 3.0]
@@ -134,7 +131,9 @@ def test_wrenches_in_a_custom_message_are_told_apart_and_its_constants_name_the_
 
 
 def test_channels_and_labels_can_be_chosen_by_topic_field_or_name(tmp_path):
-    path = write(tmp_path / "a.bag", {"/tongs": ("my_lab/msg/Tongs", tongs([0, 1, 1, 2]))}, TONGS)
+    path = write_bag(
+        tmp_path / "a.bag", {"/tongs": ("my_lab/msg/Tongs", tongs([0, 1, 1, 2]))}, TONGS
+    )
     right_ty = "/tongs.right.torque.y"
     recording = one(
         path, signals=("/tongs.width",), leave_out=("tongs.left", right_ty, "tongs.phase")
@@ -153,7 +152,7 @@ def test_channels_and_labels_can_be_chosen_by_topic_field_or_name(tmp_path):
 
 
 def test_a_tag_that_never_changes_labels_nothing_unless_it_is_asked_for(tmp_path):
-    path = write(tmp_path / "a.bag", {"/tongs": ("my_lab/msg/Tongs", tongs([1] * 9))}, TONGS)
+    path = write_bag(tmp_path / "a.bag", {"/tongs": ("my_lab/msg/Tongs", tongs([1] * 9))}, TONGS)
     assert one(path).tracks == ()
     assert one(path, label="/tongs.phase").tracks[0].actions == ("GRAB",)
 
@@ -162,7 +161,7 @@ def test_a_topic_of_labels_holds_until_its_next_message(tmp_path):
     result = [(0.1, {"data": "grab"}), (0.3, {"data": "hold"}), (0.4, {"data": ""})]
     forces = [(t, wrench(t)) for t in np.arange(50) / 100]
     topics = {"/action": ("std_msgs/msg/String", result), "/ft": (WRENCH, forces)}
-    recording = one(write(tmp_path / "a.bag", topics))
+    recording = one(write_bag(tmp_path / "a.bag", topics))
     assert labels(recording) == [(0.1, 0.3, "grab"), (0.3, 0.4, "hold")]
 
 
@@ -176,7 +175,7 @@ def test_the_outermost_header_is_the_time_and_a_tag_beside_the_force_comes_first
         "/action": ("std_msgs/msg/String", [(0.1, {"data": "x"}), (0.2, {"data": "y"})]),
         "/logged": ("my_lab/msg/Logged", messages),
     }
-    recording = one(write(tmp_path / "a.bag", topics, {"my_lab/msg/Logged": text}))
+    recording = one(write_bag(tmp_path / "a.bag", topics, {"my_lab/msg/Logged": text}))
     np.testing.assert_allclose(recording.demonstration.times, np.arange(50) / 100, atol=1e-9)
     assert labels(recording) == [(0.0, 0.21, "a"), (0.21, 0.5, "b")]
     assert names(recording) == AXES
@@ -184,7 +183,7 @@ def test_the_outermost_header_is_the_time_and_a_tag_beside_the_force_comes_first
 
 @pytest.mark.parametrize("absolute", [True, False])
 def test_a_labels_file_beside_a_bag_is_read(tmp_path, absolute):
-    path = write(tmp_path / "a.bag", {"/ft": (WRENCH, wrenches(50))})
+    path = write_bag(tmp_path / "a.bag", {"/ft": (WRENCH, wrenches(50))})
     shift = BEGIN / 1e9 if absolute else 0.0
     rows = f"{shift + 0.1},{shift + 0.3},grab\n"
     (tmp_path / "a.labels.csv").write_text(f"start,end,action\n{rows}")
@@ -206,7 +205,7 @@ def test_a_labels_file_beside_a_bag_is_read(tmp_path, absolute):
 )
 def test_what_is_called_a_force_is_one(tmp_path, topic, kind, message, channels):
     messages = [(i / 100, message) for i in range(20)]
-    recording = one(write(tmp_path / "a.bag", {topic: (kind, messages)}))
+    recording = one(write_bag(tmp_path / "a.bag", {topic: (kind, messages)}))
     assert names(recording) == channels
     units = {"t": "Nm"}
     assert [c.unit for c in recording.demonstration.channels] == [
@@ -216,7 +215,7 @@ def test_what_is_called_a_force_is_one(tmp_path, topic, kind, message, channels)
 
 def test_numbers_that_are_no_forces_are_read_when_they_are_asked_for(tmp_path):
     imu = [(i / 100, {"linear_acceleration": {"x": i}}) for i in range(20)]
-    path = write(tmp_path / "a.bag", {"/imu": ("sensor_msgs/msg/Imu", imu)})
+    path = write_bag(tmp_path / "a.bag", {"/imu": ("sensor_msgs/msg/Imu", imu)})
     with pytest.raises(
         InputError, match=r"a\.bag': no topic in it carries forces .*/imu.*--signal"
     ):
@@ -230,7 +229,7 @@ def test_several_topics_are_interpolated_at_the_times_of_the_fastest(tmp_path):
     slow = wrenches(20, rate=50.0, start=0.1)
     slow = slow[:8] + slow[14:]  # a gap of 0.14 s
     topics = {"/left/ft": (WRENCH, wrenches(100)), "/right/ft": (WRENCH, slow)}
-    recording = one(write(tmp_path / "a.bag", topics))
+    recording = one(write_bag(tmp_path / "a.bag", topics))
     assert names(recording) == [f"{axis} {side}" for side in ("left", "right") for axis in AXES]
     times, right = recording.demonstration.times, recording.demonstration.signals[:, 6]
     assert times[0] == 0.0
@@ -250,7 +249,7 @@ def test_a_topic_whose_headers_are_of_another_clock_is_put_in_time_by_its_arriva
         "/left/ft": (WRENCH, [(t, wrench(t, i)) for i, t in enumerate(np.arange(40) / 100)]),
         "/right/ft": (WRENCH, other),
     }
-    recording = one(write(tmp_path / "a.bag", topics))
+    recording = one(write_bag(tmp_path / "a.bag", topics))
     signals = recording.demonstration.signals
     np.testing.assert_allclose(signals[:30, 0], signals[:30, 6], atol=1e-4)
     assert "/right/ft: it is of another clock and was shifted by 3600 s." in recording.remarks
@@ -260,7 +259,7 @@ def test_a_topic_whose_headers_are_of_another_clock_is_put_in_time_by_its_arriva
 
 def test_without_times_in_the_headers_those_of_arrival_are_taken(tmp_path):
     unset = [(t, {"wrench": {"force": {"x": t}}}) for t in np.arange(20) / 100]
-    recording = one(write(tmp_path / "a.bag", {"/ft": (WRENCH, unset)}))
+    recording = one(write_bag(tmp_path / "a.bag", {"/ft": (WRENCH, unset)}))
     np.testing.assert_allclose(recording.demonstration.times, np.arange(20) / 100, atol=1e-9)
     assert "/ft: its headers hold no times" in told(recording)
     with pytest.raises(InputError, match=r"a\.bag, topic /ft: its headers hold no times"):
@@ -276,7 +275,7 @@ def test_topics_that_share_a_clock_stay_on_it_however_late_each_arrives(tmp_path
         "/right/ft": (WRENCH, right),
         "/action": ("std_msgs/msg/String", [(0.1, {"data": "grab"}), (0.3, {"data": ""})]),
     }
-    recording = one(write(tmp_path / "a.bag", topics))
+    recording = one(write_bag(tmp_path / "a.bag", topics))
     signals = recording.demonstration.signals
     np.testing.assert_allclose(signals[:40, 0], signals[:40, 6], atol=1e-6)
     assert labels(recording) == [(0.1, 0.3, "grab")]
@@ -287,7 +286,7 @@ def test_a_header_that_was_never_set_costs_its_message_and_no_digits_of_the_othe
     stamps = np.arange(50) * 0.001000003
     messages = [(t, wrench(t, 1.0)) for t in stamps]
     messages[7] = (stamps[7], {"wrench": {"force": {"x": 1.0}}})
-    recording = one(write(tmp_path / "a.bag", {"/ft": (WRENCH, messages)}))
+    recording = one(write_bag(tmp_path / "a.bag", {"/ft": (WRENCH, messages)}))
     times = np.delete(stamps, 7)
     np.testing.assert_allclose(recording.demonstration.times, times, rtol=0, atol=1.1e-9)
     assert "/ft: 1 message without a usable stamp was dropped." in recording.remarks
@@ -296,7 +295,7 @@ def test_a_header_that_was_never_set_costs_its_message_and_no_digits_of_the_othe
 def test_stamps_that_repeat_or_run_backwards_are_repaired_or_refused(tmp_path):
     messages = wrenches(50)
     messages[20] = (messages[20][0], wrench(0.1))
-    path = write(tmp_path / "a.bag", {"/ft": (WRENCH, messages)})
+    path = write_bag(tmp_path / "a.bag", {"/ft": (WRENCH, messages)})
     recording = one(path)
     assert len(recording.demonstration.times) == 49
     assert "/ft: 1 message whose stamp is out of order was dropped." in recording.remarks
@@ -304,13 +303,13 @@ def test_stamps_that_repeat_or_run_backwards_are_repaired_or_refused(tmp_path):
         one(path, strict=True)
     twice = [*wrenches(50), *((t + 1, m) for t, m in wrenches(50))]
     with pytest.raises(InputError, match=r"topic /ft, message 51: time runs backwards"):
-        one(write(tmp_path / "b.bag", {"/ft": (WRENCH, twice)}))
+        one(write_bag(tmp_path / "b.bag", {"/ft": (WRENCH, twice)}))
 
 
 def test_pictures_and_what_else_is_no_force_is_left_out_with_a_remark(tmp_path):
     picture = [(0.1, {"height": 2, "width": 2, "data": [0] * 12, "encoding": "rgb8"})]
     topics = {"/camera": ("sensor_msgs/msg/Image", picture), "/ft": (WRENCH, wrenches())}
-    recording = one(write(tmp_path / "a.bag", topics))
+    recording = one(write_bag(tmp_path / "a.bag", topics))
     assert names(recording) == AXES
     assert "Nothing was read from /camera (sensor_msgs/Image)." in told(recording)
     assert "save them as a video" in told(recording)
@@ -318,7 +317,7 @@ def test_pictures_and_what_else_is_no_force_is_left_out_with_a_remark(tmp_path):
 
 def test_a_bag_of_an_older_ros_2_does_not_define_its_messages(tmp_path):
     topics = {"/ft": (WRENCH, wrenches()), "/odd": ("my_lab/msg/Odd", [(0.1, {"x": 1})])}
-    path = write(tmp_path / "a", topics, {"my_lab/msg/Odd": "int32 x\n"}, ros=2, storage="db3")
+    path = write_bag(tmp_path / "a", topics, {"my_lab/msg/Odd": "int32 x\n"}, ros=2, storage="db3")
     (data,) = path.glob("*.db3")
     with contextlib.closing(sqlite3.connect(data)) as database:
         database.execute("DELETE FROM message_definitions")
@@ -330,7 +329,7 @@ def test_a_bag_of_an_older_ros_2_does_not_define_its_messages(tmp_path):
 
 def test_an_array_that_changes_its_length_is_refused(tmp_path):
     messages = [(i / 100, {"data": [0.0] * (4 if i == 7 else 3)}) for i in range(20)]
-    path = write(tmp_path / "a.bag", {"/force": ("std_msgs/msg/Float64MultiArray", messages)})
+    path = write_bag(tmp_path / "a.bag", {"/force": ("std_msgs/msg/Float64MultiArray", messages)})
     with pytest.raises(InputError, match=r"a\.bag': message 8 of /force holds 4 .* first one 3"):
         one(path)
 
@@ -343,7 +342,7 @@ def test_a_list_that_changes_its_length_is_refused(tmp_path, first, then):
         (i / 100, {"header": {"stamp": stamp(i / 100)}, "fingers": [{}] * count})
         for i, count in enumerate(counts)
     ]
-    path = write(tmp_path / "a.bag", {"/hand": ("my_lab/msg/Hand", messages)}, text)
+    path = write_bag(tmp_path / "a.bag", {"/hand": ("my_lab/msg/Hand", messages)}, text)
     expected = (
         f"message 10 of /hand holds {then} values in /hand.fingers, and the first one {first}"
     )
@@ -352,7 +351,7 @@ def test_a_list_that_changes_its_length_is_refused(tmp_path, first, then):
 
 
 def test_a_bag_that_is_cut_off_anywhere_is_refused_in_one_sentence(tmp_path):
-    whole = write(tmp_path / "a.bag", {"/ft": (WRENCH, wrenches(20))}).read_bytes()
+    whole = write_bag(tmp_path / "a.bag", {"/ft": (WRENCH, wrenches(20))}).read_bytes()
     for size in range(20, len(whole), 211):
         (tmp_path / "b.bag").write_bytes(whole[:size])
         with pytest.raises(InputError, match=r"b\.bag' is not a whole ROS bag \(.*; copy it again"):
@@ -361,7 +360,7 @@ def test_a_bag_that_is_cut_off_anywhere_is_refused_in_one_sentence(tmp_path):
 
 @pytest.mark.parametrize(("name", "how"), [("a.bag", {}), ("a", {"ros": 2})])
 def test_a_damaged_bag_is_read_or_refused_and_nothing_else_happens(tmp_path, name, how):
-    path = write(tmp_path / name, {"/ft": (WRENCH, wrenches(20))}, **how)
+    path = write_bag(tmp_path / name, {"/ft": (WRENCH, wrenches(20))}, **how)
     file = path if path.is_file() else next(path.glob("*.mcap"))
     whole, random = file.read_bytes(), np.random.default_rng(7)
     refused = 0
@@ -380,7 +379,7 @@ def test_a_damaged_bag_is_read_or_refused_and_nothing_else_happens(tmp_path, nam
 
 
 def test_a_bag_that_was_never_closed_names_the_cure(tmp_path):
-    whole = bytearray(write(tmp_path / "a.bag", {"/ft": (WRENCH, wrenches(20))}).read_bytes())
+    whole = bytearray(write_bag(tmp_path / "a.bag", {"/ft": (WRENCH, wrenches(20))}).read_bytes())
     place = whole.index(b"index_pos=") + 10
     whole[place : place + 8] = bytes(8)
     (tmp_path / "a.bag").write_bytes(whole)
@@ -447,7 +446,7 @@ ENDLESS = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELEC
     ],
 )
 def test_a_view_that_never_ends_in_place_of_a_table_is_refused(tmp_path, table, view, packed):
-    path = write(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2, storage="db3")
+    path = write_bag(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2, storage="db3")
     (file,) = path.glob("*.db3")
     with contextlib.closing(sqlite3.connect(file, isolation_level=None)) as store:
         store.execute(f"ALTER TABLE {table} RENAME TO old")
@@ -466,7 +465,7 @@ def test_a_view_that_never_ends_in_place_of_a_table_is_refused(tmp_path, table, 
 
 
 def test_a_pipe_among_the_files_of_a_bag_is_refused(tmp_path):
-    path = write(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2)
+    path = write_bag(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2)
     (file,) = path.glob("*.mcap")
     file.unlink()
     os.mkfifo(file)
@@ -479,7 +478,7 @@ def test_a_pipe_among_the_files_of_a_bag_is_refused(tmp_path):
     [("[" * 2000 + "]" * 2000, "nested too deep"), ("1, " * 2**20, "more than metadata can have")],
 )
 def test_metadata_that_would_not_end_to_be_parsed_is_refused(tmp_path, more, why):
-    path = write(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2)
+    path = write_bag(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2)
     with (path / "metadata.yaml").open("a") as file:
         file.write(f"\n  more: {more}\n")
     with pytest.raises(InputError, match=why) as refusal:
@@ -488,7 +487,7 @@ def test_metadata_that_would_not_end_to_be_parsed_is_refused(tmp_path, more, why
 
 
 def test_more_messages_than_bytes_are_refused(tmp_path, monkeypatch):
-    path = write(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2)
+    path = write_bag(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2)
     file = path / "metadata.yaml"
     claimed = file.read_text().replace("message_count: 20", "message_count: 2147483648")
     file.write_text(claimed)
@@ -497,7 +496,7 @@ def test_more_messages_than_bytes_are_refused(tmp_path, monkeypatch):
 
 
 def test_a_packed_file_that_would_fill_the_temporary_folder_is_refused(tmp_path, monkeypatch):
-    path = write(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2)
+    path = write_bag(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2)
     (file,) = path.glob("*.mcap")
     packed = file.with_name(f"{file.name}.zstd")
     metadata = (path / "metadata.yaml").read_text().replace(file.name, packed.name)
@@ -518,7 +517,7 @@ def test_a_packed_file_that_would_fill_the_temporary_folder_is_refused(tmp_path,
 
 @pytest.mark.parametrize("compression", [None, "bz2"])
 def test_an_index_that_names_one_message_again_and_again_is_refused(tmp_path, compression):
-    path = write(tmp_path / "a.bag", {"/ft": (WRENCH, wrenches(2))}, compression=compression)
+    path = write_bag(tmp_path / "a.bag", {"/ft": (WRENCH, wrenches(2))}, compression=compression)
     whole = path.read_bytes()
     # The record of the index, and behind it where the next ones are.
     place = whole.rindex(b"op=\x04") - 8
@@ -538,7 +537,7 @@ def test_an_index_that_names_one_message_again_and_again_is_refused(tmp_path, co
 
 
 def test_a_bag_under_another_name_says_what_to_call_it(tmp_path):
-    path = write(tmp_path / "a.bag", {"/ft": (WRENCH, wrenches())}).rename(tmp_path / "a.bin")
+    path = write_bag(tmp_path / "a.bag", {"/ft": (WRENCH, wrenches())}).rename(tmp_path / "a.bin")
     with pytest.raises(
         InputError, match=r"a\.bin' is a ROS bag by its content; rename it to \*\.bag"
     ):
@@ -546,7 +545,7 @@ def test_a_bag_under_another_name_says_what_to_call_it(tmp_path):
 
 
 def test_without_the_library_it_is_said_how_to_install_it(tmp_path, monkeypatch):
-    path = write(tmp_path / "a.bag", {"/ft": (WRENCH, wrenches())})
+    path = write_bag(tmp_path / "a.bag", {"/ft": (WRENCH, wrenches())})
     for name in [name for name in sys.modules if name.split(".")[0] == "rosbags"]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "rosbags", None)
@@ -563,8 +562,8 @@ def test_the_library_is_loaded_for_bags_only(tmp_path):
 
 
 def test_bags_are_imported_by_the_command_line(tmp_path, capsys):
-    write(tmp_path / "a", {"/ft": (WRENCH, wrenches())}, ros=2)
-    write(tmp_path / "b.bag", {"/ft": (WRENCH, wrenches(60))})
+    write_bag(tmp_path / "a", {"/ft": (WRENCH, wrenches())}, ros=2)
+    write_bag(tmp_path / "b.bag", {"/ft": (WRENCH, wrenches(60))})
     files = [str(tmp_path / name) for name in ("a", "b.bag")]
     chosen = ["--task", "peg", "--format", "rosbag"]
     assert main(["import", str(tmp_path / "p.forcelab"), *files, *chosen]) == 0
@@ -574,4 +573,4 @@ def test_bags_are_imported_by_the_command_line(tmp_path, capsys):
 def test_labels_of_several_lines_become_one(tmp_path):
     result = [(0.1, {"data": " grab\nit "}), (0.3, {"data": ""})]
     topics = {"/ft": (WRENCH, wrenches()), "/action": ("std_msgs/msg/String", result)}
-    assert one(write(tmp_path / "a.bag", topics)).tracks[0].actions == ("grab it",)
+    assert one(write_bag(tmp_path / "a.bag", topics)).tracks[0].actions == ("grab it",)

@@ -17,12 +17,6 @@ from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.table import read, sniff
 from forcelab.formats.table_columns import counter_ticks, is_counter_name
 
-DATA = (Path(__file__).resolve().parents[2] / "../shared/data").resolve()
-real = [
-    pytest.mark.real,
-    pytest.mark.skipif(not DATA.is_dir(), reason="the real recordings are not here"),
-]
-
 
 @pytest.fixture
 def table(tmp_path):
@@ -455,7 +449,7 @@ class TestSpeed:
 
 
 class TestRealRecordings:
-    pytestmark = real
+    pytestmark = pytest.mark.real
 
     @pytest.mark.parametrize(
         ("number", "rows", "repeats", "segments"),
@@ -468,8 +462,8 @@ class TestRealRecordings:
             (6, 1057, 6, 7),
         ],
     )
-    def test_watch_recordings(self, number, rows, repeats, segments):
-        path = DATA / "imu" / f"s05_0{number}_sw.csv"
+    def test_watch_recordings(self, number, rows, repeats, segments, real_file):
+        path = real_file(f"imu/s05_0{number}_sw.csv")
         recording = load(path)
         lines = [line.split(",") for line in path.read_text().splitlines()[1:]]
         kept = [i for i in range(rows) if i == 0 or lines[i][6] != lines[i - 1][6]]
@@ -493,8 +487,8 @@ class TestRealRecordings:
             (covering,) = [s for s in track.segments if s.start <= time < s.end]
             assert covering.action == lines[i][7]
 
-    def test_the_camera_recording(self):
-        recording = load(DATA / "video" / "karma.csv")
+    def test_the_camera_recording(self, real_file):
+        recording = load(real_file("video/karma.csv"))
         assert channels(recording) == [(f"accel_{axis}", "m/s^2") for axis in "xyz"]
         assert recording.demonstration.times.size == 2397
         assert recording.demonstration.rate == pytest.approx(198.8, abs=0.1)
@@ -549,7 +543,7 @@ def test_a_labview_measurement_has_two_headers(tmp_path, timed, comma):
     path = tmp_path / "pull.lvm"
     path.write_text(text.replace(".", ",") if comma else text)
     assert identify(path).name == "table"
-    (recording,) = read(path, ReadOptions())
+    recording = load(path)
     demonstration = recording.demonstration
     assert [(c.name, c.unit) for c in demonstration.channels] == [("Fx", "Newton"), ("Fz", "Volt")]
     np.testing.assert_allclose(demonstration.times, np.arange(200) / 500, atol=1e-12)
@@ -572,24 +566,19 @@ def counter_table(tmp_path):
     return write
 
 
-def loaded(path, **options):
-    (recording,) = read(path, ReadOptions(**options))
-    return recording
-
-
 #: Of 300 samples 80 are lost, and a 16-bit counter begins again.
 NUMBERS = np.array([n for n in range(300) if not 100 <= n < 180])
 COUNTS = (65_400 + NUMBERS) % 65_536
 
 
 def test_beside_stamps_a_counter_is_left_out_and_said(counter_table):
-    recording = loaded(counter_table(COUNTS, times=NUMBERS / 200))
+    recording = load(counter_table(COUNTS, times=NUMBERS / 200))
     assert [c.name for c in recording.demonstration.channels] == ["Daumen_x"]
     assert "Column Paket was left out: counting samples." in recording.remarks
 
 
 def test_without_stamps_it_places_the_rows_so_that_what_was_lost_is_a_gap(counter_table):
-    recording = loaded(counter_table(COUNTS), rate=200.0)
+    recording = load(counter_table(COUNTS), rate=200.0)
     np.testing.assert_allclose(recording.demonstration.times, NUMBERS / 200, atol=1e-12)
     assert "80 of 300 were lost" in " ".join(recording.remarks)
 
@@ -598,16 +587,16 @@ def test_a_column_of_on_and_off_is_a_signal_and_said_to_be_one_unless_it_was_ask
     path = tmp_path / "trial.csv"
     rows = [f"{i / 100},{np.sin(i):.3f},{i % 2},{i % 3}" for i in range(40)]
     path.write_text("\n".join(["t (s),fz,button,gear", *rows]) + "\n")
-    (remark,) = loaded(path).remarks
+    (remark,) = load(path).remarks
     assert remark.startswith("Column button holds nothing but 0 and 1")
-    assert loaded(path, signals=("button",)).remarks == ()
-    assert "button" not in " ".join(loaded(path, leave_out=("button",)).remarks[1:])
+    assert load(path, signals=("button",)).remarks == ()
+    assert "button" not in " ".join(load(path, leave_out=("button",)).remarks[1:])
 
 
 @pytest.mark.parametrize("last", [300, 1500, 20_000, 30_999, 40_000])
 def test_a_device_that_was_restarted_is_a_gap_of_unknown_length_and_no_loss(counter_table, last):
     counts = [*range(last - 199, last + 1), *range(100)]
-    recording = loaded(counter_table(counts), rate=200.0)
+    recording = load(counter_table(counts), rate=200.0)
     np.testing.assert_allclose(recording.demonstration.times, np.arange(300) / 200, atol=1e-12)
     result = " ".join(recording.remarks)
     assert "none was lost" in result
@@ -616,25 +605,25 @@ def test_a_device_that_was_restarted_is_a_gap_of_unknown_length_and_no_loss(coun
 
 
 def test_a_device_that_was_restarted_early_counts_far_beyond_that(counter_table):
-    recording = loaded(counter_table([*range(200), *range(3, 600)]), rate=200.0)
+    recording = load(counter_table([*range(200), *range(3, 600)]), rate=200.0)
     assert [c.name for c in recording.demonstration.channels] == ["Daumen_x"]
 
 
 @pytest.mark.parametrize("counts", [[*range(200), 198, *range(199, 400)], [*range(400, 0, -1)]])
 def test_what_falls_but_not_to_its_beginning_is_a_signal_whatever_its_name(counter_table, counts):
     path = counter_table(counts, times=np.arange(len(counts)) / 200)
-    assert [c.name for c in loaded(path).demonstration.channels] == ["Paket", "Daumen_x"]
+    assert [c.name for c in load(path).demonstration.channels] == ["Paket", "Daumen_x"]
 
 
 def test_a_turn_at_which_samples_were_lost_is_no_restart(counter_table):
     counts = [*range(32_000, 32_700), *range(50, 300)]
-    result = " ".join(loaded(counter_table(counts), rate=200.0).remarks)
+    result = " ".join(load(counter_table(counts), rate=200.0).remarks)
     assert "118 of 1,068 were lost" in result
     assert "begins again" not in result
 
 
 def test_one_of_any_name_is_known_by_how_it_goes_on(counter_table):
-    recording = loaded(counter_table(COUNTS, "Wert_A;Wert_B"), rate=200.0)
+    recording = load(counter_table(COUNTS, "Wert_A;Wert_B"), rate=200.0)
     assert [c.name for c in recording.demonstration.channels] == ["Wert_B"]
     assert recording.demonstration.duration == pytest.approx(1.5)
     assert "if it is a signal, import it as one (--signal)" in " ".join(recording.remarks)
@@ -642,23 +631,23 @@ def test_one_of_any_name_is_known_by_how_it_goes_on(counter_table):
 
 def test_a_column_taken_for_a_counter_is_a_signal_where_it_is_asked_for(counter_table):
     path = counter_table(np.arange(200), "Traverse;Daumen_x", times=np.arange(200) / 200)
-    assert [c.name for c in loaded(path).demonstration.channels] == ["Daumen_x"]
-    demonstration = loaded(path, signals=("traverse",)).demonstration
+    assert [c.name for c in load(path).demonstration.channels] == ["Daumen_x"]
+    demonstration = load(path, signals=("traverse",)).demonstration
     assert [c.name for c in demonstration.channels] == ["Traverse", "Daumen_x"]
     np.testing.assert_array_equal(demonstration.signals[:, 0], np.arange(200))
     with pytest.raises(InputError, match="'Traverse' is asked for as a signal and as something"):
-        loaded(path, signals=("Traverse",), leave_out=("Traverse",))
+        load(path, signals=("Traverse",), leave_out=("Traverse",))
 
 
 @pytest.mark.parametrize("wish", ["leave_out", "signals"])
 def test_rows_do_not_go_by_a_column_that_is_said_to_be_no_counter(counter_table, wish):
-    recording = loaded(counter_table(COUNTS), rate=200.0, **{wish: ("Paket",)})
+    recording = load(counter_table(COUNTS), rate=200.0, **{wish: ("Paket",)})
     np.testing.assert_allclose(recording.demonstration.times, np.arange(NUMBERS.size) / 200)
 
 
 def test_a_temperature_called_t_is_a_signal_where_it_is_asked_for(counter_table):
     path = counter_table(NUMBERS // 8 + 20, "t;Daumen_x")
-    demonstration = loaded(path, rate=200.0, signals=("t",)).demonstration
+    demonstration = load(path, rate=200.0, signals=("t",)).demonstration
     assert [c.name for c in demonstration.channels] == ["t", "Daumen_x"]
 
 
@@ -666,8 +655,8 @@ def test_second_times_are_a_signal_where_they_are_asked_for(tmp_path):
     path = tmp_path / "trial.csv"
     rows = (f"{i / 100},{i * 7 % 5 / 10},{i}" for i in range(50))
     path.write_text("\n".join(["time,fx,device time", *rows]) + "\n")
-    assert [c.name for c in loaded(path).demonstration.channels] == ["fx"]
-    channels = loaded(path, signals=("device time",)).demonstration.channels
+    assert [c.name for c in load(path).demonstration.channels] == ["fx"]
+    channels = load(path, signals=("device time",)).demonstration.channels
     assert [c.name for c in channels] == ["fx", "device time"]
 
 
@@ -677,7 +666,7 @@ def test_what_counts_rows_only_at_first_stays_a_signal(tmp_path, header):
     there = [min(i, 12_000 - i) for i in range(9_000)]  # there, and half the way back
     rows = [f"{i / 100},{there[i]},{np.sin(i):.3f}" for i in range(9_000)]
     path.write_text("\n".join([*([header] if header else []), *rows]) + "\n")
-    demonstration = loaded(path).demonstration
+    demonstration = load(path).demonstration
     assert len(demonstration.channels) == 2
     np.testing.assert_array_equal(demonstration.signals[:, 0], there)
 
@@ -687,7 +676,7 @@ def test_numbers_of_rows_of_which_some_were_taken_out_are_no_signal(tmp_path):
     numbers = [i if i < 7_000 else 3 * i + i % 2 for i in range(9_000)]
     rows = [f"{i / 100},{number},{np.sin(i):.3f}" for i, number in enumerate(numbers)]
     path.write_text("\n".join(["time,index,fx", *rows]) + "\n")
-    assert [c.name for c in loaded(path).demonstration.channels] == ["fx"]
+    assert [c.name for c in load(path).demonstration.channels] == ["fx"]
 
 
 def test_words_are_no_signal_even_where_they_are_asked_for(tmp_path):
@@ -695,33 +684,33 @@ def test_words_are_no_signal_even_where_they_are_asked_for(tmp_path):
     rows = (f"{i / 100},{i * 7 % 5 / 10},word {i}" for i in range(50))
     path.write_text("\n".join(["time,fx,note", *rows]) + "\n")
     with pytest.raises(InputError, match="'note' holds no numbers, so that it is no signal"):
-        loaded(path, signals=("note",))
+        load(path, signals=("note",))
 
 
 @pytest.mark.parametrize("name", ["encoder_count", "MotorTicks", "Position", "enc2"])
 def test_what_is_measured_at_an_even_speed_stays_a_signal(counter_table, name):
     path = counter_table(np.arange(200), f"{name};Daumen_x", times=np.arange(200) / 200)
-    assert [c.name for c in loaded(path).demonstration.channels] == [name, "Daumen_x"]
+    assert [c.name for c in load(path).demonstration.channels] == [name, "Daumen_x"]
 
 
 def test_a_counter_that_is_asked_for_stands_before_stamps(counter_table):
     path = counter_table(COUNTS, times=np.arange(NUMBERS.size) / 200)
-    recording = loaded(path, rate=100.0, counter="paket")
+    recording = load(path, rate=100.0, counter="paket")
     np.testing.assert_allclose(recording.demonstration.times, NUMBERS / 100, atol=1e-12)
     with pytest.raises(InputError, match="'Daumen_x' does not go on by one step"):
-        loaded(path, rate=100.0, counter="Daumen_x")
+        load(path, rate=100.0, counter="Daumen_x")
     with pytest.raises(InputError, match="'Paket' counts the samples; say how many there are"):
-        loaded(path, counter="Paket")
+        load(path, counter="Paket")
 
 
 def test_columns_that_are_not_wanted_become_no_channels(counter_table):
     path = counter_table(NUMBERS % 7, "Taster;Daumen_x", times=NUMBERS / 200)
     for wish, left in (("taster", "Daumen_x"), ("3", "Taster")):
-        recording = loaded(path, leave_out=(wish,))
+        recording = load(path, leave_out=(wish,))
         assert [c.name for c in recording.demonstration.channels] == [left]
         assert any("was left out: not wanted" in remark for remark in recording.remarks)
     with pytest.raises(InputError, match="no column 'Daumenx' of values; name one of"):
-        loaded(path, leave_out=("Daumenx",))
+        load(path, leave_out=("Daumenx",))
 
 
 @pytest.mark.parametrize(

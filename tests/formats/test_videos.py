@@ -6,9 +6,9 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
-import films
 import numpy as np
 import pytest
+from factories import write_opencv_video
 
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
@@ -24,7 +24,7 @@ def lab(tmp_path):
         shift = len(name) + int(name[-1])
         rows = "".join(f"{i * 0.01:.2f},{np.sin(i + shift):.4f}\n" for i in range(50))
         (tmp_path / f"{name}.csv").write_text("Zeit,Kraft\n" + rows)
-    films.write_with_opencv(tmp_path / "VP07_2.avi", "MJPG", 3)
+    write_opencv_video(tmp_path / "VP07_2.avi", "MJPG", 3)
     (tmp_path / "VP07_2.avi").rename(tmp_path / "vp07_2.AVI")
     return tmp_path
 

@@ -22,11 +22,10 @@ sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from campaign import Finding, findings, run
-from synthetic import synthetic_set
+from factories import labelled_set, synthetic_set
 
 from forcelab.labels import Track
 from forcelab.project import Project
-from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import CLASSIFIERS, Settings
 from forcelab.recognition.storage import TRUSTED, dump
@@ -43,7 +42,7 @@ Spot = tuple[Any, Any]
 
 def recognisers() -> list[bytes]:
     """One file of each kind of classifier, and of the presets with decoder and windows."""
-    labelled = [LabelledDemonstration(*pair) for pair in synthetic_set(2, rate=100.0)]
+    labelled = labelled_set(2, rate=100.0)
     small = Settings(max_scale=32.0, stride=6)
     settings = [small.replace(classifier=name) for name in CLASSIFIERS]
     settings += [preset("fast").replace(stride=6), preset("best").replace(stride=12)]

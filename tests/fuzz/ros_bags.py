@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
-import bags
 from campaign import Finding, findings, run
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
@@ -23,6 +22,7 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import TypesysError
 
 import forcelab.formats.importing  # noqa: F401 - so that no child has to
+from tests.formats.rosbag_files import BEGIN, WRENCH, digest, wrenches, write_bag
 
 DEFINITIONS = (
     "odd_msgs/Odd[] inner\nfloat64 force",
@@ -58,14 +58,14 @@ TEXT = (
 def whole_bags(folder: Path) -> list[Path]:
     """A ROS 1 bag, plain and packed, and ROS 2 bags of both kinds of data."""
     topics = {
-        "/wrist": (bags.WRENCH, bags.wrenches(20)),
+        "/wrist": (WRENCH, wrenches(20)),
         "/label": ("std_msgs/msg/String", [(i / 100, {"data": "grab"}) for i in range(20)]),
     }
     return [
-        bags.write(folder / "a.bag", topics),
-        bags.write(folder / "b.bag", topics, compression="bz2"),
-        bags.write(folder / "c", topics, ros=2),
-        bags.write(folder / "d", topics, ros=2, storage="db3"),
+        write_bag(folder / "a.bag", topics),
+        write_bag(folder / "b.bag", topics, compression="bz2"),
+        write_bag(folder / "c", topics, ros=2),
+        write_bag(folder / "d", topics, ros=2, storage="db3"),
     ]
 
 
@@ -85,7 +85,7 @@ def odd_bag(place: Path, chance: random.Random) -> Path:
                 "/force", "odd_msgs/msg/Odd", msgdef=text, md5sum=known_digest(text)
             )
             for number in range(count):
-                writer.write(connection, bags.BEGIN + number, raw)
+                writer.write(connection, BEGIN + number, raw)
         return path
     path = place / "odd"
     plugin = chance.choice((StoragePlugin.MCAP, StoragePlugin.SQLITE3))
@@ -97,14 +97,14 @@ def odd_bag(place: Path, chance: random.Random) -> Path:
             rihs01=f"RIHS01_{0:064x}",
         )
         for number in range(count):
-            writer.write(connection, bags.BEGIN + number, b"\0\1\0\0" + raw)
+            writer.write(connection, BEGIN + number, b"\0\1\0\0" + raw)
     return path
 
 
 def known_digest(text: str) -> str:
     """The definition's own digest, or any where it has none."""
     try:
-        return str(bags.digest("odd_msgs/msg/Odd", text))
+        return str(digest("odd_msgs/msg/Odd", text))
     except (TypesysError, KeyError, AssertionError):
         return "0" * 32
 

@@ -5,7 +5,7 @@ import threading
 import time
 
 import pytest
-from waiting import PATIENCE
+from window_helpers import PATIENCE
 
 
 @pytest.fixture(scope="session")

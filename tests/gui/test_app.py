@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from painting_bench import demonstration
+from factories import foam_demonstration
 
 from forcelab.project import Project
 
@@ -80,7 +80,7 @@ QTimer.singleShot(20_000, lambda: os._exit(99))
 
 def test_nothing_of_the_window_is_left_to_the_end_of_the_interpreter(run, study):
     with Project.open(study) as project:
-        project.demonstrations.add(demonstration())
+        project.demonstrations.add(foam_demonstration())
     done = run("""
 atexit.register(lambda: print(len(QApplication.topLevelWidgets()), "widgets"))
 QTimer.singleShot(1000, application.closeAllWindows)

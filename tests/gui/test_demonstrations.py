@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from films import write_with_opencv
-from made_once import made_once
+from factories import cached_project, write_opencv_video
 from PySide6.QtCore import QEvent, QModelIndex, QPoint, Qt
 from PySide6.QtGui import QAction, QHelpEvent, QImage
 from PySide6.QtTest import QAbstractItemModelTester, QTest
@@ -72,7 +71,7 @@ def study(path):
 
 @pytest.fixture
 def path(tmp_path):
-    return made_once(study, tmp_path / "study.forcelab")
+    return cached_project(study, tmp_path / "study.forcelab")
 
 
 @pytest.fixture
@@ -487,7 +486,7 @@ def test_what_the_menu_does_is_in_the_project(listing, document, messages, tmp_p
     assert not menu.attach_video(id_, film)
     assert not document.infos[[info.id for info in document.infos].index(id_)].has_video
     assert not list((project.path / "demonstrations" / id_).glob("video-*"))
-    write_with_opencv(film, "MJPG", 3)
+    write_opencv_video(film, "MJPG", 3)
     assert menu.attach_video(id_, film)
     assert any("'film.avi' lasts 0.07 s" in text for text, _ in messages)
     assert document.demonstration.video is not None

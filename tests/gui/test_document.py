@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from factories import demonstration_result, run_result
-from made_once import made_once
+from factories import cached_project, demonstration_result, run_result
 from PySide6.QtCore import QObject
 
 from forcelab.demonstration import Channel, Demonstration
@@ -42,7 +41,7 @@ def study(path):
 
 @pytest.fixture
 def path(tmp_path):
-    return made_once(study, tmp_path / "study.forcelab")
+    return cached_project(study, tmp_path / "study.forcelab")
 
 
 @pytest.fixture

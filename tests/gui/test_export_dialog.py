@@ -1,8 +1,8 @@
 """Labels leave the project by the window, and hidden ones do not."""
 
 import pytest
-from painted import opened
 from PySide6.QtWidgets import QWidget
+from window_helpers import open_painted_document
 
 from forcelab.gui import settings
 from forcelab.gui.export_dialog import ExportDialog
@@ -15,7 +15,7 @@ GRAB = (Segment(0.0, 0.1, "grab"),)
 
 @pytest.fixture
 def document(app, tmp_path):
-    with opened(tmp_path) as document:
+    with open_painted_document(tmp_path) as document:
         project = document.project
         for info in document.infos:
             for author in (document.author, "Zoe"):

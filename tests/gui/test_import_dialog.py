@@ -4,8 +4,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from optoforce_streams import stream
-from painting_bench import demonstration
+from factories import foam_demonstration
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QMessageBox, QPushButton
@@ -18,6 +17,7 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import guard_typing
 from forcelab.project import Project
 from forcelab.resources import asset
+from tests.formats.optoforce_streams import stream
 
 FOAM = Path(__file__).parents[2] / "assets" / "foam-01.csv"
 
@@ -227,7 +227,7 @@ def test_a_task_that_differs_by_case_alone_is_asked_about(
     document, dialog, until, monkeypatch, answer, tasks
 ):
     with Project.open(document.project.path) as other:
-        other.demonstrations.add(demonstration())  # of task foam
+        other.demonstrations.add(foam_demonstration())  # of task foam
     questions = []
 
     def press(box):
@@ -373,11 +373,11 @@ def test_a_field_of_a_bag_that_is_no_force_can_be_made_a_signal(
     document, open_on, tmp_path, until, ros
 ):
     pytest.importorskip("rosbags")
-    from bags import WRENCH, stamp, wrenches, write
+    from tests.formats.rosbag_files import WRENCH, stamp, wrenches, write_bag
 
     poses = [(i / 100, {"header": {"stamp": stamp(i / 100)}, "point": {"z": i}}) for i in range(50)]
     name = "a.bag" if ros == 1 else "a"
-    bag = write(
+    bag = write_bag(
         tmp_path / name,
         {"/ft": (WRENCH, wrenches()), "/tip": ("geometry_msgs/msg/PointStamped", poses)},
         ros=ros,

@@ -3,7 +3,7 @@ import threading
 import time
 
 import pytest
-from waiting import PATIENCE
+from window_helpers import PATIENCE
 
 from forcelab.errors import InputError
 from forcelab.gui.jobs import Jobs

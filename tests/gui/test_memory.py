@@ -14,9 +14,8 @@ from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
 
-import films
-import painting_bench
 import pytest
+from factories import MEMORY_FOLDER, foam_demonstration, write_opencv_video
 from PySide6.QtCore import QEventLoop, QObject, QPoint, QPropertyAnimation, Qt, QTimer
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
@@ -43,10 +42,10 @@ COUNT, FIRST = 300, 60
 @pytest.fixture
 def study(tmp_path):
     """Three hundred demonstrations, every fifth one filmed."""
-    folder = tempfile.mkdtemp(dir=painting_bench.MEMORY or tmp_path)  # of this run alone
+    folder = tempfile.mkdtemp(dir=MEMORY_FOLDER or tmp_path)  # of this run alone
     path = Path(folder) / "day.forcelab"
-    film = films.write_with_opencv(tmp_path / "film.avi", "MJPG", 10)
-    plain = painting_bench.demonstration()
+    film = write_opencv_video(tmp_path / "film.avi", "MJPG", 10)
+    plain = foam_demonstration()
     with Project.create(path) as project:
         project.actions.set_vocabulary("foam", Vocabulary().with_actions(*ACTIONS))
         for number in range(COUNT):

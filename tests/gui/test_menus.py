@@ -1,6 +1,6 @@
 """The menu that shows and hides the tracks of others."""
 
-from painting_bench import opened
+from window_helpers import open_foam_document
 
 from forcelab.gui.menus import ShownTracks
 from forcelab.labels import Segment
@@ -14,7 +14,7 @@ def entries(menu):
 
 
 def test_a_track_is_hidden_and_shown_again(app):
-    with opened((), Ben=HERS, Cleo=HIS) as document:
+    with open_foam_document((), Ben=HERS, Cleo=HIS) as document:
         menu = ShownTracks(document)
         assert list(entries(menu)) == ["Ben", "Cleo"]
         entries(menu)["Ben"].trigger()
@@ -25,13 +25,13 @@ def test_a_track_is_hidden_and_shown_again(app):
 
 
 def test_an_ampersand_in_a_name_is_no_mark_of_a_key(app):
-    with opened((), **{"Ben & Cleo": HERS}) as document:
+    with open_foam_document((), **{"Ben & Cleo": HERS}) as document:
         (entry,) = entries(ShownTracks(document)).values()
         assert entry.text() == "Ben && Cleo"  # which Qt shows as one
 
 
 def test_nobody_is_named_to_a_blind_coder(app):
-    with opened((), Ben=HERS) as document:
+    with open_foam_document((), Ben=HERS) as document:
         document.project.coding.assign(document.id, "Ann")
         document.reread()
         menu = ShownTracks(document)

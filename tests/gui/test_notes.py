@@ -6,8 +6,7 @@ import sqlite3
 from contextlib import closing
 
 import pytest
-from made_once import made_once
-from painted import TRACK, study
+from factories import PAINTED_TRACK, cached_project, make_painted_project
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QMenu
@@ -26,7 +25,7 @@ CTRL_SHIFT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModi
 
 @pytest.fixture
 def path(tmp_path):
-    return made_once(study, tmp_path / "study.forcelab", TRACK, 10.0)
+    return cached_project(make_painted_project, tmp_path / "study.forcelab", PAINTED_TRACK, 10.0)
 
 
 @pytest.fixture

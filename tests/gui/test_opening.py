@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import pytest
-from painted import opened
 from PySide6.QtWidgets import QCommandLinkButton, QInputDialog, QMessageBox, QWidget
+from window_helpers import open_painted_document
 
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
@@ -20,7 +20,7 @@ from forcelab.project import Project
 
 @pytest.fixture
 def document(app, tmp_path):
-    with opened(tmp_path) as document:
+    with open_painted_document(tmp_path) as document:
         yield document
 
 

@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from painted import opened
+from window_helpers import open_painted_document
 
 from forcelab.gui.label.playback import SPEEDS, Player
 
@@ -17,7 +17,7 @@ class Clock:
 
 @pytest.fixture
 def document(app, tmp_path):
-    with opened(tmp_path) as document:
+    with open_painted_document(tmp_path) as document:
         yield document
 
 

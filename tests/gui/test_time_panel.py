@@ -2,18 +2,18 @@
 
 import numpy as np
 import pytest
+from window_helpers import open_foam_document
 
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.gui.time_panel import TimePanel
 from forcelab.gui.view_state import Snap
 from forcelab.labels import Segment
-from tests.painting_bench import opened
 
 
 @pytest.fixture
 def workspace(app, until):
-    with opened((Segment(1.0, 2.0, "grab"), Segment(2.0, 4.0, "hold"))) as document:
+    with open_foam_document((Segment(1.0, 2.0, "grab"), Segment(2.0, 4.0, "hold"))) as document:
         jobs = Jobs()
         workspace = LabelWorkspace(document, jobs)
         workspace.resize(800, 500)

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import pytest
-from made_once import made_once
+from factories import cached_project
 from PySide6.QtWidgets import QWidget
 
 from forcelab.clock import ClockMap
@@ -40,7 +40,7 @@ def study(path):
 
 @pytest.fixture
 def path(tmp_path):
-    return made_once(study, tmp_path / "study.forcelab")
+    return cached_project(study, tmp_path / "study.forcelab")
 
 
 @pytest.fixture

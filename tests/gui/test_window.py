@@ -3,9 +3,8 @@
 import time
 from dataclasses import replace
 
-import painting_bench
 import pytest
-from painting_bench import demonstration
+from factories import foam_demonstration, make_foam_project
 from PySide6 import __version_info__ as version_info
 from PySide6.QtCore import QEvent, QMimeData, QObject, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import (
@@ -48,7 +47,7 @@ HIS = (Segment(3, 4, "hold"),)
 
 @pytest.fixture
 def study(tmp_path):
-    painting_bench.study(tmp_path / "study.forcelab", (("Ben", HIS),))
+    make_foam_project(tmp_path / "study.forcelab", (("Ben", HIS),))
     return tmp_path / "study.forcelab"
 
 
@@ -325,7 +324,7 @@ def test_panels_stay_hidden_until_they_are_put_back(windows, study):
 
 def test_the_demonstration_of_last_time_is_opened(windows, study):
     with Project.open(study) as project:
-        other = demonstration()
+        other = foam_demonstration()
         project.demonstrations.add(
             type(other)("02", "foam", other.times, other.signals + 1, other.channels)
         )
@@ -469,7 +468,7 @@ def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, 
 def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, study):
     with Project.open(study) as project:
         second = project.demonstrations.add(
-            replace(demonstration(), name="02", times=demonstration().times + 1)
+            replace(foam_demonstration(), name="02", times=foam_demonstration().times + 1)
         )
     window = windows(LaunchOptions(project=study))
     document, bar = window.document, window.statusBar()
@@ -492,7 +491,7 @@ def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, st
 def test_ctrl_a_chooses_all_demonstrations_listed_wherever_the_keyboard_is(windows, study):
     with Project.open(study) as project:
         project.demonstrations.add(
-            replace(demonstration(), name="02", times=demonstration().times + 1)
+            replace(foam_demonstration(), name="02", times=foam_demonstration().times + 1)
         )
     window = windows(LaunchOptions(project=study))
     window.activateWindow()
@@ -665,7 +664,7 @@ def test_a_click_on_a_list_to_choose_from_leaves_the_keyboard_on_the_track(
 def test_when_the_open_demonstration_is_removed_the_keyboard_is_in_the_list(windows, study, app):
     """Not: types into the filter of the segments, which then hides those of the next one."""
     with Project.open(study) as other:
-        one = demonstration()
+        one = foam_demonstration()
         other.demonstrations.add(replace(one, name="the other one", signals=one.signals + 1))
     window = windows(LaunchOptions(project=study))
     document = window.document

@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from painting_bench import ACTIONS, study
+from factories import FOAM_ACTIONS, make_foam_project
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
@@ -26,7 +26,7 @@ def kept(app, tmp_path_factory):
         window = Window("Ann", remembering=False)
     window.resize(1100, 700)
     window.show()
-    study(folder / "study.forcelab", ())
+    make_foam_project(folder / "study.forcelab", ())
     window.begin(LaunchOptions(project=folder / "study.forcelab"))
     yield window
     window.close()
@@ -96,7 +96,7 @@ def test_a_key_paints_while_the_demonstrations_have_the_focus(window):
     view = window.demonstrations.view
     view.setFocus()
     QTest.keyClick(view, Qt.Key.Key_1)
-    assert window.document.stroke.action == ACTIONS[0]
+    assert window.document.stroke.action == FOAM_ACTIONS[0]
 
 
 def test_a_key_does_not_paint_behind_a_workspace_without_the_track(window):

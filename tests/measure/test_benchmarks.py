@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from synthetic import synthetic_set
+from factories import labelled_set, read_labelled
 
-from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
-from forcelab.formats import pdl, read
+from forcelab.formats import read
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.recognition import ensemble
@@ -26,7 +24,6 @@ from tests.benchmarks.label_next import CHOOSING, measuring_next
 from tests.benchmarks.realism import PUBLISHED, realism, simulated_beside
 from tests.benchmarks.swapped import measuring_swapped, swapped
 
-TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
 #: What is further apart than a factor of two; the README tells why.
 APART = {
     "stylus": {"normal axes in action: 8 to 15 Hz"},
@@ -40,12 +37,11 @@ APART = {
 
 
 @pytest.mark.real
-@pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
 @pytest.mark.parametrize(("task", "file"), [("stylus", "JPen_sig.pdl"), ("foam", "soft_sig.pdl")])
-def test_every_figure_is_within_a_factor_of_two_or_has_its_reason(task, file):
+def test_every_figure_is_within_a_factor_of_two_or_has_its_reason(task, file, real_file):
     real = [
         LabelledDemonstration(one.demonstration, one.tracks[0].segments).merged(PUBLISHED)
-        for one in read(TONGS / file, ReadOptions(task=task))
+        for one in read(real_file(f"tongs/{file}"), ReadOptions(task=task))
     ]
     rows = realism(finish(simulated_beside(origins(task, 10, seed=1))), real)
     assert len(rows) >= 80
@@ -59,14 +55,13 @@ PLAIN = preset("fast").replace(amplitude="absolute", decoder="filters", stride=2
 def pressed(item, gain):
     """The same by somebody who presses harder."""
     old = item.demonstration
-    made = Demonstration(old.name, old.task, old.times, gain * old.signals, old.channels)
-    return replace(item, demonstration=made)
+    return replace(item, demonstration=replace(old, signals=gain * old.signals))
 
 
 @pytest.fixture(scope="module")
 def mixed():
     """Most by one person, some by another who presses four times as hard."""
-    items = [LabelledDemonstration(*item) for item in synthetic_set(9, 50.0)]
+    items = labelled_set(9, 50.0)
     return [pressed(item, 4.0) if i % 4 == 0 else item for i, item in enumerate(items)]
 
 
@@ -131,7 +126,7 @@ def test_too_few_demonstrations_are_refused_by_name(mixed):
 
 @pytest.fixture(scope="module")
 def items():
-    return [LabelledDemonstration(*item) for item in synthetic_set(6, 50.0)]
+    return labelled_set(6, 50.0)
 
 
 @pytest.mark.parametrize(("share", "count"), [(0.0, 1), (0.25, None), (1.0, None)])
@@ -184,12 +179,12 @@ def test_of_too_little_it_is_told_what_is_missing(items):
 
 
 @pytest.mark.real
-@pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
 @pytest.mark.parametrize("file", ["soft_sig.pdl", "JPen_sig.pdl"])
-def test_of_the_papers_recordings_a_twentieth_swapped_costs_little_and_is_found(file, monkeypatch):
+def test_of_the_papers_recordings_a_twentieth_swapped_costs_little_and_is_found(
+    file, monkeypatch, real_file
+):
     monkeypatch.setattr(ensemble, "TREES", 10)
-    recordings = pdl.read(TONGS / file, ReadOptions())
-    items = [LabelledDemonstration(r.demonstration, r.tracks[0].segments) for r in recordings]
+    items = read_labelled(real_file(f"tongs/{file}"))
     row = finish(measuring_swapped(items, file, preset("fast"), draws=2))
     assert row.further["points lost"] < 3
     assert row.further["in the first tenth"] >= 0.5

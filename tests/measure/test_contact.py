@@ -22,57 +22,30 @@ from forcelab.measure.rows import Row
 from forcelab.measure.timing import Timed
 from forcelab.simulation.solvers import Explicit, Lsoda, Radau, Rosenbrock, Solver, integrate
 from forcelab.simulation.tasks import SOLVER
+from tests.simulation.mechanisms import Oscillator
 
 TIMES = np.linspace(0.0, 0.1, 51)
 SPRINGS = (400.0, 2500.0)
 
 
-class Oscillators:
-    """Undamped masses of 1 kg on springs, one a lane: x = cos(sqrt(k) t)."""
-
-    names = ("place", "speed")
-    positions, velocities = np.array([0]), np.array([1])
-    events = ()
-
-    def __init__(self, *springs):
-        self.springs = np.array(springs)
-        self.lanes = len(springs)
-        self.scales = np.stack([1 / self.springs, 1 / np.sqrt(self.springs)])
-
-    def rates(self, _times, states):
-        return np.stack([states[1], -self.springs * states[0]])
-
-    def watched(self, _times, states):
-        return np.empty((0, states.shape[1]))
-
-    def jump(self, _event, _rising, state):
-        return state
-
-    def lane(self, number):
-        return type(self)(self.springs[number])
-
-    def subset(self, lanes):
-        return type(self)(*self.springs[lanes])
-
-
-class Broken(Oscillators):
+class Broken(Oscillator):
     """Asks for more than any solver can follow."""
 
     def rates(self, _times, states):
         return states**2 * 1e9 + 1e9
 
 
-def problem(*springs, system=Oscillators):
-    springs_system = system(*springs)
+def problem(*springs, system=Oscillator):
+    springs_system = system(k=springs)
     start = np.tile([[1.0], [0.0]], springs_system.lanes)
 
     def forces(times, states):
-        return springs_system.springs * states[:, :1]
+        return springs_system.k * states[:, :1]
 
     return Problem(springs_system, start, TIMES, forces)
 
 
-def case(name="springs", springs=SPRINGS, system=Oscillators):
+def case(name="springs", springs=SPRINGS, system=Oscillator):
     return Case(name, lambda: problem(*springs, system=system))
 
 
@@ -104,7 +77,7 @@ def closed_form():
 )
 def test_the_error_is_the_distance_from_the_truth(solver):
     (row,) = measured([solver])
-    states = integrate(Oscillators(*SPRINGS), np.tile([[1.0], [0.0]], 2), TIMES, solver).states
+    states = integrate(Oscillator(k=SPRINGS), np.tile([[1.0], [0.0]], 2), TIMES, solver).states
     differences = np.array(SPRINGS) * states[:, :1] - closed_form()
     rms = np.sqrt((differences**2).mean(axis=0)).ravel()
     # Of the two lanes, the worse one counts.
@@ -117,7 +90,7 @@ def test_the_reference_says_how_well_it_is_known_itself():
     (row,) = measured([Rosenbrock(1e-3)])
     assert row.reference.startswith("Explicit, tolerance 1 uN; Lsoda, tolerance 10 uN, differs")
     one, other = (
-        integrate(Oscillators(*SPRINGS), np.tile([[1.0], [0.0]], 2), TIMES, s.solver).states
+        integrate(Oscillator(k=SPRINGS), np.tile([[1.0], [0.0]], 2), TIMES, s.solver).states
         for s in FINE
     )
     apart = np.sqrt(((np.array(SPRINGS) * (one - other)[:, :1]) ** 2).mean(axis=0)).max()

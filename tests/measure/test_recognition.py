@@ -3,8 +3,7 @@
 import dataclasses
 
 import pytest
-from factories import make_labelled_project
-from synthetic import synthetic_set
+from factories import labelled_set, make_labelled_project
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
@@ -45,7 +44,7 @@ FEW = (
 
 @pytest.fixture(scope="module")
 def labelled():
-    return [LabelledDemonstration(*item) for item in synthetic_set(4, 100.0)]
+    return labelled_set(4, 100.0)
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from in_memory import folder_in_memory, labelling_in_memory
+from factories import folder_in_memory, track_editor_in_memory
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.project import Project
@@ -62,9 +62,15 @@ def project(path: Path) -> Iterator[Project]:
 
 
 @pytest.fixture
+def id_(project: Project, make: Make) -> str:
+    """The only demonstration of the project."""
+    return project.demonstrations.add(make(1)).id
+
+
+@pytest.fixture
 def labelling() -> Iterator[TrackEditor]:
     """Ada at work on ten seconds."""
-    with labelling_in_memory() as labelling:
+    with track_editor_in_memory() as labelling:
         yield labelling
 
 

@@ -6,12 +6,13 @@ from functools import reduce
 from itertools import pairwise
 
 import pytest
+from factories import stored_track, track_editor_in_memory
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from in_memory import labelling_in_memory, stored
 
 from forcelab.errors import ForcelabError, InputError
 from forcelab.labels import Segment
+from forcelab.project.database import Database
 from forcelab.project.track_editor import TrackEditor
 from forcelab.segment_edits import free_parts, paint, paint_all
 
@@ -61,14 +62,14 @@ def test_accepting_is_one_edit_that_tells_who_proposed_it(labelling):
     assert (edit.kind, edit.author, edit.proposed_by) == ("paint", "Ada", MODEL)
     assert edit.what == ("grab 1.250-1.730 s, slip 3.000-3.500 s accepted from model paper 12")
     around = (Segment(0, 1.25, "hold"), given[0], Segment(1.73, 2, "hold"), given[1])
-    assert labelling.segments == stored(labelling) == around
+    assert labelling.segments == stored_track(labelling) == around
     assert labelling.accept(given, MODEL) is None
     assert labelling.accept((), MODEL) is None
     undone = labelling.undo()
-    assert stored(labelling) == (Segment(0, 2, "hold"),)
+    assert stored_track(labelling) == (Segment(0, 2, "hold"),)
     assert undone.proposed_by is None
     labelling.redo()
-    assert stored(labelling) == around
+    assert stored_track(labelling) == around
 
 
 def test_many_predictions_make_a_short_line(labelling):
@@ -86,7 +87,7 @@ def test_what_is_there_stays_where_it_is_not_to_be_replaced(labelling):
     labelling.paint(1, 2, "hold")
     edit = labelling.accept((Segment(0.5, 3.0, "grab"),), MODEL, replace=False)
     assert edit.what.startswith("grab 0.500-1.000 s, grab 2.000-3.000 s accepted from ")
-    assert [s.action for s in stored(labelling)] == ["grab", "hold", "grab"]
+    assert [s.action for s in stored_track(labelling)] == ["grab", "hold", "grab"]
     assert labelling.accept((Segment(1.2, 2.5, "slip"),), MODEL, replace=False) is None
 
 
@@ -124,34 +125,33 @@ def test_an_author_who_predicted_may_propose_whatever_the_name(labelling):
 def test_a_failure_in_the_middle_of_accepting_leaves_nothing(labelling, monkeypatch, statement):
     labelling.paint(0, 5, "hold")
     before, count = labelling.segments, 0
-    database = labelling.project._db
-    execute = database.execute
+    execute = Database.execute
 
-    def failing(sql, *values):
+    def failing(self, sql, *values):
         nonlocal count
         count += sql.startswith(("INSERT", "DELETE"))
         if count == statement:
             raise ForcelabError("the disk is gone")
-        return execute(sql, *values)
+        return execute(self, sql, *values)
 
     given = tuple(Segment(i + 0.2, i + 0.6, "grab") for i in range(4))
-    monkeypatch.setattr(database, "execute", failing)
+    monkeypatch.setattr(Database, "execute", failing)
     with pytest.raises(ForcelabError, match="disk is gone"):
         labelling.accept(given, MODEL)
     assert count == statement
     monkeypatch.undo()
-    assert labelling.segments == stored(labelling) == before
+    assert labelling.segments == stored_track(labelling) == before
     assert labelling.project.tracks.origins(labelling.demonstration, "Ada") == {}
     assert len(labelling.history()) == 1
     assert labelling.accept(given, MODEL) is not None
-    assert len(stored(labelling)) == 9
+    assert len(stored_track(labelling)) == 9
     assert list(labelling.project.tracks.origins(labelling.demonstration, "Ada")) == list(given)
 
 
 @settings(max_examples=15, deadline=None)
 @given(st.lists(st.tuples(tracks(), st.booleans()), max_size=4))
 def test_undoing_all_that_was_accepted_leads_back(deeds):
-    with labelling_in_memory() as labelling:
+    with track_editor_in_memory() as labelling:
         states = [labelling.segments]
         for proposed, replace in deeds:
             if labelling.accept(proposed, MODEL, replace):

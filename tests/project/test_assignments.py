@@ -17,8 +17,7 @@ def kinds(project: Project) -> list[str]:
     return [event.kind for event in project.coding.assignment_events()]
 
 
-def test_a_coder_is_blind_from_the_assignment_until_it_is_done(project, make, path):
-    id_ = project.demonstrations.add(make(1)).id
+def test_a_coder_is_blind_from_the_assignment_until_it_is_done(project, id_, path):
     before = datetime.now(timezone.utc)
     assert project.coding.assignments() == ()
     assert not project.coding.is_blind(id_, "anna")
@@ -41,8 +40,7 @@ def test_a_coder_is_blind_from_the_assignment_until_it_is_done(project, make, pa
     assert kinds(project) == ["blind", "done", "reopened", "removed"]
 
 
-def test_what_changes_nothing_is_not_written_down(project, make):
-    id_ = project.demonstrations.add(make(1)).id
+def test_what_changes_nothing_is_not_written_down(project, id_):
     made = project.coding.assign(id_, "anna")
     assert project.coding.assign(id_, "anna") == made
     assert project.coding.set_done(id_, "anna", done=False) == made
@@ -51,8 +49,7 @@ def test_what_changes_nothing_is_not_written_down(project, make):
     assert kinds(project) == ["blind", "done"]
 
 
-def test_an_open_assignment_hides_nothing_and_may_become_blind(project, make):
-    id_ = project.demonstrations.add(make(1)).id
+def test_an_open_assignment_hides_nothing_and_may_become_blind(project, id_):
     made = project.coding.assign(id_, "anna", blind=False)
     assert not project.coding.is_blind(id_, "anna")
     blind = project.coding.assign(id_, "anna")
@@ -95,14 +92,12 @@ def test_only_what_is_there_is_assigned_and_only_to_coders(project, make):
     assert project.coding.assignment_events() == ()
 
 
-def test_what_is_not_assigned_can_be_marked_as_done(project, make):
-    id_ = project.demonstrations.add(make(1)).id
+def test_what_is_not_assigned_can_be_marked_as_done(project, id_):
     assert project.coding.set_done(id_, "anna").done is not None
     assert kinds(project) == ["open", "done"]
 
 
-def test_events_happen_again_with_their_times_or_not_at_all(project, make):
-    id_ = project.demonstrations.add(make(1)).id
+def test_events_happen_again_with_their_times_or_not_at_all(project, id_):
     then = datetime(2024, 5, 6, tzinfo=timezone.utc)
     events = [
         AssignmentEvent(id_, "anna", "blind", then),

@@ -81,6 +81,13 @@ def said(process: subprocess.Popen[bytes]) -> list[str]:
         return process.stdout.read().decode().split("\n")[:-1]
 
 
+@pytest.fixture
+def id_(path, make):
+    """The only demonstration of a project that is closed."""
+    with Project.create(path) as project:
+        return project.demonstrations.add(make(1)).id
+
+
 def check_integrity(path: Path) -> None:
     with closing(sqlite3.connect(path / "project.sqlite")) as store:
         assert store.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
@@ -97,9 +104,7 @@ def track_after(edits: int) -> tuple[Segment, ...]:
 
 
 @pytest.mark.parametrize("kill", range(KILLS))
-def test_every_acknowledged_edit_survives_kill_9(path, make, kill):
-    with Project.create(path) as project:
-        id_ = project.demonstrations.add(make(1)).id
+def test_every_acknowledged_edit_survives_kill_9(path, id_, make, kill):
     process = start(EDIT_1000_TIMES, path)
     time.sleep(random.Random(kill).uniform(0, 0.4))
     process.send_signal(signal.SIGKILL)
@@ -168,9 +173,7 @@ project.demonstrations.add_all(given)
     check_integrity(path)
 
 
-def test_half_an_import_is_cleared_away_and_an_import_at_work_is_not(path, make):
-    with Project.create(path) as project:
-        id_ = project.demonstrations.add(make(1)).id
+def test_half_an_import_is_cleared_away_and_an_import_at_work_is_not(path, id_):
     folder = path / "demonstrations"
     for name in ("f" * 32, ".incoming-old", ".incoming-now", "e" * 32):
         (folder / name).mkdir()
@@ -183,9 +186,7 @@ def test_half_an_import_is_cleared_away_and_an_import_at_work_is_not(path, make)
         assert project.demonstrations.load(id_).id == id_
 
 
-def test_two_processes_that_edit_one_track_never_lose_an_edit(path, make):
-    with Project.create(path) as project:
-        id_ = project.demonstrations.add(make(1)).id
+def test_two_processes_that_edit_one_track_never_lose_an_edit(path, id_):
     code = """
 id_, who = project.demonstrations.infos()[0].id, sys.argv[2]
 made = stale = 0
@@ -236,9 +237,7 @@ def fill(size):
 """
 
 
-def test_a_full_disk_during_an_import_leaves_the_project_as_it_was(path, make):
-    with Project.create(path) as project:
-        id_ = project.demonstrations.add(make(1)).id
+def test_a_full_disk_during_an_import_leaves_the_project_as_it_was(path, id_, make):
     code = """
 fill(1_000_000)
 try:
@@ -259,9 +258,7 @@ project.close()
     check_integrity(path)
 
 
-def test_a_full_disk_during_edits_loses_none_that_was_acknowledged(path, make):
-    with Project.create(path) as project:
-        id_ = project.demonstrations.add(make(1)).id
+def test_a_full_disk_during_edits_loses_none_that_was_acknowledged(path, id_):
     code = """
 fill(300_000)
 id_ = project.demonstrations.infos()[0].id

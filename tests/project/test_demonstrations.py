@@ -112,15 +112,13 @@ def test_imported_labels_are_replaced_until_somebody_edits_them(project, make):
     assert project.tracks.get(id_, "anna").segments == HOLD
 
 
-def test_labels_made_in_the_project_are_never_replaced_by_a_file(project, make):
-    id_ = project.demonstrations.add(make(1)).id
+def test_labels_made_in_the_project_are_never_replaced_by_a_file(project, id_, make):
     project.tracks.edit(id_, "anna", (), GRAB, "painted")
     assert len(project.demonstrations.add(make(1), [Track("anna", HOLD)]).remarks) == 1
     assert project.tracks.get(id_, "anna").segments == GRAB
 
 
-def test_labels_in_the_name_of_a_model_are_left_out(project, make):
-    id_ = project.demonstrations.add(make(1)).id
+def test_labels_in_the_name_of_a_model_are_left_out(project, id_, make):
     project.tracks.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
     added = project.demonstrations.add(make(1), [Track("mlp", HOLD)])
     assert "that is a model" in added.remarks[0]

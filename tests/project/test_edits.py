@@ -7,23 +7,19 @@ from datetime import datetime, timedelta, timezone
 
 import numpy as np
 import pytest
+from factories import folder_in_memory
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from in_memory import folder_in_memory
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, StaleTrackError
 from forcelab.labels import Segment, Track, means_unlabelled
 from forcelab.project import Project
+from forcelab.project.database import Database
 from forcelab.segment_edits import erase, paint
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
 HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
-
-
-@pytest.fixture
-def id_(project, make):
-    return project.demonstrations.add(make(1)).id
 
 
 def test_an_edit_tells_who_when_and_what_was_there(project, id_):
@@ -315,7 +311,7 @@ def test_an_edit_of_a_long_track_writes_a_few_pages(project, path):
 def test_an_edit_that_came_to_nothing_is_not_remembered(project, id_, path, monkeypatch):
     project.tracks.edit(id_, "anna", (), GRAB, "painted")
     with monkeypatch.context() as broken:
-        broken.setattr(project._db, "execute", _failing_to_commit(project._db.execute))
+        broken.setattr(Database, "execute", _failing_to_commit(Database.execute))
         with pytest.raises(InputError, match="disk"):
             project.tracks.edit(id_, "anna", GRAB, HOLD, "hold painted")
     with Project.open(path) as other:  # gets the number that was given out before
@@ -324,10 +320,10 @@ def test_an_edit_that_came_to_nothing_is_not_remembered(project, id_, path, monk
 
 
 def _failing_to_commit(execute):
-    def fails(sql, *values):
+    def fails(self, sql, *values):
         if sql == "COMMIT":
             raise InputError("The disk is full.")
-        return execute(sql, *values)
+        return execute(self, sql, *values)
 
     return fails
 
@@ -368,8 +364,7 @@ def test_a_history_that_does_not_fit_is_refused_as_a_whole(project, id_, path, m
             assert again.tracks.of(id_) == ()
 
 
-def test_nobody_paints_under_a_models_name(project, make):
-    id_ = project.demonstrations.add(make(1)).id
+def test_nobody_paints_under_a_models_name(project, id_):
     with pytest.raises(InputError, match="model's name"):
         project.tracks.edit(id_, "model foam", (), GRAB, "painted")
     assert project.coding.authors() == ()

@@ -1,9 +1,9 @@
 """Labelling: each verb is one stored edit with a line of history."""
 
 import pytest
+from factories import stored_track, track_editor_in_memory
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from in_memory import labelling_in_memory, stored
 
 from forcelab.errors import InputError, StaleTrackError
 from forcelab.labels import Segment
@@ -25,10 +25,10 @@ def test_every_verb_is_in_the_store_with_a_line_people_can_read(labelling):
     ]
     for verb, what in steps:
         assert verb().what.endswith(what)
-        assert stored(labelling) == labelling.segments
+        assert stored_track(labelling) == labelling.segments
     assert labelling.segments == ()
     while labelling.undo():
-        assert stored(labelling) == labelling.segments
+        assert stored_track(labelling) == labelling.segments
     assert [edit.kind for edit in labelling.history()].count("undo") == len(steps)
 
 
@@ -46,10 +46,10 @@ def test_a_track_changed_elsewhere_is_not_written_over(labelling):
         TrackEditor(project, labelling.demonstration, "Ada").paint(3, 4, "hold")
     with pytest.raises(StaleTrackError):
         labelling.erase(0, 9)
-    assert len(stored(labelling)) == 2
+    assert len(stored_track(labelling)) == 2
     assert labelling.refresh()
     labelling.erase(0, 9)
-    assert stored(labelling) == ()
+    assert stored_track(labelling) == ()
 
 
 def test_copying_cuts_at_the_stretch_and_takes_the_unlabelled_too(labelling):
@@ -103,7 +103,7 @@ verbs = st.one_of(
 @settings(max_examples=25, deadline=None)
 @given(st.lists(verbs, max_size=12))
 def test_whatever_is_done_undoing_all_of_it_leads_back(deeds):
-    with labelling_in_memory() as track:
+    with track_editor_in_memory() as track:
         for verb, *arguments in deeds:
             try:
                 getattr(track, verb)(*arguments)

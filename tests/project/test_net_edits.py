@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from factories import track_editor_in_memory
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from in_memory import labelling_in_memory
 
 from forcelab.labels import Segment
 from forcelab.project import Project
@@ -15,7 +15,7 @@ from forcelab.project.runs import LabelsUsed
 @pytest.fixture(scope="module")
 def shared():
     """A project in memory and the demonstration that all authors label."""
-    with labelling_in_memory() as labelling:
+    with track_editor_in_memory() as labelling:
         yield labelling.project, labelling.demonstration
 
 

@@ -21,8 +21,7 @@ def told(written: tuple[Note, ...]) -> list[tuple[str, str]]:
     return [(note.author, note.text) for note in written]
 
 
-def test_the_latest_note_of_a_coder_counts_and_every_one_is_kept(project, make, path):
-    id_ = project.demonstrations.add(make(1)).id
+def test_the_latest_note_of_a_coder_counts_and_every_one_is_kept(project, id_, path):
     before = datetime.now(timezone.utc)
     project.coding.set_note(id_, "anna", "sensor slipped at 3.2 s")
     project.coding.set_note(id_, "bert", "leave out")
@@ -47,8 +46,7 @@ def test_the_latest_note_of_a_coder_counts_and_every_one_is_kept(project, make, 
                 store.execute(verb)
 
 
-def test_what_changes_nothing_is_not_written_down(project, make):
-    id_ = project.demonstrations.add(make(1)).id
+def test_what_changes_nothing_is_not_written_down(project, id_):
     project.coding.set_note(id_, "anna", " ")
     assert project.coding.note_events() == ()
     for text in ("leave out", " leave  out "):
@@ -56,8 +54,7 @@ def test_what_changes_nothing_is_not_written_down(project, make):
     assert told(project.coding.note_events()) == [("anna", "leave out")]
 
 
-def test_a_clock_that_is_set_back_lets_no_older_note_count(project, make, monkeypatch):
-    id_ = project.demonstrations.add(make(1)).id
+def test_a_clock_that_is_set_back_lets_no_older_note_count(project, id_, monkeypatch):
     for hours, text in ((2, "first"), (1, "second"), (0, "first")):
         monkeypatch.setattr(coding, "utc_now", lambda hours=hours: THEN + timedelta(hours=hours))
         project.coding.set_note(id_, "anna", text)
@@ -94,8 +91,7 @@ def test_only_coders_write_notes_and_only_on_what_is_there(project, make):
     assert project.coding.note_events() == ()
 
 
-def test_a_store_that_is_busy_full_or_for_reading_only_says_so(project, make, path, monkeypatch):
-    id_ = project.demonstrations.add(make(1)).id
+def test_a_store_that_is_busy_full_or_for_reading_only_says_so(project, id_, path, monkeypatch):
     project.coding.set_note(id_, "anna", "old")
     with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as other:
         other.execute("BEGIN IMMEDIATE")

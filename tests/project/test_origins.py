@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import sqlite3
 import time
+from contextlib import closing
 
 import pytest
+from factories import quiet_demonstration, track_editor_in_memory
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from in_memory import labelling_in_memory, recording
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment
@@ -48,7 +50,7 @@ def test_what_was_removed_and_imported_again_begins_without_its_old_origins(labe
         assert origins(labelling) == {GRAB: Origin(proposer)}
         heads = {"Ada": project.tracks.head(labelling.demonstration, "Ada")}
         project.demonstrations.remove_all({labelling.demonstration: heads})
-        assert project.demonstrations.add(recording()).id == labelling.demonstration
+        assert project.demonstrations.add(quiet_demonstration()).id == labelling.demonstration
         labelling.refresh()
         assert origins(labelling) == {}
     labelling.paint(GRAB.start, GRAB.end, GRAB.action)
@@ -155,7 +157,7 @@ verbs = st.tuples(
 @settings(max_examples=25, deadline=None)
 @given(st.lists(verbs, max_size=30))
 def test_whatever_is_done_origins_follow_the_labels(deeds):
-    with labelling_in_memory() as labelling:
+    with track_editor_in_memory() as labelling:
         project = labelling.project
         # Each state as it was, by what can be undone: what is taken back must be as before.
         past, future = [({}, ())], []
@@ -205,13 +207,12 @@ def test_long_histories_are_followed_quickly_and_once(labelling):
         new = [start + 0.6, start + 0.9, "hold"] if number % 2 else [start, start + 0.4, "grab"]
         proposer = ONE if number % 2 else None
         rows.append((number + 1, json.dumps(old), json.dumps([new]), proposer))
-    with project._db.writing():
-        for row in rows:
-            project._db.execute(
-                "INSERT INTO edit (track, kind, time, what, position, id, removed, inserted, "
-                "proposed_by) VALUES (1, 'paint', '', '', 0, ?, ?, ?, ?)",
-                *row,
-            )
+    with closing(sqlite3.connect(project.path / "project.sqlite")) as store, store:
+        store.executemany(
+            "INSERT INTO edit (track, kind, time, what, position, id, removed, inserted, "
+            "proposed_by) VALUES (1, 'paint', '', '', 0, ?, ?, ?, ?)",
+            rows,
+        )
     took, again = [], []
     for _ in range(3):
         with Project.open(project.path) as fresh:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from synthetic import synthetic_set
+from factories import labelled_set
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
@@ -24,22 +24,13 @@ SETTINGS = preset("fast").replace(amplitude="absolute", decoder="filters", class
 
 
 def labelled_with(item, change):
-    demonstration = item.demonstration
-    return replace(
-        item,
-        demonstration=Demonstration(
-            demonstration.name,
-            demonstration.task,
-            demonstration.times,
-            change(np.array(demonstration.signals)),
-            demonstration.channels,
-        ),
-    )
+    old = item.demonstration
+    return replace(item, demonstration=replace(old, signals=change(np.array(old.signals))))
 
 
 @pytest.fixture(scope="module")
 def people():
-    items = [LabelledDemonstration(*item) for item in synthetic_set(10, RATE)]
+    items = labelled_set(10, RATE)
     uneven = [labelled_with(item, lambda signals: signals * UNEVEN) for item in items]
     return uneven[:6], uneven[6:]
 
@@ -76,7 +67,7 @@ def test_with_matching_sensors_nothing_is_swapped(people):
         assert "no sensor is swapped" in found.summary
     scaled = [labelled_with(item, lambda signals: signals * GAIN + OFFSET) for item in people[1]]
     assert not estimate_adaptation(people[0], scaled).swapped
-    even = [LabelledDemonstration(*item) for item in synthetic_set(6, RATE)]
+    even = labelled_set(6, RATE)
     assert not estimate_adaptation(even[:3], even[3:]).swapped
 
 
@@ -139,10 +130,8 @@ def test_missing_samples_stay_missing(people):
 
 def test_other_channels_are_refused(people):
     train, test = people
-    demonstration = test[0].demonstration
-    other = Demonstration(
-        "x", "", demonstration.times, demonstration.signals[:, :1], [Channel("p")]
-    )
+    old = test[0].demonstration
+    other = replace(old, name="x", signals=old.signals[:, :1], channels=(Channel("p"),))
     with pytest.raises(InputError, match="'x' has the channels p but .* has fx1"):
         estimate_adaptation(train, [LabelledDemonstration(other)])
 

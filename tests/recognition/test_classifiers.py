@@ -200,15 +200,14 @@ kind = classifiers.ClassifierKind(
 classifiers.REGISTRY = {**classifiers.REGISTRY, "discriminant": kind}
 
 import numpy as np
-from synthetic import synthetic_set
-from forcelab.recognition.examples import LabelledDemonstration
+from factories import labelled_set
 from forcelab.cli import main
 from forcelab.recognition.settings import FIELDS
 from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import load_recogniser, save_recogniser
 from forcelab.recognition.training import train
 
-three = [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=100.0)]
+three = labelled_set(3, rate=100.0)
 made = train(three[:2], preset("paper").replace(classifier="discriminant", max_scale=64.0))
 save_recogniser(made, sys.argv[1])
 unseen = three[2].demonstration

@@ -4,17 +4,22 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
-from synthetic import ACTIONS, synthetic_demonstration, synthetic_set
+from factories import (
+    SYNTHETIC_ACTIONS,
+    labelled_set,
+    read_labelled,
+    synthetic_demonstration,
+    synthetic_set,
+)
 
-from forcelab.demonstration import Channel, Demonstration
+from forcelab.demonstration import Channel
 from forcelab.errors import InputError
-from forcelab.formats import pdl
-from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segment, from_codes, to_codes
@@ -27,14 +32,13 @@ from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, train
 
 ROOT = Path(__file__).resolve().parents[2]
-TONGS = ROOT / "../shared/data/tongs"
 FAST = Settings(max_scale=64.0, classifier="naive-bayes", stride=2)
 RAW = FAST.replace(threshold=None, median=None, drop=None)
 
 
 @pytest.fixture(scope="module")
 def six():
-    return [LabelledDemonstration(*pair) for pair in synthetic_set(6, rate=100.0)]
+    return labelled_set(6, rate=100.0)
 
 
 @pytest.fixture(scope="module")
@@ -133,7 +137,9 @@ def test_labels_of_the_held_out_demonstration_have_no_bearing_on_its_prediction(
 
 def test_labels_without_a_meaning_are_recognised_no_better_than_by_chance(six, evaluation):
     random = np.random.default_rng(0)
-    shuffled = [relabelled(item, random.permutation(ACTIONS)[[0, 1, 2, 3, 0]]) for item in six]
+    shuffled = [
+        relabelled(item, random.permutation(SYNTHETIC_ACTIONS)[[0, 1, 2, 3, 0]]) for item in six
+    ]
     chance = finish(leave_one_out(shuffled, RAW)).scores("raw")[0]
     scores = evaluation.scores("raw")[0]
     assert chance.balanced_accuracy < 0.4
@@ -159,12 +165,11 @@ def test_progress_counts_the_folds(six):
 SCRIPT = """
 import json, sys, threading
 sys.path.insert(0, "tests")
-from synthetic import synthetic_set
+from factories import labelled_set
 from forcelab.jobs import finish
 from forcelab.recognition.cross_validation import leave_one_out
-from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.settings import Settings
-items = [LabelledDemonstration(*pair) for pair in synthetic_set(6, rate=100.0)][:3]
+items = labelled_set(3, rate=100.0)
 settings = Settings.from_json(json.loads(sys.argv[1]))
 print(json.dumps(finish(leave_one_out(items, settings, jobs=2)).to_json()))
 stopped = leave_one_out(items, settings, jobs=2)
@@ -223,9 +228,7 @@ def test_a_fold_without_two_actions_is_refused_in_a_sentence(six):
 def test_demonstrations_of_different_channels_are_refused(six):
     old = six[0].demonstration
     channels = tuple(Channel(f"strain {i}") for i in range(6))
-    other = LabelledDemonstration(
-        Demonstration("gauge", "", old.times, old.signals, channels), six[0].segments
-    )
+    other = replace(six[0], demonstration=replace(old, name="gauge", channels=channels))
     with pytest.raises(InputError, match=r"'gauge' has .*strain 0"):
         finish(leave_one_out([*six[:2], other], FAST))
 
@@ -275,18 +278,16 @@ def test_scores_of_different_grids_count_the_same_samples(six):
 
 
 def test_a_demonstration_that_is_there_twice_is_refused(six):
-    twin = Demonstration("twin", "other", *demonstration_parts(six[0].demonstration))
+    twin = replace(six[0].demonstration, name="twin", task="other")
     with pytest.raises(InputError, match="is there twice"):
-        finish(leave_one_out([*six[:2], LabelledDemonstration(twin, six[0].segments)], RAW))
+        finish(leave_one_out([*six[:2], replace(six[0], demonstration=twin)], RAW))
 
 
 def later(item, name):
     """The same recording with other stamps, under another name."""
-    times, signals, channels = demonstration_parts(item.demonstration)
+    old = item.demonstration
     segments = tuple(Segment(s.start + 5, s.end + 5, s.action) for s in item.segments)
-    return LabelledDemonstration(
-        Demonstration(name, "foam", times + 5.0, signals, channels), segments
-    )
+    return LabelledDemonstration(replace(old, name=name, times=old.times + 5.0), segments)
 
 
 def names_of(items, fold):
@@ -348,15 +349,11 @@ def test_a_recording_that_is_trained_on_under_another_name_is_remarked_on(six):
     assert not any("same recording" in remark for remark in clean)
 
 
-def demonstration_parts(demonstration):
-    return demonstration.times, demonstration.signals, demonstration.channels
-
-
 def test_actions_that_were_never_trained_count_as_wrong_and_are_named(six):
     strange = [relabelled(item, ["still", "juggle", "hold", "pull", "still"]) for item in six[3:]]
     plain, result = (finish(train_and_test(six[:3], test, RAW)) for test in (six[3:], strange))
     assert result.remarks == ("Tested but never trained: juggle, pull.",)
-    assert set(result.actions) == {*ACTIONS, "juggle", "pull"}
+    assert set(result.actions) == {*SYNTHETIC_ACTIONS, "juggle", "pull"}
     pooled = result.scores("raw")[0]
     rows = dict(zip(result.actions, pooled.confusion, strict=True))
     for action in ("juggle", "pull"):
@@ -391,17 +388,21 @@ def test_actions_of_two_tasks_are_kept_apart_by_a_suffix(six):
             (s.start, s.end) for s in before.segments
         ]
     together = finish(leave_one_out(suffix_actions(six[:4], ["a", "a", "b", "b"]), FAST))
-    assert set(together.actions) == {f"{action}_{task}" for action in ACTIONS for task in "ab"}
+    assert set(together.actions) == {
+        f"{action}_{task}" for action in SYNTHETIC_ACTIONS for task in "ab"
+    }
 
 
 def test_no_merge_map_takes_away_what_keeps_actions_apart(six):
-    spellings = MergeMap({f"{action}_soft": action for action in ACTIONS})  # as of the real set
+    spellings = MergeMap(
+        {f"{action}_soft": action for action in SYNTHETIC_ACTIONS}
+    )  # as of the real set
     items = [relabelled(item, [f"{s.action}_soft" for s in item.segments]) for item in six[:4]]
     merged = [item.merged(spellings) for item in items]
     apart = suffix_actions(merged, ["soft", "soft", "hard", "hard"])
     found = finish(leave_one_out(apart, FAST.replace(merge=spellings)))
     assert set(found.actions) == {
-        f"{action}_{task}" for action in ACTIONS for task in ("soft", "hard")
+        f"{action}_{task}" for action in SYNTHETIC_ACTIONS for task in ("soft", "hard")
     }
 
 
@@ -410,7 +411,7 @@ def test_merged_spellings_are_scored_as_one_action_and_the_labels_stay(six):
     items = [misspelt, *six[1:]]
     merged = finish(leave_one_out(items, RAW.replace(merge=MergeMap({"grap_pen": "grab"}))))
     plain = finish(leave_one_out(six, RAW))
-    assert merged.actions == ACTIONS
+    assert merged.actions == SYNTHETIC_ACTIONS
     assert merged.to_json()["raw"] == plain.to_json()["raw"]
     assert "grap_pen" in finish(leave_one_out(items, RAW)).actions
     assert [s.action for s in misspelt.segments][1] == "grap_pen"
@@ -425,7 +426,7 @@ def test_the_json_has_the_promised_keys_and_plain_values(six, evaluation):
     assert promised <= set(result)
     assert set(result["seconds"]) == {"features", "fit", "predict", "filter"}
     assert all(spent >= 0 for spent in result["seconds"].values())
-    assert result["labels"] == list(ACTIONS)
+    assert result["labels"] == list(SYNTHETIC_ACTIONS)
     assert (result["preset"], result["seed"]) == ("paper", 0)
     assert Settings.from_json(result["settings"]) == FAST
     scores = {"name", "accuracy", "balanced_accuracy", "coverage", "kappa", "edit", "f1"}
@@ -473,16 +474,14 @@ def test_an_evaluation_says_what_is_needed_to_repeat_it(six, evaluation):
 
 
 @pytest.mark.real
-@pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
 @pytest.mark.parametrize(
     ("file", "stride", "expected", "tolerance"),
     [("soft_sig.pdl", 20, 0.897, 0.02), ("JPen_sig.pdl", 40, 0.72, 0.025)],
 )
 def test_the_papers_method_scores_on_real_recordings_what_an_independent_program_does(
-    file, stride, expected, tolerance
+    file, stride, expected, tolerance, real_file
 ):
-    recordings = pdl.read(TONGS / file, ReadOptions())
-    items = [LabelledDemonstration(r.demonstration, r.tracks[0].segments) for r in recordings]
+    items = read_labelled(real_file(f"tongs/{file}"))
     # The longer recordings score the same with half as many samples to train on, in half the time.
     paper = Settings(stride=stride, threshold=None, median=None, drop=None)
     result = finish(leave_one_out(items, paper))

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from format_1 import as_in_format_1
 from sklearn.ensemble import ExtraTreesClassifier, HistGradientBoostingClassifier
 from sklearn.linear_model import LogisticRegression
 
@@ -16,6 +15,7 @@ from forcelab.recognition.ensemble import (
     sharpen,
 )
 from forcelab.recognition.forest import Forest, Linear, _rounded_down
+from tests.recognition.format_1 import forest_in_format_1
 
 NAMES = tuple(MEMBERS)
 
@@ -130,7 +130,7 @@ def test_arrays_that_do_not_fit_are_refused_before_anything_follows_them(member,
 def test_a_forest_of_format_1_answers_the_same_and_is_kept_small(name):
     X, y = clouds((400, 500, 300), distance=0.5)
     ensemble = fitted(name, X, y)
-    older = ensemble.plain() | {"members": [as_in_format_1(ensemble.members[0])]}
+    older = ensemble.plain() | {"members": [forest_in_format_1(ensemble.members[0])]}
     again = CalibratedEnsemble.from_plain(older, 4, 3)
     np.testing.assert_array_equal(again.predict_proba(X), ensemble.predict_proba(X))
     twice = CalibratedEnsemble.from_plain(again.plain(), 4, 3)
@@ -162,7 +162,7 @@ def test_a_forest_of_format_1_answers_the_same_and_is_kept_small(name):
 def test_a_forest_of_format_1_that_does_not_fit_is_refused(part, change):
     X, y = clouds((40, 50, 30))
     plain = fitted("extra-trees", X, y).plain()
-    older = plain | {"members": [as_in_format_1(Forest.from_plain(plain["members"][0], 4, 3))]}
+    older = plain | {"members": [forest_in_format_1(Forest.from_plain(plain["members"][0], 4, 3))]}
     CalibratedEnsemble.from_plain(older, 4, 3)
     with pytest.raises(ValueError, match="must"):
         CalibratedEnsemble.from_plain(broken(older, 0, part, change), 4, 3)

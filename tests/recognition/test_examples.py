@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from factories import synthetic_demonstration, synthetic_set
 from skops import io as skops_io
-from synthetic import synthetic_demonstration, synthetic_set
 
-from forcelab.demonstration import Channel, Demonstration
+from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.label_map import MergeMap
@@ -44,9 +44,7 @@ def with_gap(item, start, seconds):
     old = item.demonstration
     times = old.times.copy()
     times[start:] += seconds
-    return LabelledDemonstration(
-        Demonstration(old.name, old.task, times, old.signals, old.channels), item.segments
-    )
+    return replace(item, demonstration=replace(old, times=times))
 
 
 def test_every_time_step_has_the_features_of_all_channels_and_scales():
@@ -67,8 +65,7 @@ def test_a_glitch_takes_nothing_with_it_that_lies_elsewhere(settings, rate):
     item = labelled(rate=1000.0)
     signals = item.demonstration.signals.copy()
     signals[1000] = 1e16
-    old = item.demonstration
-    broken = Demonstration(old.name, old.task, old.times, signals, old.channels)
+    broken = replace(item.demonstration, signals=signals)
     clean, found = (
         prepare_examples(one, settings, rate) for one in (item, LabelledDemonstration(broken))
     )
@@ -160,10 +157,8 @@ def test_examples_at_another_rate_keep_the_human_at_the_same_seconds(rate):
 def test_recordings_of_different_channels_are_refused_by_name():
     item = labelled()
     old = item.demonstration
-    names = [Channel(f"emg{i}") for i in range(len(old.channels))]
-    other = LabelledDemonstration(
-        Demonstration("EMG", "foam", old.times, old.signals, tuple(names))
-    )
+    names = tuple(Channel(f"emg{i}") for i in range(len(old.channels)))
+    other = LabelledDemonstration(replace(old, name="EMG", channels=names))
     alike = [prepare_examples(item, SMALL), prepare_examples(labelled(2), SMALL)]
     assert common_channels(alike) == alike[0].channels
     with pytest.raises(InputError, match=r"'foam 01' has the channels .* but 'EMG' has .*emg0"):

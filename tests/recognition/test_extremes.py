@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from synthetic import synthetic_set
+from factories import labelled_set
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
@@ -19,7 +19,7 @@ from forcelab.recognition.training import train
 
 RATE = 100.0
 NAMES = ("paper", "fast", "best")
-THREE = [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=RATE)]
+THREE = labelled_set(3, rate=RATE)
 
 
 def pinned(item):

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import tracemalloc
-
 import numpy as np
 import pytest
+from factories import labelled_set, synthetic_demonstration
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from synthetic import synthetic_demonstration, synthetic_set
 
 from forcelab.errors import InputError
 from forcelab.recognition import ensemble
-from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.features import (
     BLOCK,
     PEAKS,
@@ -295,12 +292,9 @@ def test_broken_channels_give_finite_features(channel, n):
     assert np.isfinite(wavelet_features(channel[np.newaxis, :n], SCALES, MORLET)).all()
 
 
-def test_a_long_recording_costs_little_more_than_its_features():
+def test_a_long_recording_costs_little_more_than_its_features(peak_memory):
     channels = noise(4, 100_000)
-    tracemalloc.start()
-    table = wavelet_features(channels, SCALES, MORLET)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
+    table, peak = peak_memory(lambda: wavelet_features(channels, SCALES, MORLET))
     assert peak < 1.6 * table.nbytes
 
 
@@ -479,7 +473,7 @@ def test_missing_samples_are_bridged_for_peaks():
 def test_a_recogniser_looks_at_peaks_whatever_the_unit(monkeypatch, amplitude):
     monkeypatch.setattr(ensemble, "TREES", 5)
     settings = preset("fast").replace(amplitude=amplitude, peaks=True)
-    items = [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=100.0)]
+    items = labelled_set(3, rate=100.0)
     recogniser = train(items, settings)
     channels = len(recogniser.channels)
     first = settings.replace(peaks=False).width(channels)

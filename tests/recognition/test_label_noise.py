@@ -7,9 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from synthetic import synthetic_set
+from factories import labelled_set, synthetic_set
 
-from forcelab.demonstration import Demonstration
 from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.recognition import ensemble
@@ -41,7 +40,7 @@ def renamed(item, k, action):
 
 @pytest.fixture(scope="module")
 def right():
-    return [LabelledDemonstration(*pair) for pair in synthetic_set(6, rate=100.0)]
+    return labelled_set(6, rate=100.0)
 
 
 @pytest.fixture(scope="module")
@@ -221,7 +220,7 @@ def test_labels_that_are_left_out_have_no_say_in_what_is_trimmed(wrong, count):
 def test_demonstrations_of_one_name_are_distinguished(wrong, mistaken, monkeypatch, taught_live):
     # The right label of the one lies where the wrong one of the other does.
     same = replace(wrong[WRONG].demonstration, name="one")
-    twin = Demonstration("one", same.task, same.times, -same.signals, same.channels)
+    twin = replace(same, signals=-same.signals)
     items = [
         *wrong[:WRONG],
         LabelledDemonstration(same, wrong[WRONG].segments),

@@ -1,17 +1,17 @@
 """Live recognition gives what is stated for its latency, whatever the blocks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from factories import labelled_set
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from live_reference import stated
-from synthetic import synthetic_set
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.recognition import filters
-from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.live import (
     CausalDrop,
     CausalMedian,
@@ -22,11 +22,12 @@ from forcelab.recognition.live_features import PATIENCE, CausalGrid, Steps
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import train
 from forcelab.signals.grid import on_grid
+from tests.recognition.live_reference import reference_labels, streamed
 
 
 @pytest.fixture(scope="module")
 def three():
-    return [LabelledDemonstration(*item) for item in synthetic_set(3, rate=250.0)]
+    return labelled_set(3, rate=250.0)
 
 
 @pytest.fixture(scope="module")
@@ -34,35 +35,10 @@ def trained(three):
     return train(three[:2], Settings(max_scale=32.0, stride=5))
 
 
-def streamed(recogniser, demonstration, latency, blocks, rate=None):
-    online = OnlineRecogniser(recogniser, latency, demonstration.channels, rate)
-    parts, start, turn = [], 0, 0
-    while start < len(demonstration.times):
-        block = slice(start, start + blocks[turn % len(blocks)])
-        parts.append(online.push(demonstration.times[block], demonstration.signals[block]))
-        start, turn = block.stop, turn + 1
-    parts.append(online.finish())
-    return (
-        np.concatenate([part.times for part in parts]),
-        np.concatenate([part.codes for part in parts]),
-        np.concatenate([part.probabilities for part in parts]),
-    )
-
-
-def changed(demonstration, times=None, signals=None):
-    return Demonstration(
-        demonstration.name,
-        demonstration.task,
-        demonstration.times if times is None else times,
-        demonstration.signals if signals is None else signals,
-        demonstration.channels,
-    )
-
-
 @pytest.mark.parametrize("latency", [0.0, 0.05, 0.3, 2.0])
 @pytest.mark.parametrize("blocks", [[5], [1000], [1, 40, 3, 700]])
 def test_labels_are_those_stated_for_the_latency(trained, three, latency, blocks):
-    expected = stated(trained, three[2].demonstration, latency)
+    expected = reference_labels(trained, three[2].demonstration, latency)
     times, codes, probabilities = streamed(trained, three[2].demonstration, latency, blocks)
     assert np.array_equal(times, expected.times)
     assert np.array_equal(codes, expected.codes)
@@ -93,7 +69,7 @@ def test_a_label_comes_no_later_than_the_latency_and_needs_no_later_sample(train
     half = len(demonstration.times) // 2
     other = demonstration.signals.copy()
     other[half:] = 9.0
-    _, codes, _ = streamed(trained, changed(demonstration, signals=other), latency, [5])
+    _, codes, _ = streamed(trained, replace(demonstration, signals=other), latency, [5])
     assert codes[: half - 50].tolist() == known[: half - 50]
 
 
@@ -102,7 +78,9 @@ def test_a_gap_is_bridged_and_never_labelled(trained, three):
     keep = np.ones(len(demonstration.times), dtype=bool)
     keep[400:460] = False
     keep[700:702] = False  # lost samples are no gap
-    holed = changed(demonstration, demonstration.times[keep], demonstration.signals[keep])
+    holed = replace(
+        demonstration, times=demonstration.times[keep], signals=demonstration.signals[keep]
+    )
     offline = trained.predict(holed)
     for blocks in ([7], [5000]):
         times, codes, _ = streamed(trained, holed, 3.0, blocks)
@@ -110,7 +88,7 @@ def test_a_gap_is_bridged_and_never_labelled(trained, three):
         assert np.all(codes[400:460] == UNLABELLED)
         assert np.mean(codes == offline.filtered) > 0.99
         for latency in (0.1, 3.0):
-            expected = stated(trained, holed, latency)
+            expected = reference_labels(trained, holed, latency)
             assert np.array_equal(streamed(trained, holed, latency, blocks)[1], expected.codes)
 
 
@@ -130,13 +108,13 @@ def test_a_channel_that_falls_silent_stops_labels_but_not_the_stream(trained, th
     signals = np.tile(demonstration.signals, (4, 1))
     silent = slice(300, 300 + 2 * len(demonstration.times))
     signals[silent, 2] = np.nan
-    long = changed(demonstration, np.arange(len(signals)) / 250.0, signals)
+    long = replace(demonstration, times=np.arange(len(signals)) / 250.0, signals=signals)
     for blocks in ([11], [3000]):
         times, codes, _ = streamed(trained, long, 0.1, blocks)
         assert np.allclose(times, long.times)
         assert np.all(codes[silent] == UNLABELLED)
         assert (codes[silent.stop :] != UNLABELLED).any()
-        assert np.array_equal(codes, stated(trained, long, 0.1).codes)
+        assert np.array_equal(codes, reference_labels(trained, long, 0.1).codes)
 
 
 @pytest.mark.parametrize("nonsense", [3.4028235e38, -1.7e308, 1e16])
@@ -144,9 +122,9 @@ def test_what_a_board_prints_where_it_knows_nothing_is_bridged(trained, three, n
     demonstration = three[2].demonstration
     signals = demonstration.signals.copy()
     signals[400] = np.nan
-    expected = streamed(trained, changed(demonstration, signals=signals), 0.1, [5])
+    expected = streamed(trained, replace(demonstration, signals=signals), 0.1, [5])
     signals[400] = nonsense
-    # Not changed(), as no demonstration holds such numbers.
+    # Not replace(), as no demonstration holds such numbers.
     online = OnlineRecogniser(trained, 0.1, demonstration.channels, 250.0)
     parts = [online.push(demonstration.times, signals), online.finish()]
     assert np.array_equal(np.concatenate([part.codes for part in parts]), expected[1])
@@ -267,7 +245,7 @@ def test_other_classifiers_and_settings_stream_too(three, classifier):
     online = OnlineRecogniser(recogniser, 0.1, demonstration.channels)
     parts = [online.push(demonstration.times, demonstration.signals), online.finish()]
     codes = np.concatenate([part.codes for part in parts])
-    assert np.array_equal(codes, stated(recogniser, demonstration, 0.1).codes)
+    assert np.array_equal(codes, reference_labels(recogniser, demonstration, 0.1).codes)
     assert (parts[0].probabilities is None) == (classifier == "svm")
 
 

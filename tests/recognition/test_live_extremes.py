@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
+from factories import labelled_set, synthetic_set
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from live_reference import stated
-from synthetic import synthetic_set
 
 from forcelab.demonstration import Demonstration
 from forcelab.labels import UNLABELLED
-from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.features import ROUNDING
 from forcelab.recognition.live import OnlineRecogniser
 from forcelab.recognition.live_features import EVERY, LASTING, Floor, StreamingFeatures
@@ -17,13 +15,14 @@ from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import train
 from forcelab.signals.streaming import HALF, StreamingCwt
 from forcelab.signals.wavelets import Morlet
+from tests.recognition.live_reference import reference_labels
 
 RATE, N = 250.0, 900
 
 
 @pytest.fixture(scope="module")
 def trained():
-    items = [LabelledDemonstration(*item) for item in synthetic_set(1, rate=RATE)]
+    items = labelled_set(1, rate=RATE)
     return train(items, Settings(max_scale=16.0, stride=20))
 
 
@@ -83,7 +82,7 @@ def test_labels_are_those_stated_whatever_comes(trained, channels, kind, latency
     codes = np.concatenate([part.codes for part in parts])
     probabilities = np.concatenate([part.probabilities for part in parts])
     assert np.isfinite(probabilities).all()
-    expected = stated(
+    expected = reference_labels(
         trained, Demonstration("d", "t", times, values.astype(float), channels), latency
     )
     assert len(codes) == n

@@ -1,15 +1,13 @@
 """Recognisers with windows and a decoder on a stream: what is stated, whatever the blocks."""
 
-import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from factories import labelled_set, synthetic_set
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from live_reference import stated, window_features
-from synthetic import synthetic_set
 
-from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import UNLABELLED
@@ -25,6 +23,7 @@ from forcelab.recognition.live_model import LOOKS, LiveModel
 from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import load_recogniser, save_recogniser
 from forcelab.recognition.training import train, training_job
+from tests.recognition.live_reference import reference_labels, streamed, window_features
 
 RATE = 250.0
 WINDOWS = preset("fast").windows
@@ -32,7 +31,7 @@ WINDOWS = preset("fast").windows
 
 @pytest.fixture(scope="module")
 def three():
-    return [LabelledDemonstration(*item) for item in synthetic_set(3, rate=RATE)]
+    return labelled_set(3, rate=RATE)
 
 
 @pytest.fixture(scope="module")
@@ -40,30 +39,6 @@ def trained(three):
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(ensemble, "TREES", 8)
         return train(three[:2], preset("fast"))
-
-
-def changed(demonstration, times=None, signals=None):
-    return Demonstration(
-        demonstration.name,
-        demonstration.task,
-        demonstration.times if times is None else times,
-        demonstration.signals if signals is None else signals,
-        demonstration.channels,
-    )
-
-
-def streamed(recogniser, demonstration, latency, blocks, rate=None):
-    online = OnlineRecogniser(recogniser, latency, demonstration.channels, rate)
-    parts, start, turn = [], 0, 0
-    while start < len(demonstration.times):
-        block = slice(start, start + blocks[turn % len(blocks)])
-        parts.append(online.push(demonstration.times[block], demonstration.signals[block]))
-        start, turn = block.stop, turn + 1
-    parts.append(online.finish())
-    return tuple(
-        np.concatenate([getattr(part, what) for part in parts])
-        for what in ("times", "codes", "probabilities")
-    )
 
 
 # Features
@@ -127,7 +102,7 @@ def test_own_units_hear_nothing_of_a_glitch_once_it_has_passed(size, rate, hop, 
 @pytest.mark.parametrize("latency", [0.0, 0.03, 0.1, 1.0])
 def test_labels_are_those_stated_for_the_latency(trained, three, latency):
     demonstration = three[2].demonstration
-    expected = stated(trained, demonstration, latency)
+    expected = reference_labels(trained, demonstration, latency)
     assert np.array_equal(expected.times, demonstration.times)
     for blocks in ([5], [1, 40, 3, 700]):
         times, codes, probabilities = streamed(trained, demonstration, latency, blocks)
@@ -206,7 +181,7 @@ def test_a_label_comes_no_later_than_the_latency_and_needs_no_later_sample(train
     half = len(demonstration.times) // 2
     other = demonstration.signals.copy()
     other[half:] = 9.0
-    _, codes, _ = streamed(trained, changed(demonstration, signals=other), latency, [5], RATE)
+    _, codes, _ = streamed(trained, replace(demonstration, signals=other), latency, [5], RATE)
     before = half - round(latency * RATE)
     assert codes[:before].tolist() == known[:before]
 
@@ -222,7 +197,9 @@ def test_devices_whose_clocks_differ_a_little_are_learnt_from_together(monkeypat
     # Of 2.498 and of 2.502 samples a time step: two of one device, three of the other.
     monkeypatch.setattr(ensemble, "TREES", 4)
     slow, quick = (
-        LabelledDemonstration(changed(demonstration, demonstration.times * 125 / rate), segments)
+        LabelledDemonstration(
+            replace(demonstration, times=demonstration.times * 125 / rate), segments
+        )
         for (demonstration, segments), rate in zip(
             synthetic_set(2, rate=125.0), (124.9, 125.1), strict=True
         )
@@ -241,9 +218,9 @@ def test_a_gap_is_never_labelled(trained, three):
     keep[700:702] = False  # lost samples are no gap
     signals = demonstration.signals.copy()
     signals[600:640, 0] = np.nan
-    holed = changed(demonstration, demonstration.times[keep], signals[keep])
+    holed = replace(demonstration, times=demonstration.times[keep], signals=signals[keep])
     for latency in (0.0, 0.1):
-        expected = stated(trained, holed, latency)
+        expected = reference_labels(trained, holed, latency)
         for blocks in ([7], [5000]):
             times, codes, known = streamed(trained, holed, latency, blocks)
             assert np.array_equal(codes, expected.codes)
@@ -275,11 +252,11 @@ def test_forces_that_break_careless_code_are_labelled_as_stated(trained, three, 
         "constant": np.full_like(noise, 1e30),
         "jump": np.where(np.arange(500)[:, None] > 250, 1e30, -1e-200) * np.ones(noise.shape[1]),
     }[kind]
-    odd = changed(like, np.arange(500) / RATE, signals)
+    odd = replace(like, times=np.arange(500) / RATE, signals=signals)
     _, codes, known = streamed(trained, odd, 0.1, [33])
     assert np.all(codes != UNLABELLED)
     assert np.allclose(known.sum(axis=1), 1.0)
-    assert np.array_equal(codes, stated(trained, odd, 0.1).codes)
+    assert np.array_equal(codes, reference_labels(trained, odd, 0.1).codes)
 
 
 @pytest.mark.parametrize("value", [3.4e38, 1e300, np.nan])
@@ -289,9 +266,9 @@ def test_what_no_sensor_reads_counts_as_missing(trained, three, value):
     signals = like.signals.copy()
     signals[300] = value
     signals[500 : 500 + round(RATE)] = value
-    odd = changed(like, like.times, signals)
+    odd = replace(like, signals=signals)
     times, codes, _ = streamed(trained, odd, 0.1, [33])
-    assert np.array_equal(codes, stated(trained, odd, 0.1).codes)
+    assert np.array_equal(codes, reference_labels(trained, odd, 0.1).codes)
     lost = (times > like.times[500]) & (times < like.times[500] + 0.99)
     assert np.all(codes[lost] == UNLABELLED)
     assert np.all(codes[times < like.times[480]] != UNLABELLED)
@@ -361,10 +338,8 @@ def test_an_evaluation_as_a_stream_leaves_each_demonstration_out(three, monkeypa
 
 def test_a_recording_that_is_there_twice_is_left_out_as_a_whole_as_a_stream(three, monkeypatch):
     old = three[0].demonstration
-    twin = Demonstration("twin", old.task, old.times + 5.0, old.signals, old.channels)
-    moved = tuple(
-        dataclasses.replace(s, start=s.start + 5, end=s.end + 5) for s in three[0].segments
-    )
+    twin = replace(old, name="twin", times=old.times + 5.0)
+    moved = tuple(replace(s, start=s.start + 5, end=s.end + 5) for s in three[0].segments)
     trained_on = []
 
     def watched(labelled, settings):
@@ -408,10 +383,10 @@ def test_an_evaluation_as_a_stream_says_how_far_to_rely_on_its_probabilities(thr
 
 
 def test_a_recogniser_from_before_says_what_to_do(trained, three):
-    old = dataclasses.replace(trained, live_models=())
+    old = replace(trained, live_models=())
     with pytest.raises(InputError, match="train it again"):
         OnlineRecogniser(old, 0.1, three[2].demonstration.channels)
-    plain = dataclasses.replace(old, settings=trained.settings.replace(decoder="filters"))
+    plain = replace(old, settings=trained.settings.replace(decoder="filters"))
     with pytest.raises(InputError, match="fast, best or paper"):
         OnlineRecogniser(plain, 0.1, three[2].demonstration.channels)
 

@@ -436,19 +436,17 @@ def test_an_overlap_of_exactly_one_half_counts_as_one_half():
     assert len(match_segments(letters_overlay("aaaabb", "aabbbb"), 50)) == 2
 
 
-def test_of_two_predicted_segments_over_one_human_one_the_earlier_is_matched():
-    found = match_segments(letters_overlay("aaaaaaaaaa", "aaabaaaaaa"), 10)
-    assert (found.human.tolist(), found.predicted.tolist()) == ([0], [0])
-
-
-def test_of_two_human_segments_overlapped_alike_the_earlier_is_matched():
-    found = match_segments(letters_overlay("aaabaaa", "aaaaaaa"), 10)
-    assert (found.human.tolist(), found.predicted.tolist()) == ([0], [0])
-
-
-def test_a_predicted_segment_does_not_turn_to_its_second_choice():
-    # Both predicted a's overlap the first human a best, and the second one also the second.
-    found = match_segments(letters_overlay("aaaaaaaabaa", "aabaaaaaaaa"), 10)
+@pytest.mark.parametrize(
+    ("human", "predicted"),
+    [
+        pytest.param("aaaaaaaaaa", "aaabaaaaaa", id="of two predicted over one human, the earlier"),
+        pytest.param("aaabaaa", "aaaaaaa", id="of two human ones overlapped alike, the earlier"),
+        # Both predicted a's overlap the first human a best, and the second one also the second.
+        pytest.param("aaaaaaaabaa", "aabaaaaaaaa", id="a predicted one has no second choice"),
+    ],
+)
+def test_only_the_first_segments_are_matched(human, predicted):
+    found = match_segments(letters_overlay(human, predicted), 10)
     assert (found.human.tolist(), found.predicted.tolist()) == ([0], [0])
 
 
@@ -481,52 +479,47 @@ def errors(events: Events) -> dict[str, tuple[int, float]]:
     return {kind: (t.count, t.seconds) for kind, t in found.items() if t != Tally()}
 
 
-# In these b is what surrounds the events of a, and is itself judged just as a is.
-
-
-def test_an_event_that_is_not_there_is_an_insertion():
+#: In these b is what surrounds the events of a, and is itself judged just as a is.
+EVENT_ERRORS = {
     # For b the inserted stretch is one missed in the middle.
-    assert errors(letters_events("bbbbbbbb", "bbbaabbb")) == {
-        "insertion": (1, 2.0),
-        "fragmentation": (1, 2.0),
-    }
+    "one that is not there is an insertion": (
+        ("bbbbbbbb", "bbbaabbb"),
+        {"insertion": (1, 2.0), "fragmentation": (1, 2.0)},
+    ),
+    "one that is missed is a deletion": (
+        ("bbbaabbb", "bbbbbbbb"),
+        {"deletion": (1, 2.0), "merge": (1, 2.0)},
+    ),
+    "one predicted as unlabelled is a deletion and nothing else": (
+        ("bbbaabbb", "bbb..bbb"),
+        {"deletion": (1, 2.0)},
+    ),
+    "one in pieces is fragmented once however many pieces": (
+        ("aaaaaaaa", "a.aa.a.a"),
+        {"fragmentation": (1, 3.0)},
+    ),
+    "one that is too long overfills and its neighbour underfills": (
+        ("bbbbaaaa", "bbaaaaaa"),
+        {"overfill": (1, 2.0), "underfill": (1, 2.0)},
+    ),
+    "one that is short at both ends underfills twice": (
+        ("aaaaaaaa", ".aaaaa.."),
+        {"underfill": (2, 3.0)},
+    ),
+    "a wrong name is a deletion of the one and an insertion of the other": (
+        ("bbaabb", "bbccbb"),
+        {"deletion": (1, 2.0), "insertion": (1, 2.0)},
+    ),
+}
 
 
-def test_an_event_that_is_missed_is_a_deletion():
-    assert errors(letters_events("bbbaabbb", "bbbbbbbb")) == {
-        "deletion": (1, 2.0),
-        "merge": (1, 2.0),
-    }
-
-
-def test_an_event_predicted_as_unlabelled_is_a_deletion_and_nothing_else():
-    assert errors(letters_events("bbbaabbb", "bbb..bbb")) == {"deletion": (1, 2.0)}
-
-
-def test_an_event_in_pieces_is_fragmented_once_however_many_pieces():
-    assert errors(letters_events("aaaaaaaa", "a.aa.a.a")) == {"fragmentation": (1, 3.0)}
+@pytest.mark.parametrize(("tracks", "expected"), EVENT_ERRORS.values(), ids=EVENT_ERRORS)
+def test_an_event_is_wrong_in_its_kinds(tracks, expected):
+    assert errors(letters_events(*tracks)) == expected
 
 
 def test_events_run_together_are_merged_once_however_many_events():
     assert errors(letters_events("abacabaa", "aaaaaaaa"))["merge"] == (1, 3.0)
-
-
-def test_an_event_that_is_too_long_overfills_and_its_neighbour_underfills():
-    assert errors(letters_events("bbbbaaaa", "bbaaaaaa")) == {
-        "overfill": (1, 2.0),
-        "underfill": (1, 2.0),
-    }
-
-
-def test_an_event_that_is_short_at_both_ends_underfills_twice():
-    assert errors(letters_events("aaaaaaaa", ".aaaaa..")) == {"underfill": (2, 3.0)}
-
-
-def test_a_wrong_name_is_a_deletion_of_the_one_and_an_insertion_of_the_other():
-    assert errors(letters_events("bbaabb", "bbccbb")) == {
-        "deletion": (1, 2.0),
-        "insertion": (1, 2.0),
-    }
 
 
 def test_false_time_under_two_human_actions_is_one_stretch():

@@ -6,9 +6,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from synthetic import synthetic_set
+from factories import labelled_set
 
-from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Segment
@@ -33,7 +32,7 @@ def few_trees():
 
 @pytest.fixture(scope="module")
 def four():
-    return [LabelledDemonstration(*pair) for pair in synthetic_set(4, rate=100.0)]
+    return labelled_set(4, rate=100.0)
 
 
 @pytest.fixture(scope="module")
@@ -46,9 +45,8 @@ def accuracy(evaluation, which="filtered"):
 
 
 def changed(item, signals):
-    old = item.demonstration
-    return LabelledDemonstration(
-        Demonstration(old.name, old.task, old.times, signals, old.channels), item.segments
+    return dataclasses.replace(
+        item, demonstration=dataclasses.replace(item.demonstration, signals=signals)
     )
 
 

@@ -2,31 +2,23 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
+from factories import read_labelled
 
-from forcelab.formats import pdl
-from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.recognition.cross_validation import leave_one_out
-from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
-
-TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
 
 
 @pytest.mark.real
-@pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
 @pytest.mark.parametrize(
     ("file", "accuracy", "f1", "edit"),
     [("soft_sig.pdl", 0.955, 0.92, 0.7), ("JPen_sig.pdl", 0.81, 0.70, 0.7)],
 )
 def test_the_fast_preset_is_far_ahead_of_the_paper_on_the_papers_own_recordings(
-    file, accuracy, f1, edit
+    file, accuracy, f1, edit, real_file
 ):
-    recordings = pdl.read(TONGS / file, ReadOptions())
-    items = [LabelledDemonstration(r.demonstration, r.tracks[0].segments) for r in recordings]
+    items = read_labelled(real_file(f"tongs/{file}"))
     pooled, _ = finish(leave_one_out(items, preset("fast"))).scores("filtered")
     assert pooled.accuracy > accuracy
     assert pooled.f1_labelled["50"] > f1

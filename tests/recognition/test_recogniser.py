@@ -6,16 +6,14 @@ import dataclasses
 
 import numpy as np
 import pytest
-from factories import BAYES_SETTINGS
-from synthetic import synthetic_demonstration, synthetic_set
+from factories import BAYES_SETTINGS, labelled_set, synthetic_demonstration
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, to_codes
 from forcelab.recognition import filters, results
 from forcelab.recognition import recogniser as recogniser_module
-from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
+from forcelab.recognition.examples import prepare_examples
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.results import empty_prediction_remarks
 from forcelab.recognition.settings import CLASSIFIERS, Settings
@@ -58,8 +56,8 @@ def oracle(codes, confidence=None, shortest=None, **settings):
     """A recogniser that says what it was told to, and a demonstration of as many samples."""
     n = len(codes)
     demonstration = synthetic_demonstration(1, rate=100.0)[0]
-    demonstration = Demonstration(
-        "told", "", demonstration.times[:n], demonstration.signals[:n], demonstration.channels
+    demonstration = dataclasses.replace(
+        demonstration, times=demonstration.times[:n], signals=demonstration.signals[:n]
     )
     recogniser = Recogniser(
         settings=OFF.replace(**settings),
@@ -74,7 +72,7 @@ def oracle(codes, confidence=None, shortest=None, **settings):
 
 @pytest.fixture(scope="module")
 def three():
-    return [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=100.0)]
+    return labelled_set(3, rate=100.0)
 
 
 @pytest.fixture(scope="module")
@@ -221,7 +219,7 @@ def test_the_segments_are_those_of_the_filtered_codes():
 def test_nothing_is_recognised_in_a_gap(bayes, three, switched_on):
     old = three[2].demonstration
     times = old.times + np.where(np.arange(len(old.times)) >= 150, 1.0, 0.0)
-    gapped = Demonstration("gapped", "", times, old.signals, old.channels)
+    gapped = dataclasses.replace(old, times=times)
     recogniser = dataclasses.replace(bayes, settings=OFF.replace(**switched_on))
     prediction = recogniser.predict(gapped)
     inside = (prediction.times > 1.495) & (prediction.times < 2.495)
@@ -243,13 +241,13 @@ def test_a_recording_of_another_rate_is_recognised_on_the_recognisers_grid(bayes
 
 def test_channels_may_come_in_another_order(bayes, three):
     old = three[2].demonstration
-    turned = Demonstration("turned", "", old.times, old.signals[:, ::-1], old.channels[::-1])
+    turned = dataclasses.replace(old, signals=old.signals[:, ::-1], channels=old.channels[::-1])
     np.testing.assert_array_equal(bayes.predict(turned).raw, bayes.predict(old).raw)
 
 
 def test_a_missing_channel_is_named(bayes, three):
     old = three[2].demonstration
-    lame = Demonstration("lame", "", old.times, old.signals[:, :5], old.channels[:5])
+    lame = dataclasses.replace(old, signals=old.signals[:, :5], channels=old.channels[:5])
     with pytest.raises(InputError, match=r"no recognition channel '(tangential|normal) 2'"):
         bayes.predict(lame)
 
@@ -262,7 +260,7 @@ def test_examples_of_other_channels_are_refused_by_name(bayes, three):
 
 @pytest.fixture(scope="module")
 def labelled():
-    return [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(3, 100.0)]
+    return labelled_set(3, 100.0)
 
 
 @pytest.mark.parametrize("threshold", [None, 0.9])

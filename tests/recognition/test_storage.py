@@ -13,29 +13,28 @@ import zipfile
 import numpy as np
 import pytest
 import sklearn
-from format_1 import as_in_format_1
+from factories import labelled_set
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from sklearn.ensemble import RandomForestClassifier
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.svm import NuSVC
 from skops import io as skops_io
-from synthetic import synthetic_set
 
 from forcelab.errors import InputError
 from forcelab.recognition.ensemble import CalibratedEnsemble
-from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.forest import Forest
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import CLASSIFIERS, Settings
 from forcelab.recognition.storage import TRUSTED, load_recogniser, pack, save_recogniser
 from forcelab.recognition.training import train
+from tests.recognition.format_1 import forest_in_format_1
 
 SMALL = Settings(max_scale=32.0, stride=6)
 
 
 @pytest.fixture(scope="module")
 def three():
-    return [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=100.0)]
+    return labelled_set(3, rate=100.0)
 
 
 @pytest.fixture(scope="module")
@@ -228,7 +227,7 @@ def test_a_recogniser_of_format_1_predicts_to_the_bit_what_it_did(three, path):
     content = content_of(recogniser)
     for plain in (content["classifier"], *(part["classifier"] for part in content["live"])):
         plain["members"] = [
-            as_in_format_1(member) if isinstance(member, Forest) else member.plain()
+            forest_in_format_1(member) if isinstance(member, Forest) else member.plain()
             for member in CalibratedEnsemble.from_plain(plain, 10**6, 99).members
         ]
     content["forcelab recogniser"] = 1
@@ -514,14 +513,19 @@ def test_a_missing_field_is_refused(trained, path, field):
     ],
 )
 def test_a_tree_whose_nodes_point_outside_is_refused(trained, path, node_field, value):
-    recogniser = trained("decision-tree")
-    state = recogniser.classifier.tree_.__getstate__()
-    state["nodes"] = state["nodes"].copy()
-    state["nodes"][node_field][0] = value
-    tree = types.SimpleNamespace(__getstate__=lambda: state)
-    vars(classifier := copy.copy(recogniser.classifier))["tree_"] = tree
-    path.write_bytes(pack(dataclasses.replace(recogniser, classifier=classifier)))
+    def change(state):
+        nodes = state["nodes"].copy()
+        nodes[node_field][0] = value
+        return {**state, "nodes": nodes}
+
+    path.write_bytes(pack(with_tree(trained("decision-tree"), change)))
     refused(path, "not a whole recogniser")
+
+
+def with_tree(recogniser, change):
+    """The same recogniser with what its tree is kept as changed."""
+    state = change(recogniser.classifier.tree_.__getstate__())
+    return with_classifier(recogniser, tree_=types.SimpleNamespace(__getstate__=lambda: state))
 
 
 @pytest.mark.parametrize(
@@ -539,11 +543,7 @@ def test_a_tree_whose_nodes_point_outside_is_refused(trained, path, node_field, 
     ],
 )
 def test_a_tree_of_arrays_that_do_not_fit_is_refused(trained, path, change):
-    recogniser = trained("decision-tree")
-    state = change(recogniser.classifier.tree_.__getstate__())
-    tree = types.SimpleNamespace(__getstate__=lambda: state)
-    vars(classifier := copy.copy(recogniser.classifier))["tree_"] = tree
-    path.write_bytes(pack(dataclasses.replace(recogniser, classifier=classifier)))
+    path.write_bytes(pack(with_tree(trained("decision-tree"), change)))
     refused(path, "not a whole recogniser")
 
 

@@ -9,10 +9,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from factories import labelled_set, synthetic_set
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from skops import io as skops_io
-from synthetic import synthetic_set
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
@@ -334,9 +334,7 @@ def test_two_changes_are_too_few_to_learn_from(clicks, count, enough):
 
 @pytest.fixture(scope="module")
 def best():
-    return train(
-        [LabelledDemonstration(*pair) for pair in synthetic_set(2, rate=100.0)], preset("best")
-    )
+    return train(labelled_set(2, rate=100.0), preset("best"))
 
 
 def test_best_is_the_same_to_the_bit_when_it_was_saved(best, tmp_path):

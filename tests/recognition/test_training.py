@@ -1,15 +1,14 @@
 from __future__ import annotations
 
-import dataclasses
 import multiprocessing
 import threading
-import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from synthetic import ACTIONS, synthetic_demonstration, synthetic_set
+from factories import SYNTHETIC_ACTIONS, labelled_set, synthetic_demonstration
 
-from forcelab.demonstration import Channel, Demonstration
+from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.label_map import MergeMap
@@ -28,7 +27,7 @@ SMALL_MLP = SMALL.replace(classifier="mlp", stride=4)
 
 @pytest.fixture(scope="module")
 def three():
-    return [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=100.0)]
+    return labelled_set(3, rate=100.0)
 
 
 @pytest.fixture
@@ -92,8 +91,8 @@ def test_unlabelled_samples_are_never_trained_on(three, settings):
     poisoned = []
     for examples in clean:
         features = examples.features.copy()
-        features[examples.codes(ACTIONS) < 0] = 1e100
-        poisoned.append(dataclasses.replace(examples, features=features))
+        features[examples.codes(SYNTHETIC_ACTIONS) < 0] = 1e100
+        poisoned.append(replace(examples, features=features))
     assert any(not np.array_equal(a.features, b.features) for a, b in zip(clean, poisoned))  # noqa: B905
     first, second = (finish(fit_examples(given, settings)) for given in (clean, poisoned))
     for examples in clean:
@@ -107,7 +106,7 @@ def test_every_stride_th_sample_counted_from_each_start_is_trained_on(three, fit
     X, y = [], []
     for item in three:
         examples = prepare_examples(item, SMALL)
-        codes = examples.codes(ACTIONS)
+        codes = examples.codes(SYNTHETIC_ACTIONS)
         for i in range(0, len(codes), 7):
             if codes[i] >= 0:
                 X.append(examples.features[i])
@@ -135,21 +134,18 @@ def test_of_too_many_samples_only_those_that_are_learnt_from_are_gathered(
     np.testing.assert_array_equal(fitted_to["care"].groups, groups[some])
 
 
-def test_training_without_room_holds_the_features_of_one_demonstration_at_a_time(monkeypatch):
+def test_training_without_room_holds_the_features_of_one_demonstration_at_a_time(
+    monkeypatch, peak_memory
+):
     monkeypatch.setattr(training_module, "ROOM", 0)
     for module in (ensemble, label_noise):
         monkeypatch.setattr(module, "TREES", 2)
         monkeypatch.setattr(module, "MOST", 200)
-    items = [LabelledDemonstration(*pair) for pair in synthetic_set(12, rate=200.0)]
+    items = labelled_set(12, rate=200.0)
     settings = preset("best").replace(step=None)
     train(items[:2], settings)  # what is loaded on the way
     sizes = [prepare_examples(item, settings).features.nbytes for item in items]
-    tracemalloc.start()
-    try:
-        train(items, settings)
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
+    _, peak = peak_memory(lambda: train(items, settings))
     assert peak < 0.4 * sum(sizes)
 
 
@@ -200,7 +196,7 @@ def test_probabilities_are_prepared_only_if_a_filter_needs_them(three, fitted_to
 def test_samples_in_a_gap_are_not_trained_on(three, fitted_to):
     old = three[0].demonstration
     times = old.times + np.where(np.arange(len(old.times)) >= 100, 2.0, 0.0)
-    gapped = Demonstration(old.name, old.task, times, old.signals, old.channels)
+    gapped = replace(old, times=times)
     everywhere = (Segment(0.0, 1.5, "still"), Segment(1.5, 100.0, "grab"))
     train([LabelledDemonstration(gapped, everywhere)], SMALL)
     assert fitted_to["y"].tolist() == [0] * 100 + [1] * (len(times) - 100)
@@ -216,7 +212,7 @@ def test_merged_spellings_are_trained_as_one_action_and_the_labels_stay(three):
 
 def test_the_shortest_segment_of_each_action_is_remembered(three):
     recogniser = train(three, SMALL)
-    for action in ACTIONS:
+    for action in SYNTHETIC_ACTIONS:
         lengths = [s.duration for item in three for s in item.segments if s.action == action]
         # To the sample: segments are measured on the grid, as they are scored.
         assert recogniser.shortest[action] == pytest.approx(min(lengths), abs=1 / recogniser.rate)
@@ -270,6 +266,6 @@ def test_segments_that_hold_no_sample_are_no_labels(three):
 def test_training_on_different_channels_is_refused_by_name(three):
     old = three[1].demonstration
     renamed = tuple(Channel(f"strain {i}") for i in range(6))
-    other = Demonstration("gauge", "foam", old.times, old.signals, renamed)
+    other = replace(old, name="gauge", channels=renamed)
     with pytest.raises(InputError, match=r"'foam 01' has the channels .*'gauge' has"):
         train([three[0], LabelledDemonstration(other, three[1].segments)], SMALL)

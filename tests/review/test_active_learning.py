@@ -1,17 +1,16 @@
 """Which demonstration to label next, against counts made by hand; odd ones are told apart."""
 
 import tracemalloc
-from datetime import datetime, timezone
+from functools import partial
 
 import numpy as np
 import pytest
+from factories import grab_probabilities, unscored_run_result
 from hypothesis import given
 from hypothesis import strategies as st
 
 from forcelab.labels import Segment
 from forcelab.recognition.examples import Examples
-from forcelab.recognition.probabilities import ProbabilityTrace
-from forcelab.recognition.settings import Settings
 from forcelab.review.active_learning import (
     BINS,
     STEPS,
@@ -24,16 +23,10 @@ from forcelab.review.active_learning import (
     typicality,
     weighs_typicality,
 )
-from forcelab.review.run_result import DemonstrationResult, RunResult
+from forcelab.review.run_result import DemonstrationResult
 
 ACTIONS = ("grab", "hold")
-
-
-def trace_of(*parts, rate=10.0):
-    """Certainty of stretches (seconds, probability of grab) at ten values a second."""
-    grab = np.concatenate([np.full(round(seconds * rate), p) for seconds, p in parts])
-    values = np.rint(np.stack([grab, 1 - grab], axis=1) * 255).astype(np.uint8)
-    return ProbabilityTrace(0.0, rate, ACTIONS, values)
+trace_of = partial(grab_probabilities, rate=10.0)
 
 
 def reviewed(name, probability_trace, human=(), predicted=(), typicality=None):
@@ -45,20 +38,7 @@ def reviewed(name, probability_trace, human=(), predicted=(), typicality=None):
 
 
 def run(tested=(), proposed=()):
-    return RunResult(
-        number=1,
-        time=datetime(2026, 1, 1, tzinfo=timezone.utc),
-        title="foam",
-        tasks=("foam",),
-        test_task=None,
-        author="Ann",
-        apart=False,
-        settings=Settings(),
-        actions=ACTIONS,
-        labels=(),
-        tested=tuple(tested),
-        proposals=tuple(proposed),
-    )
+    return unscored_run_result(tested, ACTIONS, proposals=tuple(proposed))
 
 
 def test_the_calibration_counts_how_often_it_was_right_when_so_sure():

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from factories import make_track, synthetic_set
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from synthetic import synthetic_set
 
 from forcelab.jobs import finish
 from forcelab.labels import Segment, Track, to_codes
@@ -23,10 +23,6 @@ from forcelab.review.agreement import (
 )
 
 
-def track(*rows):
-    return tuple(Segment(*row) for row in rows)
-
-
 def agree(coded, a, b):
     return finish(compare_pair(coded, a, b))
 
@@ -35,8 +31,8 @@ def coded(a, b, id_="d", task="foam", **more):
     return CoderTracks(id_, id_, task, {"Ann": a, "Ben": b, **more})
 
 
-ANN = track((0, 1, "grab"), (1, 3, "hold"), (3.5, 4, "release"))
-BEN = track((0, 1.2, "grab"), (1.2, 3, "hold"), (3, 3.6, "still"), (3.6, 4, "release"))
+ANN = make_track((0, 1, "grab"), (1, 3, "hold"), (3.5, 4, "release"))
+BEN = make_track((0, 1.2, "grab"), (1.2, 3, "hold"), (3, 3.6, "still"), (3.6, 4, "release"))
 
 
 @st.composite
@@ -165,13 +161,15 @@ def test_two_names_of_one_coder_are_compared_with_each_other_only():
 
 
 def test_gaps_that_one_coder_leaves_cut_no_segment_of_the_other():
-    full = track((0, 1, "grab"), (1, 3, "hold"), (3, 4, "release"))
-    gaps = track((0, 0.98, "grab"), (1.1, 1.9, "hold"), (2.0, 2.9, "hold"), (3.1, 4, "release"))
+    full = make_track((0, 1, "grab"), (1, 3, "hold"), (3, 4, "release"))
+    gaps = make_track(
+        (0, 0.98, "grab"), (1.1, 1.9, "hold"), (2.0, 2.9, "hold"), (3.1, 4, "release")
+    )
     found = agree([coded(full, gaps)], "Ann", "Ben").f1
     # Of the two holds the longer one is more than half of the whole one.
     assert found == {k: pytest.approx(2 * 3 / (3 + 4)) for k in (10, 25, 50)}
     # An edge beside a gap: 0.9 to 1 is grab and hold at once, which makes no further segment.
-    early = track((0, 0.9, "grab"), (0.93, 2.8, "hold"), (2.85, 4, "release"))
+    early = make_track((0, 0.9, "grab"), (0.93, 2.8, "hold"), (2.85, 4, "release"))
     assert set(agree([coded(gaps[:1] + full[1:], early)], "Ann", "Ben").f1.values()) == {1.0}
 
 
@@ -212,22 +210,22 @@ def test_who_is_equal_agrees_fully(a):
 
 
 def test_the_nearest_boundaries_are_matched_within_the_window():
-    a = track((1, 1.1, "grab"), (2, 2.1, "grab"))
-    b = track((1.3, 1.4, "grab"), (2.6, 2.7, "grab"))
+    a = make_track((1, 1.1, "grab"), (2, 2.1, "grab"))
+    b = make_track((1.3, 1.4, "grab"), (2.6, 2.7, "grab"))
     assert match_boundaries(a, b).offsets == pytest.approx([300, 300])
     assert len(match_boundaries(a, b, window=0.2).offsets) == 0
     # The end of hold where grab follows at once is where grab starts, and counts once.
-    touching = track((0, 1, "hold"), (1, 2, "grab"))
+    touching = make_track((0, 1, "hold"), (1, 2, "grab"))
     assert match_boundaries(touching, touching).counts == (3, 3)
 
 
 def test_figures_without_data_are_none():
     assert agree([CoderTracks("d", "d", "foam", {"Ann": ANN})], "Ann", "Ben") is None
-    grabs = agree([coded(track((0, 1, "grab")), track((0, 1, "grab")))], "Ann", "Ben")
+    grabs = agree([coded(make_track((0, 1, "grab")), make_track((0, 1, "grab")))], "Ann", "Ben")
     assert grabs.kappa is None  # with one action chance agrees always
     assert grabs.agreed == 1.0
     assert cohen_kappa(np.zeros((2, 2))) is None
-    none = agree([coded(track((0, 1, "grab")), track((2, 3, "grab")))], "Ann", "Ben")
+    none = agree([coded(make_track((0, 1, "grab")), make_track((2, 3, "grab")))], "Ann", "Ben")
     assert (none.kappa, none.agreed, none.only_share) == (None, None, 1.0)
     assert kappa_interval(np.ones((2, 2, 2))) is None
 
@@ -254,10 +252,10 @@ def test_the_words_are_those_of_landis_and_koch():
 def test_a_coder_who_varies_is_led_to_the_odd_places():
     usual = [1.0, 1.1, 0.9, 1.05, 0.95, 1.02]
     expected = [
-        coded(track((0, 1, "grab"), (1, 1 + length, "hold")), (), f"d{i}")
+        coded(make_track((0, 1, "grab"), (1, 1 + length, "hold")), (), f"d{i}")
         for i, length in enumerate(usual)
     ]
-    expected.append(coded(track((0, 1, "hold"), (1, 5, "hold"), (5, 6, "grab")), (), "odd"))
+    expected.append(coded(make_track((0, 1, "hold"), (1, 5, "hold"), (5, 6, "grab")), (), "odd"))
     found = consistency(expected, "Ann")
     assert [(p.demonstration, p.start, p.end) for p in found.odd] == [("odd", 1, 5)]
     assert {(p.demonstration, p.human, p.predicted) for p in found.rare} == {

@@ -1,12 +1,10 @@
 """Cells of a confusion matrix: seconds, segments, and the places that they are counted from."""
 
-from datetime import datetime, timezone
-
 import numpy as np
 import pytest
+from factories import synthetic_set, unscored_run_result
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from synthetic import synthetic_set
 
 from forcelab.jobs import finish
 from forcelab.labels import Segment, Track, from_codes
@@ -17,7 +15,7 @@ from forcelab.recognition.metrics import count
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
 from forcelab.review.confusion import count_confusion, normalise
-from forcelab.review.run_result import DemonstrationResult, RunResult, load_run
+from forcelab.review.run_result import DemonstrationResult, load_run
 
 ACTIONS = ("grab", "hold", "pull")
 
@@ -29,9 +27,8 @@ def reviewed(id_, human, predicted, raw=None, probability_trace=None):
     )
 
 
-def run(*tested, actions=ACTIONS):
-    now = datetime(2026, 1, 1, tzinfo=timezone.utc)
-    return RunResult(1, now, "pen", ("pen",), None, "Ada", False, Settings(), actions, (), tested)
+def run(*tested):
+    return unscored_run_result(tested, ACTIONS, title="pen", tasks=("pen",))
 
 
 def certain(**probabilities):

@@ -1,11 +1,9 @@
 """A consensus is decided step by step, stored at each, and survives undo and restart."""
 
-import tempfile
-
 import pytest
+from factories import foam_demonstration, folder_in_memory, make_track
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from painting_bench import MEMORY, demonstration
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment
@@ -14,14 +12,9 @@ from forcelab.review.agreement import CoderDifference, coder_differences
 from forcelab.review.consensus import Consensus
 from forcelab.segment_edits import SLIVER
 
-
-def track(*rows):
-    return tuple(Segment(*row) for row in rows)
-
-
 #: They differ in an edge, a whole action, and in whether the last of it is labelled.
-ANN = track((0, 1, "grab"), (1, 3, "hold"), (3, 4, "pull"), (4, 5, "hold"), (6, 7, "release"))
-BEN = track((0, 1.06, "grab"), (1.06, 3, "hold"), (3, 4, "slip"), (4, 5, "hold"))
+ANN = make_track((0, 1, "grab"), (1, 3, "hold"), (3, 4, "pull"), (4, 5, "hold"), (6, 7, "release"))
+BEN = make_track((0, 1.06, "grab"), (1.06, 3, "hold"), (3, 4, "slip"), (4, 5, "hold"))
 EDGE, ACTION, LAST = (
     CoderDifference(1, 1.06, "hold", "grab", True),
     CoderDifference(3, 4, "pull", "slip"),
@@ -32,10 +25,10 @@ EDGE, ACTION, LAST = (
 @pytest.fixture
 def project():
     with (
-        tempfile.TemporaryDirectory(dir=MEMORY) as folder,
-        Project.create(f"{folder}/p.forcelab") as project,
+        folder_in_memory() as folder,
+        Project.create(folder / "p.forcelab") as project,
     ):
-        id_ = project.demonstrations.add(demonstration()).id
+        id_ = project.demonstrations.add(foam_demonstration()).id
         project.tracks.edit(id_, "Ann", (), ANN, "made")
         project.tracks.edit(id_, "Ben", (), BEN, "made")
         project.id_ = id_
@@ -145,8 +138,8 @@ def test_a_difference_that_a_coder_makes_later_is_open(project):
 
 
 def test_an_edge_beside_unlabelled_time_is_one(project):
-    a = track((0, 1, "grab"), (2, 3, "hold"))
-    b = track((0.1, 1.1, "grab"), (2, 2.9, "hold"))
+    a = make_track((0, 1, "grab"), (2, 3, "hold"))
+    b = make_track((0.1, 1.1, "grab"), (2, 2.9, "hold"))
     assert [(d.start, d.edge) for d in coder_differences(a, b)] == [
         (0, True),
         (1, True),

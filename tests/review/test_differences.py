@@ -1,11 +1,11 @@
 """Differences tile exactly the time over which two tracks differ, and know their kind."""
 
 import math
-from datetime import datetime, timezone
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from factories import make_track, unscored_run_result
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -14,11 +14,7 @@ from forcelab.labels import Segment
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
 from forcelab.review.differences import action_as_coded, as_trained, find_differences
-from forcelab.review.run_result import DemonstrationResult, RunResult
-
-
-def track(*rows):
-    return tuple(Segment(*row) for row in rows)
+from forcelab.review.run_result import DemonstrationResult
 
 
 @st.composite
@@ -116,32 +112,15 @@ def test_a_track_does_not_differ_from_itself_however_it_is_cut(human):
     ],
 )
 def test_an_edge_is_distinguished_from_a_wrong_action(human, predicted, kinds):
-    found = find_differences("d", track(*human), track(*predicted))
+    found = find_differences("d", make_track(*human), make_track(*predicted))
     assert [d.kind for d in found] == kinds
-
-
-def run_result_of(*reviewed, **changes):
-    values = {
-        "number": 7,
-        "time": datetime.now(timezone.utc),
-        "title": "pen",
-        "tasks": ("pen",),
-        "test_task": None,
-        "author": "Ann",
-        "apart": False,
-        "settings": Settings(),
-        "actions": ("A", "B"),
-        "labels": (),
-        "tested": reviewed,
-    }
-    return RunResult(**(values | changes))
 
 
 def test_confidence_is_that_of_what_is_predicted_and_score_weighs_it_by_time():
     times = np.arange(400) / 100
     probabilities = np.tile([0.2, 0.8], (400, 1))
     trace = ProbabilityTrace.from_probabilities(times, probabilities, ("A", "B"))
-    human, predicted = track((0, 3, "A")), track((0, 2, "B"))
+    human, predicted = make_track((0, 3, "A")), make_track((0, 2, "B"))
     action, missed = find_differences("d", human, predicted, trace)
     assert action.confidence == pytest.approx(0.8, abs=0.003)
     assert action.score == pytest.approx(1.6, abs=0.006)
@@ -151,17 +130,19 @@ def test_confidence_is_that_of_what_is_predicted_and_score_weighs_it_by_time():
 
 def test_tracks_are_spelt_as_they_were_trained():
     one = DemonstrationResult("1", "one", "pen", 0, 4, (), {"filtered": ()})
-    merged = run_result_of(one, settings=Settings(merge=MergeMap({"grap": "grab"})))
-    assert as_trained(track((0, 1, "grap")), merged, one) == track((0, 1, "grab"))
-    apart = run_result_of(one, apart=True)
-    assert as_trained(track((0, 1, "grab")), apart, one) == track((0, 1, "grab_pen"))
+    merged = unscored_run_result([one], settings=Settings(merge=MergeMap({"grap": "grab"})))
+    assert as_trained(make_track((0, 1, "grap")), merged, one) == make_track((0, 1, "grab"))
+    apart = unscored_run_result([one], tasks=("pen",), apart=True)
+    assert as_trained(make_track((0, 1, "grab")), apart, one) == make_track((0, 1, "grab_pen"))
     assert action_as_coded("grab_pen", apart, one) == "grab"
-    assert math.isclose(as_trained(track((0, 1, "x")), apart, one)[0].duration, 1)
+    assert math.isclose(as_trained(make_track((0, 1, "x")), apart, one)[0].duration, 1)
 
 
 def test_an_action_of_another_task_is_spelt_as_its_coder_does():
     one = DemonstrationResult("1", "one", "pen", 0, 4, (), {"filtered": ()})
-    apart = run_result_of(one, apart=True, tasks=("pen", "foam", "soft foam"))
+    apart = unscored_run_result([one], apart=True, tasks=("pen", "foam", "soft foam"))
     assert action_as_coded("grab_soft foam", apart, one) == "grab"
     assert action_as_coded("grab_hard_foam", apart, one) == "grab_hard"
-    assert action_as_coded("grab_pen", run_result_of(one, tasks=("pen",)), one) == "grab_pen"
+    assert (
+        action_as_coded("grab_pen", unscored_run_result([one], tasks=("pen",)), one) == "grab_pen"
+    )

@@ -9,11 +9,15 @@ from multiprocessing.reduction import ForkingPickler
 
 import numpy as np
 import pytest
-from factories import QUICK_SETTINGS, make_evaluated_project, make_labelled_project
+from factories import (
+    QUICK_SETTINGS,
+    make_evaluated_project,
+    make_labelled_project,
+    synthetic_demonstration,
+)
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sklearn.neighbors import NearestNeighbors
-from synthetic import synthetic_demonstration
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError

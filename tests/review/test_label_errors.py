@@ -1,18 +1,15 @@
 """Planted coding errors are found; confusions that occur everywhere make nobody suspicious."""
 
 from dataclasses import replace
-from datetime import datetime, timezone
-from pathlib import Path
 
 import numpy as np
 import pytest
+from factories import read_labelled, unscored_run_result
 
-from forcelab.formats import pdl
-from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.recognition import ensemble
-from forcelab.recognition.examples import LabelledDemonstration, actions_of
+from forcelab.recognition.examples import actions_of
 from forcelab.recognition.presets import preset
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
@@ -20,27 +17,10 @@ from forcelab.recognition.training import fit_examples, prepare_all
 from forcelab.review.differences import find_differences
 from forcelab.review.label_errors import SUSPECT, gather_evidence, suspect_edges, suspect_segments
 from forcelab.review.queue import arrange_queue
-from forcelab.review.run_result import DemonstrationResult, RunResult
+from forcelab.review.run_result import DemonstrationResult
 
-TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
 ORDER = ("still", "grab", "hold", "release", "still")
 ACTIONS = ORDER[:4]
-
-
-def run_result_of(tested, actions=ACTIONS):
-    return RunResult(
-        1,
-        datetime.now(timezone.utc),
-        "foam",
-        ("foam",),
-        None,
-        "Ann",
-        False,
-        Settings(),
-        actions,
-        (),
-        tuple(tested),
-    )
 
 
 def certain(segments, actions, confidence, random):
@@ -90,7 +70,9 @@ def test_swapped_labels_are_found_with_what_they_were(probabilities):
     tracks = {one.id: one.human for one in tested}
     for id_, index, action in [("01", 1, "still"), ("03", 2, "release"), ("04", 4, "hold")]:
         tracks[id_] = relabelled(tracks[id_], index, action)
-    found = [d for d in listed(run_result_of(tested), tracks) if d.suspicion >= SUSPECT]
+    found = [
+        d for d in listed(unscored_run_result(tested, ACTIONS), tracks) if d.suspicion >= SUSPECT
+    ]
     assert {(d.demonstration, d.human, d.predicted) for d in found} == {
         ("01", "still", "grab"),
         ("03", "release", "hold"),
@@ -101,20 +83,20 @@ def test_swapped_labels_are_found_with_what_they_were(probabilities):
 
 def test_labels_without_errors_raise_no_suspicion():
     tested = [recording(i) for i in range(6)]
-    found = listed(run_result_of(tested), {one.id: one.human for one in tested})
+    found = listed(unscored_run_result(tested, ACTIONS), {one.id: one.human for one in tested})
     assert all(d.suspicion < 0.1 for d in found)
 
 
 def test_a_confusion_that_occurs_everywhere_is_the_models_weakness():
     tested = [recording(i, predicted_as={"release": "grab"}) for i in range(6)]
-    found = listed(run_result_of(tested), {one.id: one.human for one in tested})
+    found = listed(unscored_run_result(tested, ACTIONS), {one.id: one.human for one in tested})
     assert all(d.suspicion < 0.5 for d in found)
 
 
 def test_an_unusual_order_that_the_model_sees_as_well_is_no_error():
     tested = [recording(i) for i in range(6)]
     tested.append(recording(9, ("still", "hold", "grab", "release", "still"), confidence=1.0))
-    found = listed(run_result_of(tested), {one.id: one.human for one in tested})
+    found = listed(unscored_run_result(tested, ACTIONS), {one.id: one.human for one in tested})
     assert all(d.suspicion < SUSPECT for d in found)
 
 
@@ -133,7 +115,7 @@ def test_where_the_model_sees_what_the_coder_sees_the_order_alone_raises_no_susp
     )
     unsure[(times >= odd.human[1].start) & (times < odd.human[1].end)] = [0.0, 0.35, 0.65, 0.0]
     trace = ProbabilityTrace.from_probabilities(times, unsure, ACTIONS)
-    run = run_result_of([*tested, replace(odd, probability_trace=trace)])
+    run = unscored_run_result([*tested, replace(odd, probability_trace=trace)], ACTIONS)
     found = listed(run, {one.id: one.human for one in run.tested})
     assert not [d for d in found if d.suspicion >= SUSPECT]
     # And where it contradicts, what it is said to see is what it does see.
@@ -149,7 +131,7 @@ def test_in_any_order_the_model_alone_decides():
     old = tracks["02"][3].action
     new = next(a for a in ACTIONS if a != old)
     tracks["02"] = relabelled(tracks["02"], 3, new)
-    first = listed(run_result_of(tested), tracks)[0]
+    first = listed(unscored_run_result(tested, ACTIONS), tracks)[0]
     assert (first.demonstration, first.start, first.human, first.predicted) == (
         "02",
         tracks["02"][3].start,
@@ -162,9 +144,9 @@ def test_actions_that_the_outcome_does_not_know_are_passed_over():
     tested = [recording(i) for i in range(4)]
     tracks = {one.id: one.human for one in tested}
     tracks["00"] = relabelled(tracks["00"], 2, "polish")
-    found = listed(run_result_of(tested), tracks)
+    found = listed(unscored_run_result(tested, ACTIONS), tracks)
     assert all(d.human != "polish" for d in found)
-    assert listed(run_result_of(tested), {}) == ()
+    assert listed(unscored_run_result(tested, ACTIONS), {}) == ()
 
 
 def test_of_actions_that_it_never_learnt_the_model_is_no_witness():
@@ -174,7 +156,7 @@ def test_of_actions_that_it_never_learnt_the_model_is_no_witness():
     tested = [recording(i, actions=learnt, predicted_as=one) for i, one in enumerate(confusions)]
     tracks = {one.id: one.human for one in tested}
     tracks["03"] = relabelled(tracks["03"], 2, "grab")  # it was "hold", as the model sees
-    found = listed(run_result_of(tested), tracks)
+    found = listed(unscored_run_result(tested, ACTIONS), tracks)
     assert all("release" not in (d.human, d.predicted) for d in found)
     assert (found[0].demonstration, found[0].human, found[0].predicted) == ("03", "grab", "hold")
 
@@ -214,7 +196,7 @@ def test_of_a_segment_that_is_wrong_in_part_that_part_is_suspected(probabilities
         tested = [replace(one, probability_trace=None) for one in tested]
     tracks = {one.id: one.human for one in tested}
     tracks["03"] = ended_early(tested[3])
-    first, *others = listed(run_result_of(tested), tracks)
+    first, *others = listed(unscored_run_result(tested, ACTIONS), tracks)
     assert (first.demonstration, first.human, first.predicted) == ("03", "release", "hold")
     assert (first.start, first.end) == (tracks["03"][3].start, tested[3].human[2].end)
     assert first.suspicion >= SUSPECT
@@ -225,7 +207,7 @@ def test_a_suspected_part_stands_once_in_the_queue():
     tested = [recording(i) for i in range(6)]
     tracks = {one.id: one.human for one in tested}
     tracks["03"] = ended_early(tested[3])
-    found, _ = finish(arrange_queue(run_result_of(tested), tracks, ()))
+    found, _ = finish(arrange_queue(unscored_run_result(tested, ACTIONS), tracks, ()))
     (part,) = found.open
     assert found.suspected == (part,)
     assert (part.start, part.end) == (tracks["03"][3].start, tested[3].human[2].end)
@@ -238,7 +220,7 @@ def test_a_short_action_that_was_overlooked_within_another_is_suspected():
     chosen = max(tested, key=lambda one: one.human[3].duration)
     still, grab, hold, slip, again, *rest = chosen.human
     tracks[chosen.id] = (still, grab, replace(hold, end=again.end), *rest)
-    first = listed(run_result_of(tested, (*ACTIONS, "slip")), tracks)[0]
+    first = listed(unscored_run_result(tested, (*ACTIONS, "slip")), tracks)[0]
     assert (first.demonstration, first.predicted) == (chosen.id, "slip")
     assert (first.start, first.end) == (slip.start, slip.end)
     assert first.suspicion >= SUSPECT
@@ -246,7 +228,9 @@ def test_a_short_action_that_was_overlooked_within_another_is_suspected():
 
 def test_an_action_that_the_model_always_ends_late_is_not_suspicious():
     tested = [recording(i) for i in range(6)]
-    found = listed(run_result_of(tested), {one.id: ended_early(one) for one in tested})
+    found = listed(
+        unscored_run_result(tested, ACTIONS), {one.id: ended_early(one) for one in tested}
+    )
     assert all(d.suspicion < SUSPECT for d in found)
 
 
@@ -257,7 +241,7 @@ def test_an_edge_that_is_displaced_by_a_few_hundredths_is_not_suspected_as_a_par
     hold, release = replace(hold, end=hold.end - 0.05), replace(release, start=release.start - 0.05)
     sliver = replace(release, end=release.start + 0.1)  # so short that 0.05 s of it is no edge
     tracks["01"] = (still, grab, hold, sliver, after)
-    found = listed(run_result_of(tested), tracks)
+    found = listed(unscored_run_result(tested, ACTIONS), tracks)
     assert any(d.demonstration == "01" and 0 < d.suspicion < 0.1 for d in found)
     assert all(d.suspicion < 0.1 for d in found)
 
@@ -274,7 +258,9 @@ def test_a_part_that_breaks_the_usual_order_is_hardly_suspect():
     )
     trace = certain(sees, ACTIONS, 0.7, np.random.default_rng(1))
     other = replace(one, stages={"filtered": sees}, probability_trace=trace)
-    found = listed(run_result_of([*others, other]), {r.id: r.human for r in (*others, one)})
+    found = listed(
+        unscored_run_result([*others, other], ACTIONS), {r.id: r.human for r in (*others, one)}
+    )
     assert all(d.suspicion < 0.2 for d in found)
 
 
@@ -313,11 +299,10 @@ def evaluated(items, settings):
         stages = {"filtered": prediction.segments}
         ends = example.times[-1]
         tested.append(DemonstrationResult(id_, name, "", 0, ends, item.segments, stages, trace))
-    return run_result_of(tested, actions)
+    return unscored_run_result(tested, actions)
 
 
 @pytest.mark.real
-@pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
 @pytest.mark.parametrize("file", ["soft_sig.pdl", "JPen_sig.pdl"])
 @pytest.mark.parametrize(
     "settings",
@@ -325,13 +310,10 @@ def evaluated(items, settings):
     ids=["naive-bayes", "fast", "best"],
 )
 def test_three_swapped_labels_are_among_the_first_five_of_real_recordings(
-    file, settings, monkeypatch
+    file, settings, monkeypatch, real_file
 ):
     monkeypatch.setattr(ensemble, "TREES", 10)  # of 50, which find them no worse
-    recordings = pdl.read(TONGS / file, ReadOptions())
-    items, places = swapped(
-        [LabelledDemonstration(r.demonstration, r.tracks[0].segments) for r in recordings], 1
-    )
+    items, places = swapped(read_labelled(real_file(f"tongs/{file}")), 1)
     run = evaluated(items, settings)
     tracks = {item.demonstration.id: item.segments for item in items}
     first = listed(run, tracks)[:5]
@@ -339,11 +321,11 @@ def test_three_swapped_labels_are_among_the_first_five_of_real_recordings(
 
 
 @pytest.mark.real
-@pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
-def test_the_part_of_a_real_segment_over_which_the_pen_is_held_still_is_suspected(monkeypatch):
+def test_the_part_of_a_real_segment_over_which_the_pen_is_held_still_is_suspected(
+    monkeypatch, real_file
+):
     monkeypatch.setattr(ensemble, "TREES", 10)
-    recordings = pdl.read(TONGS / "JPen_sig.pdl", ReadOptions())
-    items = [LabelledDemonstration(r.demonstration, r.tracks[0].segments) for r in recordings]
+    items = read_labelled(real_file("tongs/JPen_sig.pdl"))
     run = evaluated(items, preset("fast"))
     found = listed(run, {item.demonstration.id: item.segments for item in items})
     # Coded still from 2.75 s on; 3.9 N are held until 4.04 s.

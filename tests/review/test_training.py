@@ -10,8 +10,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project
-from synthetic import synthetic_set
+from factories import (
+    BAYES_SETTINGS,
+    FOAM_SELECTION,
+    labelled_set,
+    make_labelled_project,
+    synthetic_set,
+)
 
 from forcelab.cli import main
 from forcelab.errors import InputError
@@ -22,7 +27,7 @@ from forcelab.project import Project
 from forcelab.recognition import training as training_module
 from forcelab.recognition.cross_validation import leave_one_out
 from forcelab.recognition.dataset import DataSelection
-from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
+from forcelab.recognition.examples import prepare_examples
 from forcelab.recognition.storage import load_recogniser
 from forcelab.recognition.training import FitProgress, training_job
 from forcelab.review.active_learning import sample_steps, typicality
@@ -138,7 +143,7 @@ def test_features_for_testing_serve_the_final_fit_as_they_are(tmp_path, monkeypa
 
 
 def test_the_certainty_is_the_mean_of_the_probabilities_of_each_fiftieth_of_a_second(path, result):
-    labelled = [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(3, 100.0)]
+    labelled = labelled_set(3, 100.0)
     tested = finish(leave_one_out(labelled, BAYES_SETTINGS)).tested
     with Project.open(path) as project:
         known = {item.name: item for item in result.tested}
@@ -191,7 +196,7 @@ def test_what_was_trained_is_stored_when_no_other_program_keeps_the_project_busy
 
 
 def test_asking_how_certain_it_is_changes_no_prediction():
-    labelled = [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
+    labelled = labelled_set(2, 100.0)
     for settings in (BAYES_SETTINGS, BAYES_SETTINGS.replace(threshold=None)):
         plain = finish(leave_one_out(labelled, settings))
         with_trace = finish(leave_one_out(labelled, settings, probability_trace=True))
@@ -203,7 +208,7 @@ def test_asking_how_certain_it_is_changes_no_prediction():
 
 
 def test_an_svm_without_probabilities_has_no_certainty():
-    labelled = [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
+    labelled = labelled_set(2, 100.0)
     settings = BAYES_SETTINGS.replace(classifier="svm", threshold=None, stride=5)
     tested = finish(leave_one_out(labelled, settings, probability_trace=True)).tested
     assert [item.probability_trace for item in tested] == [None, None]

@@ -1,20 +1,16 @@
 """What is judged leaves the queue, and comes back when the verdict counts no more."""
 
-import tempfile
 from dataclasses import replace
-from datetime import datetime, timezone
-from pathlib import Path
 
 import pytest
-from painting_bench import MEMORY, demonstration
+from factories import foam_demonstration, folder_in_memory, unscored_run_result
 
 from forcelab.labels import Segment
 from forcelab.project import Project
 from forcelab.project.track_editor import TrackEditor
-from forcelab.recognition.settings import Settings
 from forcelab.review.differences import find_differences
 from forcelab.review.queue import review_queue
-from forcelab.review.run_result import DemonstrationResult, RunResult
+from forcelab.review.run_result import DemonstrationResult
 from forcelab.review.verdicts import count_verdicts, model_action, record_verdict, withdraw_verdict
 
 HUMAN = (Segment(0, 2, "grab"), Segment(2, 6, "hold"), Segment(6, 8, "release"))
@@ -32,29 +28,14 @@ SEEN = (
 def study():
     """A project in which Ann labelled, and what a recogniser makes of it."""
     with (
-        tempfile.TemporaryDirectory(dir=MEMORY) as folder,
-        Project.create(Path(folder) / "study.forcelab") as project,
+        folder_in_memory() as folder,
+        Project.create(folder / "study.forcelab") as project,
     ):
-        one = demonstration()
+        one = foam_demonstration()
         project.demonstrations.add(one)
         project.tracks.edit(one.id, "Ann", (), HUMAN, "made")
         tested = DemonstrationResult(one.id, one.name, "foam", 0, 10, HUMAN, {"filtered": SEEN})
-        yield (
-            project,
-            RunResult(
-                0,
-                datetime.now(timezone.utc),
-                "foam",
-                ("foam",),
-                None,
-                "Ann",
-                False,
-                Settings(),
-                ("grab", "hold", "release"),
-                (),
-                (tested,),
-            ),
-        )
+        yield project, unscored_run_result([tested], number=0)  # no run of the project
 
 
 def spans(section):

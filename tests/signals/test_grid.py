@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-import tracemalloc
+from functools import partial
 
 import numpy as np
 import pytest
@@ -250,16 +250,12 @@ def test_a_stray_stamp_years_away_is_refused_before_memory_runs_out():
         on_grid(recording(times, 1.0))
 
 
-def test_a_long_recording_costs_a_few_times_its_own_size():
+def test_a_long_recording_costs_a_few_times_its_own_size(peak_memory):
     n = 1_000_000
     demo = recording(np.arange(n) / 1000, noise(n), noise(n, 1))
     own = demo.signals.nbytes + demo.times.nbytes
     for rate in (None, 250.0):
-        tracemalloc.start()
-        on_grid(demo, rate)
-        peak = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-        assert peak < 4 * own
+        assert peak_memory(partial(on_grid, demo, rate))[1] < 4 * own
 
 
 def test_a_column_that_nobody_wants_makes_nothing_invalid():

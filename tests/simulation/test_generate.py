@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import brief
 import cv2
 import numpy as np
 import pytest
+from factories import perform_grips
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -34,7 +34,7 @@ def unfilmed(*numbers, task="foam", seed=3, rate=1000.0):
 @pytest.fixture
 def quick(monkeypatch):
     """Brief performances instead of the mechanics."""
-    monkeypatch.setattr(generate, "performing", brief.performing)
+    monkeypatch.setattr(generate, "performing", perform_grips)
 
 
 # Where they come from

@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from factories import make_track
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from forcelab.labels import Segment
 from forcelab.simulation.scene import Motion
 from forcelab.simulation.system import Event
 from forcelab.simulation.tasks.ground_truth import (
@@ -98,44 +98,34 @@ def test_a_grip_that_never_comes_or_lies_beyond_the_recording_does_not_hurt():
 # Actions
 
 
-def test_without_cues_everything_happened_as_planned():
-    phases = planned(("still", 1.0, None), ("grab", 0.5, None), ("hold", 1.0, None))
-    assert true_actions(phases, course()) == (
-        Segment(1.0, 2.0, "still"),
-        Segment(2.0, 2.5, "grab"),
-        Segment(2.5, 3.5, "hold"),
-    )
-
-
-def test_an_action_begins_where_its_cue_is_found_and_the_one_before_ends_there():
-    phases = planned(("still", 1.0, None), ("grab", 0.5, begins(2.2)), ("hold", 1.0, begins(None)))
-    assert true_actions(phases, course()) == (
-        Segment(1.0, 2.2, "still"),
-        Segment(2.2, 2.5, "grab"),
-        Segment(2.5, 3.5, "hold"),
-    )
-
-
-def test_neighbours_of_one_action_are_one():
-    phases = planned(("insert", 0.5, None), ("insert", 0.5, begins(1.7)), ("release", 0.5, None))
-    assert true_actions(phases, course()) == (
-        Segment(1.0, 2.0, "insert"),
-        Segment(2.0, 2.5, "release"),
-    )
-
-
-def test_what_did_not_happen_is_left_out_and_leaves_no_gap():
+ACTIONS = {
+    "without cues everything happened as planned": (
+        [("still", 1.0, None), ("grab", 0.5, None), ("hold", 1.0, None)],
+        [(1.0, 2.0, "still"), (2.0, 2.5, "grab"), (2.5, 3.5, "hold")],
+    ),
+    "an action begins where its cue is found and the one before ends there": (
+        [("still", 1.0, None), ("grab", 0.5, begins(2.2)), ("hold", 1.0, begins(None))],
+        [(1.0, 2.2, "still"), (2.2, 2.5, "grab"), (2.5, 3.5, "hold")],
+    ),
+    "neighbours of one action are one": (
+        [("insert", 0.5, None), ("insert", 0.5, begins(1.7)), ("release", 0.5, None)],
+        [(1.0, 2.0, "insert"), (2.0, 2.5, "release")],
+    ),
     # The jaws slipped off before they ever stuck.
-    phases = planned(("pull", 1.0, None), ("slip", 0.5, begins(2.3)), ("slipped", 1.0, begins(2.1)))
-    assert true_actions(phases, course()) == (
-        Segment(1.0, 2.3, "pull"),
-        Segment(2.3, 3.5, "slipped"),
-    )
+    "what did not happen is left out and leaves no gap": (
+        [("pull", 1.0, None), ("slip", 0.5, begins(2.3)), ("slipped", 1.0, begins(2.1))],
+        [(1.0, 2.3, "pull"), (2.3, 3.5, "slipped")],
+    ),
+    "two actions about one that did not happen are one": (
+        [("hold", 1.0, None), ("search", 0.5, begins(2.5)), ("hold", 1.0, None)],
+        [(1.0, 3.5, "hold")],
+    ),
+}
 
 
-def test_two_actions_about_one_that_did_not_happen_are_one():
-    phases = planned(("hold", 1.0, None), ("search", 0.5, begins(2.5)), ("hold", 1.0, None))
-    assert true_actions(phases, course()) == (Segment(1.0, 3.5, "hold"),)
+@pytest.mark.parametrize(("phases", "expected"), ACTIONS.values(), ids=ACTIONS)
+def test_actions_are_what_was_planned_and_where_it_happened(phases, expected):
+    assert true_actions(planned(*phases), course()) == make_track(*expected)
 
 
 def test_a_cue_after_the_end_leaves_the_last_action_out():

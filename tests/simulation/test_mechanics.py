@@ -10,19 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.optimize import brentq
-from simulation.scenes import (
-    FREE,
-    SCENES,
-    SLIPPERY,
-    energy,
-    follow,
-    mechanics,
-    named,
-    power,
-    scattered,
-    state,
-    without_losses,
-)
 
 from forcelab.errors import InputError
 from forcelab.simulation.hand import Trajectory
@@ -49,6 +36,19 @@ from forcelab.simulation.scene import (
     width_at,
 )
 from forcelab.simulation.solvers import Explicit, Lsoda, Rosenbrock, integrate
+from tests.simulation.scenes import (
+    FREE,
+    SCENES,
+    SLIPPERY,
+    energy,
+    follow,
+    mechanics,
+    named,
+    power,
+    scattered,
+    state,
+    without_losses,
+)
 
 COMMANDS = {"left jaw": 0.018, "right jaw": 0.017, "tap": 0.5}
 LOSSLESS = [name for name in SCENES if name != "twist"]

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from simulation.staged import SCENES, TAPS, staged
 
 from forcelab.clock import fit_clock
 from forcelab.errors import InputError
 from forcelab.labels import Segment
 from forcelab.simulation.rendering import SIZE, Camera, Stage, drawn_height, render
 from forcelab.simulation.scene import Motion
+from tests.simulation.staged import SCENES, TAPS, staged
 
 DOME = (0x11, 0x9D, 0xA4)
 ARM = (0x3C, 0x42, 0x50)

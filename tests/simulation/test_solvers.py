@@ -10,16 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.optimize import brentq
-from simulation.mechanisms import (
-    Ball,
-    Bouncer,
-    Mechanism,
-    Oscillator,
-    Thrown,
-    driven,
-    errors,
-    order,
-)
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
@@ -32,6 +22,16 @@ from forcelab.simulation.solvers import (
     Rosenbrock,
     integrate,
     integrating,
+)
+from tests.simulation.mechanisms import (
+    Ball,
+    Bouncer,
+    Mechanism,
+    Oscillator,
+    Thrown,
+    driven,
+    errors,
+    order,
 )
 
 ALL = [Explicit(1e-7), Lsoda(1e-6), Radau(1e-5), Rosenbrock(1e-6)]

@@ -1,12 +1,20 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import av
-import films
 import numpy as np
 import pytest
+from factories import (
+    GOP_250,
+    VIDEO_HEIGHT,
+    VIDEO_WIDTH,
+    even_frame_times,
+    frame_number,
+    uneven_frame_times,
+    write_opencv_video,
+    write_video,
+)
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
@@ -18,26 +26,25 @@ from forcelab.video.reader import LEAD, Decoder, DecoderPool, Thumbnails, VideoR
 STEPS = int(os.environ.get("FORCELAB_VIDEO_STEPS", "60"))
 COUNT = max(STEPS + 60, 270)
 #: So few frames are kept that most have to be decoded again.
-SMALL = 24 * films.WIDTH * films.HEIGHT * 3
-KARMA = Path(__file__).parents[3] / "shared/data/video/karma.mp4"
-EVEN, ODD = films.even_times(COUNT), films.odd_times(COUNT)
+SMALL = 24 * VIDEO_WIDTH * VIDEO_HEIGHT * 3
+EVEN, ODD = even_frame_times(COUNT), uneven_frame_times(COUNT)
 VP9 = {"g": "128", "deadline": "realtime", "cpu-used": "8"}
 #: How each good video is made, and the times its frames must have, to the file's own resolution.
 FILMS = {
-    "h264.mp4": (lambda path: films.write(path, "libx264", EVEN, films.GOP_250), EVEN, 1e-6),
-    "h264-vfr.mp4": (lambda path: films.write(path, "libx264", ODD, films.GOP_250), ODD, 1e-6),
-    "h264-vfr.mkv": (lambda path: films.write(path, "libx264", ODD, films.GOP_250), ODD, 1.1e-3),
+    "h264.mp4": (lambda path: write_video(path, "libx264", EVEN, GOP_250), EVEN, 1e-6),
+    "h264-vfr.mp4": (lambda path: write_video(path, "libx264", ODD, GOP_250), ODD, 1e-6),
+    "h264-vfr.mkv": (lambda path: write_video(path, "libx264", ODD, GOP_250), ODD, 1.1e-3),
     "h264-open.mp4": (
-        lambda path: films.write(
-            path, "libx264", EVEN, films.GOP_250 | {"g": "40", "x264-params": "open-gop=1"}
+        lambda path: write_video(
+            path, "libx264", EVEN, GOP_250 | {"g": "40", "x264-params": "open-gop=1"}
         ),
         EVEN,
         1e-6,
     ),
-    "mp4v.mp4": (lambda path: films.write_with_opencv(path, "mp4v", COUNT), EVEN, 1e-6),
-    "vp9.webm": (lambda path: films.write(path, "libvpx-vp9", EVEN, VP9), EVEN, 1.1e-3),
+    "mp4v.mp4": (lambda path: write_opencv_video(path, "mp4v", COUNT), EVEN, 1e-6),
+    "vp9.webm": (lambda path: write_video(path, "libvpx-vp9", EVEN, VP9), EVEN, 1.1e-3),
     "vp8.webm": (
-        lambda path: films.write(
+        lambda path: write_video(
             path, "libvpx", EVEN, {"auto-alt-ref": "1", "lag-in-frames": "16", "cpu-used": "8"}
         ),
         EVEN,
@@ -61,7 +68,7 @@ def film(folder):
 
 
 def wrong(reader, numbers):
-    return [number for number in numbers if films.number_of(reader.frame(number)) != number]
+    return [number for number in numbers if frame_number(reader.frame(number)) != number]
 
 
 @pytest.mark.parametrize("name", FILMS)
@@ -153,7 +160,7 @@ def test_requests_that_are_given_up_anywhere_do_not_mislead_the_next(film):
 
 
 def test_the_index_is_a_job_that_tells_how_far_it_is(folder):
-    path = films.write_with_opencv(folder / "long.mp4", "mp4v", 1200)
+    path = write_opencv_video(folder / "long.mp4", "mp4v", 1200)
     steps = list(indexing(path))
     assert steps
     assert all(isinstance(step, Progress) and step.done <= step.total == 1200 for step in steps)
@@ -181,7 +188,7 @@ def test_a_truncated_file_gives_what_is_there_and_says_where_it_ends(film, tmp_p
 
 
 def test_a_truncated_mp4_with_its_index_in_front_too(tmp_path):
-    plain = films.write(tmp_path / "plain.mp4", "libx264", EVEN[:300], films.GOP_250)
+    plain = write_video(tmp_path / "plain.mp4", "libx264", EVEN[:300], GOP_250)
     with (
         av.open(str(plain)) as source,
         av.open(str(tmp_path / "front.mp4"), "w", options={"movflags": "faststart"}) as target,
@@ -217,9 +224,9 @@ def test_what_cannot_be_shown_is_told_in_one_sentence(film, tmp_path, name, sent
     elif name == "cut.mp4":
         cut(film("h264.mp4"), path, 0.5)
     elif name == "none.avi":
-        films.write_with_opencv(path, "MJPG", 0)
+        write_opencv_video(path, "MJPG", 0)
     elif name == "av1.mp4":
-        films.write(path, "libsvtav1", EVEN[:5], {"preset": "12", "svtav1-params": "lp=1"})
+        write_video(path, "libsvtav1", EVEN[:5], {"preset": "12", "svtav1-params": "lp=1"})
     with pytest.raises(InputError, match=sentence) as refusal:
         VideoReader(path)
     assert name in str(refusal.value)
@@ -229,7 +236,7 @@ def test_what_cannot_be_shown_is_told_in_one_sentence(film, tmp_path, name, sent
 def test_the_decoder_says_nothing_on_the_terminal(film, tmp_path):
     (tmp_path / "text.mp4").write_text("no video at all")
     cut(film("h264.mp4"), tmp_path / "cut.mp4", 0.5)
-    films.write(tmp_path / "av1.mp4", "libsvtav1", EVEN[:5], {"preset": "12"})
+    write_video(tmp_path / "av1.mp4", "libsvtav1", EVEN[:5], {"preset": "12"})
     # In a process of its own: FFmpeg is told once, when the first video of a process is opened.
     script = """
 import sys
@@ -270,14 +277,14 @@ def _packet_places(path):
 
 
 @pytest.mark.real
-@pytest.mark.skipif(not KARMA.exists(), reason="the real recordings are not here")
-def test_a_real_video_gives_the_same_frames_whichever_way_one_comes():
-    with VideoReader(KARMA) as reader:
+def test_a_real_video_gives_the_same_frames_whichever_way_one_comes(real_file):
+    path = real_file("video/karma.mp4")
+    with VideoReader(path) as reader:
         assert len(reader) == 362
         assert reader.rate == pytest.approx(30_000 / 1001)
         assert reader.size == (854, 480)
         ahead = {number: reader.frame(number).copy() for number in range(100, 140)}
-    with VideoReader(KARMA, cache=2**24) as reader:
+    with VideoReader(path, cache=2**24) as reader:
         for number in np.random.default_rng(3).permutation(list(ahead)).tolist():
             np.testing.assert_array_equal(reader.frame(number), ahead[number])
 
@@ -288,7 +295,7 @@ FRAMES = 300
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
     path = tmp_path_factory.mktemp("films") / "h264.mp4"
-    return films.write(path, "libx264", films.even_times(FRAMES), films.GOP_250)
+    return write_video(path, "libx264", even_frame_times(FRAMES), GOP_250)
 
 
 def decoding(monkeypatch):
@@ -299,7 +306,7 @@ def decoding(monkeypatch):
 
 
 def jump(reader, number):
-    assert films.number_of(reader.frame(number)) == number
+    assert frame_number(reader.frame(number)) == number
 
 
 def test_who_jumps_to_and_fro_is_near_where_he_was(path, monkeypatch):
@@ -317,8 +324,8 @@ def test_jumps_anywhere_decode_less_than_from_the_key_frame(path, monkeypatch):
     numbers = np.random.default_rng(3).integers(0, FRAMES, 60).tolist()
     costs = {}
     for most in (1, 16):
-        with VideoReader(path, cache=24 * films.WIDTH * films.HEIGHT * 3) as reader:
-            reader._decoders.most = most
+        monkeypatch.setattr("forcelab.video.reader.MOST", most)
+        with VideoReader(path, cache=24 * VIDEO_WIDTH * VIDEO_HEIGHT * 3) as reader:
             with monkeypatch.context() as patch:
                 decoded = decoding(patch)
                 for number in numbers:
@@ -329,7 +336,7 @@ def test_jumps_anywhere_decode_less_than_from_the_key_frame(path, monkeypatch):
 
 
 def test_going_back_decodes_a_whole_stretch_although_another_decoder_is_near(path, monkeypatch):
-    with VideoReader(path, cache=40 * films.WIDTH * films.HEIGHT * 3) as reader:
+    with VideoReader(path, cache=40 * VIDEO_WIDTH * VIDEO_HEIGHT * 3) as reader:
         for number in (180, 150, 30):
             jump(reader, number)
         decoded = decoding(monkeypatch)
@@ -400,13 +407,13 @@ def test_a_video_that_is_gone_is_still_read_by_what_is_open(path, tmp_path):
         assert len(reader._decoders) < 4
 
 
-TIMES = films.odd_times(120)
+TIMES = uneven_frame_times(120)
 
 
 @pytest.fixture(scope="module")
 def long_film(tmp_path_factory):
     folder = tmp_path_factory.mktemp("films")
-    return films.write(folder / "film.mp4", "libx264", TIMES, films.GOP_250)
+    return write_video(folder / "film.mp4", "libx264", TIMES, GOP_250)
 
 
 def test_each_sketch_is_of_its_frame(long_film):
@@ -414,7 +421,7 @@ def test_each_sketch_is_of_its_frame(long_film):
     assert thumbnails.worthwhile
     assert thumbnails.get(3) is None
     finish(thumbnails.making())
-    assert [films.number_of(thumbnails.get(number)) for number in range(120)] == list(range(120))
+    assert [frame_number(thumbnails.get(number)) for number in range(120)] == list(range(120))
 
 
 def test_they_end_where_the_room_does(long_film):
@@ -424,7 +431,7 @@ def test_they_end_where_the_room_does(long_film):
 
 
 def test_the_more_frames_share_the_room_the_smaller_they_are(tmp_path):
-    long_film = films.write(tmp_path / "film.mp4", "libx264", TIMES[:40], {"g": "250"}, (960, 128))
+    long_film = write_video(tmp_path / "film.mp4", "libx264", TIMES[:40], {"g": "250"}, (960, 128))
     index = finish(indexing(long_film))
     for room, width in ((2**27, 960), (40 * 960 * 128 // 16, 480), (40 * 960 * 128 // 35, 320)):
         thumbnails = Thumbnails(long_film, index, room)
@@ -433,12 +440,12 @@ def test_the_more_frames_share_the_room_the_smaller_they_are(tmp_path):
 
 
 def test_where_key_frames_are_near_none_are_needed(tmp_path):
-    long_film = films.write_with_opencv(tmp_path / "film.mp4", "mp4v", 60)
+    long_film = write_opencv_video(tmp_path / "film.mp4", "mp4v", 60)
     assert not Thumbnails(long_film, finish(indexing(long_film))).worthwhile
 
 
 def test_a_large_frame_becomes_smaller(tmp_path):
-    long_film = films.write(tmp_path / "wide.mp4", "libx264", TIMES[:3], {"g": "250"}, (1600, 400))
+    long_film = write_video(tmp_path / "wide.mp4", "libx264", TIMES[:3], {"g": "250"}, (1600, 400))
     thumbnails = Thumbnails(long_film, finish(indexing(long_film)))
     finish(thumbnails.making())
     assert thumbnails.get(0).shape == (200, 800, 3)

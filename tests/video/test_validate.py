@@ -3,8 +3,8 @@
 import re
 
 import av
-import films
 import pytest
+from factories import GOP_250, even_frame_times, uneven_frame_times, write_opencv_video, write_video
 
 from forcelab.errors import InputError
 from forcelab.video.validate import check_video
@@ -22,20 +22,20 @@ def damaged(path, first, last):
 
 @pytest.fixture
 def film(tmp_path):
-    return films.write_with_opencv(tmp_path / "film.mp4", "mp4v", COUNT)
+    return write_opencv_video(tmp_path / "film.mp4", "mp4v", COUNT)
 
 
 @pytest.mark.parametrize(
     ("name", "codec", "times", "options"),
     [
-        ("a.mp4", "libx264", films.even_times(COUNT), films.GOP_250),
-        ("b.mkv", "libx264", films.odd_times(COUNT), {"bf": "3"}),
-        ("c.webm", "libvpx", films.even_times(60), {}),
-        ("d.mp4", "libx264", films.even_times(1), {}),
+        ("a.mp4", "libx264", even_frame_times(COUNT), GOP_250),
+        ("b.mkv", "libx264", uneven_frame_times(COUNT), {"bf": "3"}),
+        ("c.webm", "libvpx", even_frame_times(60), {}),
+        ("d.mp4", "libx264", even_frame_times(1), {}),
     ],
 )
 def test_nothing_is_said_of_a_whole_video(tmp_path, name, codec, times, options):
-    path = films.write(tmp_path / name, codec, times, options)
+    path = write_video(tmp_path / name, codec, times, options)
     assert check_video(path, float(times[-1] - times[0])) == ""
 
 
@@ -47,7 +47,7 @@ def test_a_hole_in_a_video_is_told(film):
 
 
 def test_a_video_cut_short_is_told(tmp_path):
-    film = films.write_with_opencv(tmp_path / "film.avi", "MJPG", COUNT)
+    film = write_opencv_video(tmp_path / "film.avi", "MJPG", COUNT)
     assert "is cut short" in check_video(damaged(film, 0.4, 0.6), 10.0)
 
 
@@ -66,14 +66,14 @@ def without(path, first, last):
 @pytest.mark.parametrize(
     ("name", "codec", "rate", "options"),
     [
-        ("a.mkv", "libx264", 30, films.GOP_250),
+        ("a.mkv", "libx264", 30, GOP_250),
         ("b.mkv", "libx264", 240, {"g": "20"}),  # whose times are rounded to 4 and 5 ms
         ("c.webm", "libvpx", 30, {}),
         ("d.mp4", "libx264", 30, {"g": "20"}),
     ],
 )
 def test_a_video_that_lacks_packets_is_told(tmp_path, name, codec, rate, options):
-    path = films.write(tmp_path / name, codec, films.even_times(COUNT, rate), options)
+    path = write_video(tmp_path / name, codec, even_frame_times(COUNT, rate), options)
     assert check_video(path, 1.0) == ""
     assert check_video(without(path, 100, 100), 1.0) == ""
     message = check_video(without(path, 100, 220), 1.0)
@@ -84,7 +84,7 @@ def test_a_video_that_lacks_packets_is_told(tmp_path, name, codec, rate, options
 
 
 def test_a_damaged_matroska_video_is_told(tmp_path):
-    path = films.write(tmp_path / "a.mkv", "libx264", films.even_times(COUNT), {"g": "20"})
+    path = write_video(tmp_path / "a.mkv", "libx264", even_frame_times(COUNT), {"g": "20"})
     assert "'a.mkv' has no frame between " in check_video(damaged(path, 0.4, 0.6), 10.0)
 
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from factories import BAYES_SETTINGS
-from synthetic import synthetic_set
+from factories import BAYES_SETTINGS, synthetic_set
 
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.gui.capture.live_model import RECOGNISING, LoadedRecogniser, RecogniserSelection

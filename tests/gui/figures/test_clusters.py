@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from pictures import pixels
 from PySide6.QtGui import QColor
+from window_helpers import pixels
 
 from forcelab.errors import InputError
 from forcelab.gui.figures.axes import CURVE_COLOURS

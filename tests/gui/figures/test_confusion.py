@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from pictures import pixels
 from PySide6.QtGui import QColor
+from window_helpers import pixels
 
 from forcelab.errors import InputError
 from forcelab.gui.figures.colormap import colormap_colour, colormap_colours

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pictures import pixels
 from PySide6.QtCore import QRectF, QSizeF
 from PySide6.QtGui import QColor, QImage, QPainter
 from PySide6.QtSvg import QSvgRenderer
+from window_helpers import pixels
 
 from forcelab.errors import InputError
 from forcelab.gui.figures.clusters import ClusterFigure

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pictures import pixels
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QColor
+from window_helpers import pixels
 
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.pairs import Pair, PairRow, TimelinePairs

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pictures import pixels
 from PySide6.QtGui import QColor
+from window_helpers import pixels
 
 from forcelab.errors import InputError
 from forcelab.gui.figures.pairs import Pair, TimelinePairs

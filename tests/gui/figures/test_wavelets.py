@@ -2,8 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pictures import pixels
 from PySide6.QtGui import QColor
+from window_helpers import pixels
 
 from forcelab.errors import InputError
 from forcelab.gui.figures.colormap import colormap_colour

@@ -1,7 +1,7 @@
 """What tests of the Label workspace share."""
 
 import pytest
-from painted import opened
+from window_helpers import open_painted_document
 
 from forcelab.gui.jobs import Jobs
 
@@ -9,7 +9,7 @@ from forcelab.gui.jobs import Jobs
 @pytest.fixture
 def document(app, tmp_path):
     """Ada's track, painted."""
-    with opened(tmp_path) as document:
+    with open_painted_document(tmp_path) as document:
         yield document
 
 

@@ -1,11 +1,11 @@
 """The vocabulary beside the tracks: brushes, ranges, and changes that touch one action only."""
 
 import pytest
-from painted import opened, shown
 from PySide6.QtCore import QEvent, QModelIndex, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu, QPushButton
+from window_helpers import open_painted_document, shown_widget
 
 from forcelab.gui.label.actions import ActionList, KeyDialog, colour_menu
 from forcelab.labels import Segment
@@ -15,7 +15,7 @@ from forcelab.vocabulary import COLOURS, Vocabulary
 
 @pytest.fixture
 def view(app, document):
-    with shown(app, ActionList(document)) as view:
+    with shown_widget(app, ActionList(document)) as view:
         yield view
 
 
@@ -203,7 +203,10 @@ def test_the_menu_offers_what_can_be_done(view, document):
 
 
 def test_an_empty_vocabulary_is_begun_from_the_glossary(app, tmp_path):
-    with opened(tmp_path, ()) as document, shown(app, ActionList(document)) as view:
+    with (
+        open_painted_document(tmp_path, ()) as document,
+        shown_widget(app, ActionList(document)) as view,
+    ):
         buttons = {button.text(): button for button in view.findChildren(QPushButton)}
         assert buttons["grab"].isVisible()
         assert "close on the object" in buttons["grab"].toolTip()
@@ -219,7 +222,7 @@ def test_hidden_it_counts_nothing(app, document):
     document.editor.paint(9.0, 9.5, "grab")
     assert not view._count_timer.isActive()
     assert view.model.counts == {}
-    with shown(app, view):
+    with shown_widget(app, view):
         assert view.model.counts["grab"][0] == 3
 
 
@@ -240,9 +243,9 @@ def test_suggestions_stay_until_the_coder_paints_or_has_enough(app, tmp_path):
     for ending in ("painting", "enough"):
         folder = tmp_path / ending
         folder.mkdir()
-        with opened(folder, segments=()) as document:
+        with open_painted_document(folder, segments=()) as document:
             document.set_vocabulary(Vocabulary())
-            with shown(app, ActionList(document)) as view:
+            with shown_widget(app, ActionList(document)) as view:
                 buttons = view.suggestions.buttons
                 assert not view.suggestions.hide_button.isVisible()
                 for name in ("grab", "hold"):

@@ -1,8 +1,8 @@
 """Several cameras that filmed one demonstration."""
 
-import films
 import numpy as np
 import pytest
+from factories import GOP_250, write_video
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
@@ -20,7 +20,7 @@ def folder(tmp_path_factory):
     """A project: "two" was filmed by two cameras, "one" by one."""
     home = tmp_path_factory.mktemp("cameras")
     paths = [
-        films.write(home / f"{i}.mp4", "libx264", times, films.GOP_250)
+        write_video(home / f"{i}.mp4", "libx264", times, GOP_250)
         for i, times in enumerate((FIRST, SECOND))
     ]
     with Project.create(home / "lab.forcelab") as project:

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from painting_bench import opened, shown
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from window_helpers import open_foam_document, stored_rows
 
 from forcelab.gui import document as document_module
 from forcelab.gui.commands import COMMANDS
@@ -21,7 +21,7 @@ TIMES = [(s.start, s.end, s.action) for s in TRACK]
 
 @pytest.fixture
 def document(app):
-    with opened(TRACK, Ines=(Segment(7.0, 8.0, "hold"),)) as document:
+    with open_foam_document(TRACK, Ines=(Segment(7.0, 8.0, "hold"),)) as document:
         yield document
 
 
@@ -80,32 +80,32 @@ def test_delete_takes_the_selected_segment_or_the_range(document, do, messages):
     assert messages[-1][1]
     document.select(1)
     do("delete")
-    assert shown(document) == [TIMES[0], TIMES[2]]
+    assert stored_rows(document) == [TIMES[0], TIMES[2]]
     document.select(None)
     document.view.set_range(1.5, 5.5)
     do("delete")
-    assert shown(document) == [(1.0, 1.5, "grab"), (5.5, 6.0, "release")]
+    assert stored_rows(document) == [(1.0, 1.5, "grab"), (5.5, 6.0, "release")]
 
 
 def test_split_merge_and_erase(document, do):
     document.view.seek(1.5)
     do("split")
-    assert shown(document)[:2] == [(1.0, 1.5, "grab"), (1.5, 2.0, "grab")]
+    assert stored_rows(document)[:2] == [(1.0, 1.5, "grab"), (1.5, 2.0, "grab")]
     document.select(0)
     do("merge")
-    assert shown(document) == TIMES
+    assert stored_rows(document) == TIMES
     document.view.set_range(1.5, 5.5)
     do("merge")
-    assert shown(document) == [(1.0, 6.0, "grab")]
+    assert stored_rows(document) == [(1.0, 6.0, "grab")]
     do("erase_range")
-    assert shown(document) == [(1.0, 1.5, "grab"), (5.5, 6.0, "grab")]
+    assert stored_rows(document) == [(1.0, 1.5, "grab"), (5.5, 6.0, "grab")]
 
 
 def test_a_range_that_only_touches_a_segment_does_not_merge_it(document, do, messages):
     document.view.set_range(2.0, 4.0)
     do("merge")
     assert messages[-1][1]
-    assert shown(document) == TIMES
+    assert stored_rows(document) == TIMES
 
 
 def test_merging_needs_a_next_one(document, do, messages):
@@ -120,7 +120,7 @@ def test_gaps_are_filled_in_the_range_or_everywhere(document, messages):
     assert messages[-1] == ("There is no gap of at most 3 s to fill.", False)
     document.view.clear_range()
     assert segment_commands.fill_gaps(document, 3.0)
-    assert shown(document) == [TIMES[0], (2.0, 4.0, "hold"), (4.0, 6.0, "release")]
+    assert stored_rows(document) == [TIMES[0], (2.0, 4.0, "hold"), (4.0, 6.0, "release")]
 
 
 @pytest.mark.parametrize(
@@ -137,7 +137,7 @@ def test_gaps_are_filled_in_the_range_or_everywhere(document, messages):
 def test_nudges_by_ten_milliseconds(document, do, command, index, after, cursor):
     document.select(index)
     do(command)
-    assert shown(document)[index][:2] == pytest.approx(after)
+    assert stored_rows(document)[index][:2] == pytest.approx(after)
     assert document.view.cursor == pytest.approx(cursor)
     assert document.selected == index
 
@@ -146,15 +146,15 @@ def test_nudges_are_of_ten_milliseconds_or_one_whatever_the_video(document, do, 
     document.view.set_frame_times(np.arange(0, 10, 0.04) + 0.001)
     document.select(2)
     do("start_later")
-    assert shown(document)[2][0] == 5.01
+    assert stored_rows(document)[2][0] == 5.01
     do("fine_nudges")
     assert messages[-1] == ("Edges move by 1 ms.", False)
     do("start_later")
     do("start_later")
-    assert shown(document)[2][0] == 5.012
+    assert stored_rows(document)[2][0] == 5.012
     do("fine_nudges")
     do("start_earlier")
-    assert shown(document)[2][0] == 5.002
+    assert stored_rows(document)[2][0] == 5.002
 
 
 @pytest.mark.parametrize("name", ["start", "end", "move"])
@@ -171,13 +171,13 @@ def test_a_run_of_nudges_is_one_undo_and_one_line_of_history(document, do, monke
     model.refresh()
     assert len(model.rows) == 2  # what was there, and the run
     assert document.editor.segments[document.selected].action == "hold"
-    after = shown(document)
+    after = stored_rows(document)
     if name == "start":
         assert after[:2] == [(1.0, 2.2, "grab"), (2.2, 3.0, "hold")]
     document.editor.undo_everywhere()
-    assert shown(document) == TIMES
+    assert stored_rows(document) == TIMES
     document.editor.redo_everywhere()
-    assert shown(document) == after
+    assert stored_rows(document) == after
     model.refresh()
     assert len(model.rows) == 2
 
@@ -208,10 +208,10 @@ def test_a_run_of_nudges_ends_with_a_pause_another_kind_or_another_edit(document
     do("start_earlier")
     assert rows() == 5
     document.editor.undo_everywhere()
-    assert shown(document) == TIMES
+    assert stored_rows(document) == TIMES
     do("start_earlier")
     do("start_later")  # back where the run began
-    assert shown(document) == TIMES
+    assert stored_rows(document) == TIMES
     document.editor.undo_everywhere()
     assert document.editor.segments != TRACK
 
@@ -220,10 +220,10 @@ def test_a_run_of_nudges_gives_back_what_it_passed_over(document, do):
     document.select(2)
     for _ in range(250):
         do("move_earlier")
-    assert shown(document)[-1] == (2.5, 3.5, "release")
+    assert stored_rows(document)[-1] == (2.5, 3.5, "release")
     for _ in range(250):
         do("move_later")
-    assert shown(document) == TIMES
+    assert stored_rows(document) == TIMES
 
 
 def test_a_nudge_over_a_neighbour_keeps_the_segment(document, do):
@@ -238,19 +238,19 @@ def test_nudges_stop_at_the_ends(document, do):
     document.select(3)
     do("end_later")
     do("move_later")
-    assert shown(document)[3] == (9.99, 10.0, "grab")
+    assert stored_rows(document)[3] == (9.99, 10.0, "grab")
 
 
 def test_edges_to_the_cursor(document, do, messages):
     document.view.seek(4.0)
     do("end_to_cursor")
-    assert shown(document)[1] == (2.0, 4.0, "hold")
+    assert stored_rows(document)[1] == (2.0, 4.0, "hold")
     document.view.seek(4.5)
     do("start_to_cursor")
-    assert shown(document)[2] == (4.5, 6.0, "release")
+    assert stored_rows(document)[2] == (4.5, 6.0, "release")
     document.view.seek(1.5)
     do("start_to_cursor")
-    assert shown(document)[0] == (1.5, 2.0, "grab")
+    assert stored_rows(document)[0] == (1.5, 2.0, "grab")
     document.view.seek(0.5)
     do("end_to_cursor")
     assert messages[-1] == ("There is no segment before the cursor.", True)
@@ -275,7 +275,7 @@ def test_copying_from_the_only_other_author(document, do, messages):
     assert messages[-1] == ("Ines has no segment at the cursor; mark a range to copy.", True)
     document.view.seek(7.5)
     do("copy_from")
-    assert shown(document) == [*TIMES, (7.0, 8.0, "hold")]
+    assert stored_rows(document) == [*TIMES, (7.0, 8.0, "hold")]
     do("copy_from")
     assert messages[-1] == ("Your labels are the same as Ines's there; nothing copied.", False)
 
@@ -285,17 +285,17 @@ def test_an_empty_track_is_begun_with_all_that_another_author_has(document, do):
     before = document.view.cursor
     do("copy_from")
     theirs = [(s.start, s.end, s.action) for s in document.other_tracks["Ines"]]
-    assert shown(document) == theirs
+    assert stored_rows(document) == theirs
     assert document.view.cursor == before
     document.editor.undo_everywhere()
     menu = copy_menu(None, document, 0.0)  # where nobody has a segment
     menu.actions()[0].trigger()
-    assert shown(document) == theirs
+    assert stored_rows(document) == theirs
 
 
 def test_of_several_authors_enter_copies_from_the_same_one_as_last(app):
     ben, ines = Segment(1.0, 2.0, "grab"), Segment(7.0, 8.0, "hold")
-    with opened((), Ben=(ben,), Ines=(ines,)) as document:
+    with open_foam_document((), Ben=(ben,), Ines=(ines,)) as document:
         tracks = TrackPanel(document)
         tracks.resize(1096, 100)
         tracks.show()

@@ -3,9 +3,9 @@
 import random
 
 import pytest
-from painted import opened, shown
 from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtTest import QTest
+from window_helpers import open_painted_document, shown_widget
 
 from forcelab.gui.label import history as history_module
 from forcelab.gui.label.history import EditState, HistoryView, edit_states, time_of_edit
@@ -16,13 +16,13 @@ DONE, UNDONE, ABANDONED = EditState.DONE, EditState.UNDONE, EditState.ABANDONED
 
 @pytest.fixture
 def document(app, tmp_path):
-    with opened(tmp_path, ()) as document:
+    with open_painted_document(tmp_path, ()) as document:
         yield document
 
 
 @pytest.fixture
 def view(app, document):
-    with shown(app, HistoryView(document)) as view:
+    with shown_widget(app, HistoryView(document)) as view:
         yield view
 
 
@@ -143,7 +143,7 @@ def test_hidden_it_reads_nothing(app, document, monkeypatch):
     view = HistoryView(document)
     paint(document, 2)
     assert asked == []
-    with shown(app, view):
+    with shown_widget(app, view):
         assert len(rows(view)) == 2
         view.hide()
         asked.clear()
@@ -156,7 +156,7 @@ def test_hidden_it_reads_nothing(app, document, monkeypatch):
 def test_a_long_history_is_read_by_pages(app, document, monkeypatch):
     monkeypatch.setattr(history_module, "PAGE", 5)
     paint(document, 23)
-    with shown(app, HistoryView(document), size=(300, 120)) as view:
+    with shown_widget(app, HistoryView(document), size=(300, 120)) as view:
         model = view.model
         assert model.rowCount() < 23
         paint(document, 1, first=30)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from painting_bench import opened, shown
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtTest import QTest
@@ -16,6 +15,7 @@ from PySide6.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
+from window_helpers import open_foam_document, stored_rows
 
 from forcelab.gui import settings
 from forcelab.gui.label.key_labelling import KeyLabelling
@@ -29,7 +29,7 @@ NONE = Qt.KeyboardModifier.NoModifier
 
 @pytest.fixture
 def document(app):
-    with opened() as document:
+    with open_foam_document() as document:
         yield document
 
 
@@ -92,9 +92,9 @@ def desk(document):
 
 def test_press_to_begin_and_press_again_to_end(document, desk):
     desk.tap(GRAB, 1.0)
-    assert shown(document) == []
+    assert stored_rows(document) == []
     desk.tap(GRAB, 2.0)
-    assert shown(document) == [(1.0, 2.0, "grab")]
+    assert stored_rows(document) == [(1.0, 2.0, "grab")]
     assert document.stroke is None
 
 
@@ -103,20 +103,20 @@ def test_another_key_ends_one_and_begins_the_next_at_once(document, desk):
     desk.tap(HOLD, 2.0)
     desk.tap(RELEASE, 3.0)
     desk.tap(RELEASE, 4.0)
-    assert shown(document) == [(1.0, 2.0, "grab"), (2.0, 3.0, "hold"), (3.0, 4.0, "release")]
+    assert stored_rows(document) == [(1.0, 2.0, "grab"), (2.0, 3.0, "hold"), (3.0, 4.0, "release")]
 
 
 def test_backwards_is_as_good(document, desk):
     desk.tap(GRAB, 2.0)
     desk.tap(GRAB, 1.0)
-    assert shown(document) == [(1.0, 2.0, "grab")]
+    assert stored_rows(document) == [(1.0, 2.0, "grab")]
 
 
 def test_thinking_better_of_the_action_on_the_spot(document, desk):
     desk.tap(GRAB, 1.0)
     desk.tap(HOLD)
     desk.tap(HOLD, 2.0)
-    assert shown(document) == [(1.0, 2.0, "hold")]
+    assert stored_rows(document) == [(1.0, 2.0, "hold")]
 
 
 def test_hold_for_as_long_as_the_action_lasts(document, desk):
@@ -128,9 +128,9 @@ def test_hold_for_as_long_as_the_action_lasts(document, desk):
         desk.release(GRAB, repeat=True)
         document.view.seek(1.0 + step / 10)
         desk.now += 0.1
-    assert shown(document) == []
+    assert stored_rows(document) == []
     desk.release(GRAB)
-    assert shown(document) == [(1.0, 1.5, "grab")]
+    assert stored_rows(document) == [(1.0, 1.5, "grab")]
     assert document.stroke is None
 
 
@@ -141,7 +141,7 @@ def test_a_short_press_is_no_hold(document, desk):
     desk.now += settings.hold_ms() / 1000 - 0.01
     desk.release(GRAB)
     assert document.stroke is not None
-    assert shown(document) == []
+    assert stored_rows(document) == []
 
 
 def test_a_long_press_without_moving_is_no_hold(document, desk):
@@ -159,7 +159,7 @@ def test_the_key_of_the_next_action_can_be_held_too(document, desk):
     document.view.seek(2.5)
     desk.now += 1.0
     desk.release(HOLD)
-    assert shown(document) == [(1.0, 2.0, "grab"), (2.0, 2.5, "hold")]
+    assert stored_rows(document) == [(1.0, 2.0, "grab"), (2.0, 2.5, "hold")]
     assert document.stroke is None
 
 
@@ -173,13 +173,13 @@ def test_two_keys_held_one_after_the_other_leave_none_behind(document, desk):
     document.view.seek(3.0)
     desk.now += 1.0
     desk.release(HOLD)
-    assert shown(document) == [(1.0, 2.0, "grab"), (2.0, 3.0, "hold")]
+    assert stored_rows(document) == [(1.0, 2.0, "grab"), (2.0, 3.0, "hold")]
 
 
 def test_a_range_is_filled_and_forgotten(document, desk):
     document.view.set_range(3.0, 4.0)
     desk.tap(HOLD)
-    assert shown(document) == [(3.0, 4.0, "hold")]
+    assert stored_rows(document) == [(3.0, 4.0, "hold")]
     assert document.view.range is None
     assert document.stroke is None
 
@@ -190,7 +190,7 @@ def test_the_selected_segment_is_relabelled_also_from_afar(document, desk, curso
     document.view.seek(cursor)
     document.select(0)
     desk.tap(HOLD)
-    assert shown(document) == [(1.0, 2.0, "hold")]
+    assert stored_rows(document) == [(1.0, 2.0, "hold")]
     assert document.stroke is None
 
 
@@ -202,7 +202,7 @@ def test_a_segment_that_playback_has_left_is_not_relabelled(document, desk):
     document.view.seek(5.0)
     document.view.set_playing(False)
     desk.tap(HOLD)
-    assert shown(document) == [(1.0, 2.0, "grab")]
+    assert stored_rows(document) == [(1.0, 2.0, "grab")]
     assert document.stroke is not None
 
 
@@ -216,7 +216,7 @@ def test_keys_paint_from_a_list_that_was_taken_out_of_the_window(document, desk)
     desk.go(desk.list)
     desk.tap(GRAB, 1.0)
     desk.tap(GRAB, 2.0)
-    assert shown(document) == [(1.0, 2.0, "grab")]
+    assert stored_rows(document) == [(1.0, 2.0, "grab")]
 
 
 def test_keys_do_nothing_while_another_workspace_is_shown(document):
@@ -236,7 +236,7 @@ def test_while_playing_a_selected_segment_is_not_relabelled(document, desk):
     document.select(0)
     document.view.set_playing(True)
     desk.tap(HOLD)
-    assert shown(document) == [(1.0, 2.0, "grab")]
+    assert stored_rows(document) == [(1.0, 2.0, "grab")]
     assert document.stroke is not None
 
 
@@ -246,14 +246,14 @@ def test_a_stroke_that_is_on_is_ended_inside_a_selected_segment(document, desk):
     document.view.seek(2.5)
     document.select(0)
     desk.tap(GRAB)
-    assert shown(document) == [(1.0, 2.5, "grab"), (2.5, 3.0, "hold")]
+    assert stored_rows(document) == [(1.0, 2.5, "grab"), (2.5, 3.0, "hold")]
 
 
 def test_esc_forgets_the_stroke(document, desk):
     desk.tap(GRAB, 1.0)
     desk.tap(Qt.Key.Key_Escape, 2.0)
     assert document.stroke is None
-    assert shown(document) == []
+    assert stored_rows(document) == []
 
 
 def test_while_playing_the_reaction_time_is_taken_off(document, desk):
@@ -262,7 +262,7 @@ def test_while_playing_the_reaction_time_is_taken_off(document, desk):
     document.view.set_playing(True)
     desk.tap(GRAB, 1.0)
     desk.tap(GRAB, 2.0)
-    assert shown(document) == [(0.9, 1.9, "grab")]
+    assert stored_rows(document) == [(0.9, 1.9, "grab")]
 
 
 def test_the_reaction_time_never_turns_a_stroke_around(document, desk):
@@ -272,14 +272,14 @@ def test_the_reaction_time_never_turns_a_stroke_around(document, desk):
     document.view.set_playing(True)
     desk.tap(HOLD, 1.2)  # 0.7 s is meant, before the beginning
     desk.tap(HOLD, 2.5)
-    assert shown(document) == [(1.0, 2.0, "hold")]
+    assert stored_rows(document) == [(1.0, 2.0, "hold")]
 
 
 def test_paused_a_cursor_off_every_sample_snaps_to_what_is_near(document, desk):
     document.view.contacts = np.array([1.0])
     desk.tap(GRAB, 1.0043)  # a thousand pixels show 10 s: within 8 pixels of the contact
     desk.tap(GRAB, 2.0043)  # nothing near but samples
-    assert shown(document) == [(1.0, 2.0, "grab")]
+    assert stored_rows(document) == [(1.0, 2.0, "grab")]
 
 
 def test_a_cursor_on_a_sample_or_frame_is_taken_as_it_is(document, desk):
@@ -287,14 +287,14 @@ def test_a_cursor_on_a_sample_or_frame_is_taken_as_it_is(document, desk):
     document.view.set_frame_times(np.arange(0, 10, 1 / 30))
     desk.tap(GRAB, 1.01)
     desk.tap(GRAB, 61 / 30)
-    assert shown(document) == [(1.01, round(61 / 30, 6), "grab")]
+    assert stored_rows(document) == [(1.01, round(61 / 30, 6), "grab")]
 
 
 def test_without_snapping_the_cursor_is_taken_as_it_is(document, desk):
     document.view.set_snapping(False)
     desk.tap(GRAB, 1.0043)
     desk.tap(GRAB, 2.0043)
-    assert shown(document) == [(1.0043, 2.0043, "grab")]
+    assert stored_rows(document) == [(1.0043, 2.0043, "grab")]
 
 
 def test_keys_typed_as_text_paint_nothing(document, desk):
@@ -330,9 +330,9 @@ def test_no_key_is_stuck_when_the_focus_goes(document, desk):
     document.view.seek(2.0)
     desk.now += 1.0
     desk.release(GRAB)
-    assert shown(document) == []  # the stroke goes on until it is ended
+    assert stored_rows(document) == []  # the stroke goes on until it is ended
     desk.tap(GRAB, 3.0)
-    assert shown(document) == [(1.0, 3.0, "grab")]
+    assert stored_rows(document) == [(1.0, 3.0, "grab")]
 
 
 def test_a_key_let_go_in_a_text_field_is_heard(document, desk):
@@ -342,7 +342,7 @@ def test_a_key_let_go_in_a_text_field_is_heard(document, desk):
     document.view.seek(2.0)
     desk.now += 1.0
     desk.release(GRAB)
-    assert shown(document) == [(1.0, 2.0, "grab")]
+    assert stored_rows(document) == [(1.0, 2.0, "grab")]
 
 
 def test_a_key_is_let_go_after_the_project_was_closed(document, desk):
@@ -359,7 +359,7 @@ def test_a_key_is_let_go_after_the_project_was_closed(document, desk):
 
 def test_a_segment_painted_by_keys_is_stored_before_it_is_drawn(document, desk):
     stored = []
-    document.tracks_changed.connect(lambda: stored.append(shown(document)))
+    document.tracks_changed.connect(lambda: stored.append(stored_rows(document)))
     desk.tap(GRAB, 1.0)
     desk.tap(GRAB, 2.0)
     assert stored == [[(1.0, 2.0, "grab")]]
@@ -390,13 +390,13 @@ def test_a_key_that_is_held_on_x11_paints_one_segment(document, monkeypatch, unt
         document.view.seek(1.0 + (at - 1000) / 1000)
         send(QEvent.Type.KeyRelease, at)
         send(QEvent.Type.KeyPress, at)
-    assert shown(document) == []
+    assert stored_rows(document) == []
     desk.now = 2.0
     document.view.seek(2.0)
     send(QEvent.Type.KeyRelease, 2000)
     document.view.seek(2.3)  # what is waited for does not move the end
-    until(lambda: bool(shown(document)))
-    assert [(start, end) for start, end, *_ in shown(document)] == [(1.0, 2.0)]
+    until(lambda: bool(stored_rows(document)))
+    assert [(start, end) for start, end, *_ in stored_rows(document)] == [(1.0, 2.0)]
     desk.window.close()
     desk.window.deleteLater()
 

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
-from made_once import made_once
-from pictures import pixels
+from factories import cached_project
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
+from window_helpers import pixels
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
@@ -29,7 +29,7 @@ def study(path):
 
 @pytest.fixture
 def document(app, tmp_path):
-    path = made_once(study, tmp_path / "study.forcelab")
+    path = cached_project(study, tmp_path / "study.forcelab")
     document = Document("Ann")
     document.open_project(path)
     document.open_demonstration("one")

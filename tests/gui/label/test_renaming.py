@@ -1,10 +1,11 @@
 """Renaming an action that is in use, by its menu; merging is asked first."""
 
 import pytest
-from painted import TRACK, opened, shown
+from factories import PAINTED_TRACK
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QLineEdit, QMessageBox
+from window_helpers import open_painted_document, shown_widget
 
 from forcelab.gui.document import Document
 from forcelab.gui.label.actions import ActionList
@@ -15,7 +16,7 @@ from forcelab.project import Project
 
 @pytest.fixture
 def view(app, document):
-    with shown(app, ActionList(document)) as view:
+    with shown_widget(app, ActionList(document)) as view:
         yield view
 
 
@@ -66,7 +67,7 @@ def test_an_action_in_use_is_renamed_at_once_and_keeps_its_look_and_key(view, do
     sentence = "'hold' is now 'grip' in 1 segment of Ada, in 1 demonstration of foam."
     assert document.told[-1] == (sentence, False)
     document.editor.undo_everywhere()
-    assert document.editor.segments == TRACK
+    assert document.editor.segments == PAINTED_TRACK
     assert "hold" in document.vocabulary
 
 
@@ -88,7 +89,7 @@ def test_merging_is_asked_with_how_much_it_changes(view, document, press, merged
         assert actions(document) == ["hold", "hold", "hold", "release"]
         assert document.vocabulary.names == ("hold", "release")
     else:
-        assert document.editor.segments == TRACK
+        assert document.editor.segments == PAINTED_TRACK
         assert document.vocabulary.names == ("grab", "hold", "release")
 
 
@@ -107,14 +108,14 @@ def test_other_tasks_are_asked_about(view, document, press, also):
 
 
 def test_who_codes_blind_is_not_told_who_else_labelled(view, document):
-    document.project.tracks.edit(document.id, "Ben", (), TRACK[:1], "painted")
+    document.project.tracks.edit(document.id, "Ben", (), PAINTED_TRACK[:1], "painted")
     document.project.coding.assign(document.id, "Ada", blind=True)
     document.reread()
     (asked,) = rename(view, "grab", "hold", "Merge")
     for told in (asked, document.told[-1][0]):
         assert "Ben" not in told
         assert "'grab' stays in the list, as others may use it." in told
-    assert document.project.tracks.get(document.id, "Ben").segments == TRACK[:1]
+    assert document.project.tracks.get(document.id, "Ben").segments == PAINTED_TRACK[:1]
 
 
 def test_what_is_only_predicted_is_not_renamed(view, document):
@@ -128,7 +129,7 @@ def test_what_is_only_predicted_is_not_renamed(view, document):
 
 
 def test_another_window_follows(app, tmp_path):
-    with opened(tmp_path) as document:
+    with open_painted_document(tmp_path) as document:
         other, ben = Document("Ada"), Document("Ben")
         for one in (other, ben):
             one.open_project(document.project.path)
@@ -141,7 +142,7 @@ def test_another_window_follows(app, tmp_path):
         assert other.editor.segments == document.editor.segments
         assert ben.other_tracks["Ada"] == document.editor.segments
         assert other.editor.undo_everywhere()
-        assert other.editor.segments == TRACK
+        assert other.editor.segments == PAINTED_TRACK
         other.close()
         ben.close()
 
@@ -203,7 +204,7 @@ def test_a_renaming_is_undone_and_redone_in_every_demonstration_as_one_step(docu
     before = document.vocabulary
     assert document.rename_action("hold", "grip")
     assert document.editor.undo_everywhere()
-    assert document.editor.segments == TRACK
+    assert document.editor.segments == PAINTED_TRACK
     assert of(document, other) == ["hold", "hold"]
     assert document.vocabulary == document.project.actions.vocabulary("foam") == before
     what = "rename of hold to grip (3 segments in 2 demonstrations)"
@@ -219,7 +220,7 @@ def test_where_something_was_edited_since_a_renaming_stays_and_that_is_told(docu
     document.rename_action("hold", "grip")
     paint(document.project, other, "grab")
     document.editor.undo_everywhere()
-    assert document.editor.segments == TRACK
+    assert document.editor.segments == PAINTED_TRACK
     assert of(document, other) == ["grip", "grip", "grab"]
     assert document.told[-1][0] == (
         "Undone: rename of hold to grip (1 segment); not in '02', where something else was edited "
@@ -234,10 +235,10 @@ def test_where_something_was_edited_since_a_renaming_stays_and_that_is_told(docu
 def test_going_back_past_a_renaming_tells_where_else_it_was_undone(app, document, other):
     document.rename_action("hold", "grip")
     document.editor.delete(0)
-    with shown(app, HistoryView(document), (320, 400)) as history:
+    with shown_widget(app, HistoryView(document), (320, 400)) as history:
         history.refresh()
         history.go_to(2)
-    assert document.editor.segments == TRACK
+    assert document.editor.segments == PAINTED_TRACK
     assert of(document, other) == ["hold", "hold"]
     assert "rename of hold to grip (3 segments in 2 demonstrations)" in document.told[-1][0]
 
@@ -262,7 +263,7 @@ def test_what_undo_brings_back_is_an_action_again_though_it_was_renamed_elsewher
         elsewhere.actions.rename("Ada", "hold", "grip")
     assert document.vocabulary == before  # the window has not looked yet
     document.editor.undo_everywhere()
-    assert document.editor.segments == TRACK
+    assert document.editor.segments == PAINTED_TRACK
     assert "hold" in project.actions.vocabulary("foam")
     assert document.vocabulary == project.actions.vocabulary("foam")
 
@@ -287,7 +288,7 @@ def test_who_codes_blind_does_not_find_out_by_undoing_a_renaming(document, other
     if used:
         project.tracks.edit(other, "Ben", (), (Segment(0, 1, "grip"),), "painted")
     document.editor.undo_everywhere()
-    assert document.editor.segments == TRACK
+    assert document.editor.segments == PAINTED_TRACK
     assert {"hold", "grip"} < {*document.vocabulary.names}
 
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pictures import pixels
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
+from window_helpers import pixels
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from waiting import PATIENCE
+from window_helpers import PATIENCE
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import theme

@@ -3,13 +3,14 @@
 import time
 
 import pytest
+from factories import PAINTED_TRACK
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from painted import TRACK, opened, shown
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QLineEdit
+from window_helpers import open_painted_document, shown_widget
 
 from forcelab.gui.label.segment_list import (
     ACTION,
@@ -25,7 +26,7 @@ from forcelab.labels import Segment
 
 @pytest.fixture
 def table(app, document):
-    with shown(app, SegmentTable(document)) as table:
+    with shown_widget(app, SegmentTable(document)) as table:
         yield table
 
 
@@ -181,7 +182,7 @@ def test_what_is_no_time_for_it_is_refused_in_a_sentence(
     document, table, row, which, typed, sentence
 ):
     assert not edited(table, row, which, typed)
-    assert document.editor.segments == TRACK
+    assert document.editor.segments == PAINTED_TRACK
     (told, trouble) = document.told[-1]
     assert trouble
     assert sentence in told
@@ -195,7 +196,10 @@ def test_what_was_not_changed_is_no_edit(document, table):
 
 def test_a_time_is_edited_with_all_its_digits(app, tmp_path):
     track = (Segment(1.23456789, 2.5, "grab"),)
-    with opened(tmp_path, track) as document, shown(app, SegmentTable(document)) as table:
+    with (
+        open_painted_document(tmp_path, track) as document,
+        shown_widget(app, SegmentTable(document)) as table,
+    ):
         role = Qt.ItemDataRole.EditRole
         assert table.model.index(0, START).data(role) == "1.234568"
         assert table.model.index(0, END).data(role) == "2.5"
@@ -307,7 +311,7 @@ def test_hidden_it_does_nothing_and_catches_up_when_shown(app, document):
     document.select(0)
     assert (queries, table.model.rowCount()) == ([], 0)
     del table.model.refresh, table.model.follow
-    with shown(app, table):
+    with shown_widget(app, table):
         assert table.model.rows == document.editor.segments
         assert table.table.currentIndex().row() == 0
         table.hide()
@@ -317,8 +321,8 @@ def test_hidden_it_does_nothing_and_catches_up_when_shown(app, document):
 
 def test_ten_thousand_segments_stay_instant(app, tmp_path):
     track = tuple(Segment(n / 100, n / 100 + 0.008, f"a{n % 5}") for n in range(10_000))
-    opened_document = opened(tmp_path, track, seconds=101.0)
-    with opened_document as document, shown(app, SegmentTable(document)) as table:
+    opened_document = open_painted_document(tmp_path, track, seconds=101.0)
+    with opened_document as document, shown_widget(app, SegmentTable(document)) as table:
         spent = []
         for n in range(12):
             document.blockSignals(True)

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from pictures import pixels
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu
+from window_helpers import pixels
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from painting_bench import Hand, opened
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QColor, QImage, QPainter
+from window_helpers import PanelMouse, open_foam_document
 
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.label.track_painting import (
@@ -29,7 +29,7 @@ TRACK = (Segment(1.0, 2.0, "grab"), Segment(2.0, 3.0, "hold"), Segment(5.0, 6.0,
 
 @pytest.fixture
 def document(app):
-    with opened(TRACK, Ines=(Segment(7.0, 8.0, "lift"),)) as document:
+    with open_foam_document(TRACK, Ines=(Segment(7.0, 8.0, "lift"),)) as document:
         yield document
 
 
@@ -44,7 +44,7 @@ def panel(document):
 
 def colour_at(panel, time, y=14):
     """The colour on screen at a time; near the top of the row, where no name is."""
-    return panel.grab().toImage().pixelColor(Hand(panel, y).at(time))
+    return panel.grab().toImage().pixelColor(PanelMouse(panel, y).at(time))
 
 
 def test_segments_have_their_actions_colours_and_the_rest_is_unlabelled(document, panel):
@@ -77,7 +77,7 @@ def test_a_row_that_did_not_fit_is_whole_when_there_is_room(document, panel):
 
 def test_what_is_dragged_is_seen_at_its_new_place(document, panel):
     document.set_action("hold")
-    hand = Hand(panel)
+    hand = PanelMouse(panel)
     hand.press(3.5)
     hand.move(4.5)
     assert colour_at(panel, 4.3) == QColor(document.vocabulary["hold"].colour)

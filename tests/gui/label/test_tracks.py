@@ -5,11 +5,11 @@ import weakref
 
 import numpy as np
 import pytest
-from painting_bench import Hand, opened, shown
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QContextMenuEvent, QKeyEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
+from window_helpers import PanelMouse, open_foam_document, stored_rows
 
 from forcelab.gui.figures import text
 from forcelab.gui.key_events import is_reserved_key
@@ -29,7 +29,7 @@ OTHER_ROW = 80
 
 @pytest.fixture
 def document(app):
-    with opened(TRACK, Ines=(Segment(7.03, 8.0, "hold"),)) as document:
+    with open_foam_document(TRACK, Ines=(Segment(7.03, 8.0, "hold"),)) as document:
         yield document
 
 
@@ -46,20 +46,20 @@ def panel(document):
 
 @pytest.fixture
 def hand(panel):
-    return Hand(panel)
+    return PanelMouse(panel)
 
 
 def test_a_drag_with_a_brush_paints(document, hand):
     document.set_action("hold")
     hand.drag(3.5, 4.25)
-    assert (3.5, 4.25, "hold") in shown(document)
+    assert (3.5, 4.25, "hold") in stored_rows(document)
     assert len(document.editor.history()) == 2
 
 
 def test_a_drag_backwards_paints_the_same(document, hand):
     document.set_action("hold")
     hand.drag(4.25, 3.5)
-    assert (3.5, 4.25, "hold") in shown(document)
+    assert (3.5, 4.25, "hold") in stored_rows(document)
 
 
 @pytest.mark.parametrize("pixels", [1, 3, 8, 12, 15])
@@ -68,7 +68,7 @@ def test_a_brush_put_down_beside_a_segment_paints_right_up_to_it(document, hand,
     beside = pixels * panel.seconds_per_pixel
     hand.drag(3.0 + beside, 4.0)
     hand.drag(5.0 - beside, 4.5)
-    assert shown(document) == [*TIMES[:2], (3.0, 4.0, "grab"), (4.5, 5.0, "grab"), TIMES[2]]
+    assert stored_rows(document) == [*TIMES[:2], (3.0, 4.0, "grab"), (4.5, 5.0, "grab"), TIMES[2]]
     hand.move(6.0 + beside, pressed=False)
     assert document.view.hint == Snap(6.0, "edge")
     assert panel.cursor().shape() == Qt.CursorShape.CrossCursor
@@ -77,7 +77,7 @@ def test_a_brush_put_down_beside_a_segment_paints_right_up_to_it(document, hand,
 def test_an_edge_is_dragged_with_a_brush_from_within_its_segment(document, hand, panel):
     document.set_action("grab")
     hand.drag(6.0 - 2 * panel.seconds_per_pixel, 6.5)
-    assert (5.0, pytest.approx(6.52), "release") in shown(document)
+    assert (5.0, pytest.approx(6.52), "release") in stored_rows(document)
 
 
 def test_a_gap_beside_a_segment_can_still_be_left(document, hand, panel):
@@ -85,14 +85,14 @@ def test_a_gap_beside_a_segment_can_still_be_left(document, hand, panel):
     hand.drag(3.2, 4.0)
     document.view.set_snapping(False)
     hand.drag(6.0 + 4 * panel.seconds_per_pixel, 7.0)
-    assert (3.2, 4.0, "grab") in shown(document)
-    assert shown(document)[-1][0] > 6.0 + 2 * panel.seconds_per_pixel
+    assert (3.2, 4.0, "grab") in stored_rows(document)
+    assert stored_rows(document)[-1][0] > 6.0 + 2 * panel.seconds_per_pixel
 
 
 def test_a_drag_over_a_segment_paints_over_it(document, hand):
     document.set_action("grab")
     hand.drag(2.5, 5.5)
-    assert shown(document) == [
+    assert stored_rows(document) == [
         (1.0, 2.0, "grab"),
         (2.0, 2.5, "hold"),
         (2.5, 5.5, "grab"),
@@ -140,9 +140,9 @@ def test_while_dragging_nothing_is_stored(document, hand, panel):
     hand.press(3.5)
     hand.move(4.2)
     panel.grab()
-    assert shown(document) == TIMES
+    assert stored_rows(document) == TIMES
     hand.release(4.2)
-    assert (3.5, 4.2, "hold") in shown(document)
+    assert (3.5, 4.2, "hold") in stored_rows(document)
 
 
 def test_esc_ends_a_drag_as_if_nothing_had_happened(document, hand, panel):
@@ -152,7 +152,7 @@ def test_esc_ends_a_drag_as_if_nothing_had_happened(document, hand, panel):
     QTest.keyClick(panel, Qt.Key.Key_Escape)
     hand.move(4.4)
     hand.release(4.4)
-    assert shown(document) == TIMES
+    assert stored_rows(document) == TIMES
     assert not panel.dragging
 
 
@@ -173,7 +173,7 @@ def test_a_drag_jumps_to_an_edge_nearby_and_says_so(document, hand):
     hand.move(4.94)
     assert document.view.hint == Snap(5.0, "edge")
     hand.release(4.94)
-    assert (3.5, 5.0, "hold") in shown(document)
+    assert (3.5, 5.0, "hold") in stored_rows(document)
 
 
 def test_a_drag_jumps_to_a_contact_event_before_a_frame(document, hand):
@@ -181,7 +181,7 @@ def test_a_drag_jumps_to_a_contact_event_before_a_frame(document, hand):
     document.view.set_frame_times(np.arange(0, 10, 1 / 30))
     document.set_action("hold")
     hand.drag(3.5, 4.25)
-    assert (3.5, 4.213, "hold") in shown(document)
+    assert (3.5, 4.213, "hold") in stored_rows(document)
 
 
 def test_alt_bypasses_snapping(document, hand):
@@ -190,21 +190,21 @@ def test_alt_bypasses_snapping(document, hand):
     hand.move(4.94, ALT)
     assert document.view.hint is None
     hand.release(4.94, ALT)
-    assert (3.5, 4.94, "hold") in shown(document)
+    assert (3.5, 4.94, "hold") in stored_rows(document)
 
 
 def test_snapping_can_be_switched_off(document, hand):
     document.view.set_snapping(False)
     document.set_action("hold")
     hand.drag(3.5, 4.94)
-    assert (3.5, 4.94, "hold") in shown(document)
+    assert (3.5, 4.94, "hold") in stored_rows(document)
 
 
 def test_times_that_snap_to_nothing_are_those_of_samples(document, hand):
     document.view.set_span(3.2, 4.2)  # a pixel is 1 ms, a sample 10 pixels
     document.set_action("hold")
     hand.drag(3.5041, 3.8072)
-    assert (3.5, 3.81, "hold") in shown(document)
+    assert (3.5, 3.81, "hold") in stored_rows(document)
 
 
 def test_painting_stops_at_the_ends_of_the_demonstration(document, hand):
@@ -212,16 +212,16 @@ def test_painting_stops_at_the_ends_of_the_demonstration(document, hand):
     hand.press(9.0)
     hand.move(10.07)
     hand.release(10.07)
-    assert (9.0, 10.0, "hold") in shown(document)
+    assert (9.0, 10.0, "hold") in stored_rows(document)
 
 
 def test_without_a_brush_a_drag_marks_a_range_and_asks_what_with(document, hand, panel):
     hand.drag(3.5, 4.25)
     assert document.view.range == pytest.approx((3.5, 4.25))
-    assert shown(document) == TIMES
+    assert stored_rows(document) == TIMES
     entries = {action.text(): action for action in panel.menu.actions()}
     entries["&3  release"].trigger()
-    assert (3.5, 4.25, "release") in shown(document)
+    assert (3.5, 4.25, "release") in stored_rows(document)
     assert document.view.range is None
 
 
@@ -236,12 +236,12 @@ def test_what_to_do_with_a_marked_range_is_said_and_an_action_can_be_new(documen
     (dialog,) = [w for w in panel.children() if w.inherits("QInputDialog")]
     dialog.setTextValue(" lift  up ")
     dialog.accept()
-    assert (3.5, 4.25, "lift up") in shown(document)
+    assert (3.5, 4.25, "lift up") in stored_rows(document)
     assert "lift up" in document.vocabulary.names
 
 
 def test_the_first_drag_of_all_paints_though_there_is_no_action_yet(app):
-    with opened(()) as document:
+    with open_foam_document(()) as document:
         path, name = document.project.path, document.id
         document.project.actions.set_vocabulary(document.demonstration.task, Vocabulary())
         document.open_project(path)
@@ -250,15 +250,15 @@ def test_the_first_drag_of_all_paints_though_there_is_no_action_yet(app):
         panel = TrackPanel(document)
         panel.resize(88 + 1000 + 8, 100)
         panel.show()
-        Hand(panel).drag(3.5, 4.25)
+        PanelMouse(panel).drag(3.5, 4.25)
         entries = {action.text(): action for action in panel.menu.actions()}
         entries["grab"].trigger()
-        assert shown(document) == [(3.5, 4.25, "grab")]
-        Hand(panel).drag(5.0, 5.5)
+        assert stored_rows(document) == [(3.5, 4.25, "grab")]
+        PanelMouse(panel).drag(5.0, 5.5)
         (more,) = [a.menu() for a in panel.menu.actions() if a.text() == "More actions"]
         assert "grab" not in [action.text() for action in more.actions()]
         next(action for action in more.actions() if action.text() == "hold").trigger()
-        assert shown(document) == [(3.5, 4.25, "grab"), (5.0, 5.5, "hold")]
+        assert stored_rows(document) == [(3.5, 4.25, "grab"), (5.0, 5.5, "hold")]
         panel.close()
 
 
@@ -273,56 +273,56 @@ def test_esc_while_marking_brings_the_former_range_back(document, hand, panel):
 
 def test_a_shared_edge_moves_for_both(document, hand):
     hand.drag(2.02, 2.42)
-    assert shown(document)[:2] == [(1.0, 2.4, "grab"), (2.4, 3.0, "hold")]
+    assert stored_rows(document)[:2] == [(1.0, 2.4, "grab"), (2.4, 3.0, "hold")]
 
 
 def test_an_edge_does_not_jump_under_the_pointer_when_grabbed_beside_it(document, hand):
     hand.drag(4.96, 4.56)
-    assert shown(document)[2] == (4.6, 6.0, "release")
+    assert stored_rows(document)[2] == (4.6, 6.0, "release")
 
 
 def test_an_edge_cannot_pass_the_other_one(document, hand):
     hand.drag(5.97, 4.2)
-    assert shown(document)[2] == (5.0, 5.01, "release")
+    assert stored_rows(document)[2] == (5.0, 5.01, "release")
 
 
 def test_an_edge_jumps_to_another_edge_but_not_back_to_its_own(document, hand):
     hand.drag(5.0, 3.05)
-    assert shown(document)[2] == (3.0, 6.0, "release")
+    assert stored_rows(document)[2] == (3.0, 6.0, "release")
     hand.drag(6.0, 6.06)
-    assert shown(document)[2] == (3.0, 6.06, "release")
+    assert stored_rows(document)[2] == (3.0, 6.06, "release")
 
 
 def test_an_edge_stays_selected_with_its_segment(document, hand):
     document.select(2)
     hand.drag(5.0, 0.5)  # over both others
-    assert shown(document) == [(0.5, 6.0, "release")]
+    assert stored_rows(document) == [(0.5, 6.0, "release")]
     assert document.selected == 0
 
 
 def test_alt_moves_a_segment_and_its_end_snaps_too(document, hand):
     hand.drag(5.5, 3.52, ALT)
     # Its start would come to lie at 3.02 s: the edge at 3 s is near.
-    assert shown(document)[2] == (3.0, 4.0, "release")
+    assert stored_rows(document)[2] == (3.0, 4.0, "release")
     hand.drag(3.5, 6.55, ALT)
     # Its end would come to lie at 7.05 s, near Ines' edge at 7.03 s.
-    assert shown(document)[2] == (6.03, 7.03, "release")
+    assert stored_rows(document)[2] == (6.03, 7.03, "release")
 
 
 def test_shift_moves_a_segment_and_ctrl_paints_freely(document, hand):
     shift = Qt.KeyboardModifier.ShiftModifier
     hand.drag(5.5, 3.52, shift)
-    assert shown(document)[2] == (3.0, 4.0, "release")
+    assert stored_rows(document)[2] == (3.0, 4.0, "release")
     hand.drag(3.5, 5.52, shift | CTRL)
-    assert shown(document)[2] == (5.02, 6.02, "release")
+    assert stored_rows(document)[2] == (5.02, 6.02, "release")
     document.set_action("hold")
     hand.drag(4.0, 4.96, CTRL)
-    assert (4.0, 4.96, "hold") in shown(document)
+    assert (4.0, 4.96, "hold") in stored_rows(document)
 
 
 def test_ctrl_lets_nothing_attract_while_a_segment_is_moved(document, hand):
     hand.drag(5.5, 3.52, ALT | CTRL)
-    assert shown(document)[2] == (3.02, 4.02, "release")
+    assert stored_rows(document)[2] == (3.02, 4.02, "release")
 
 
 def test_a_click_selects_and_seeks(document, hand):
@@ -332,14 +332,14 @@ def test_a_click_selects_and_seeks(document, hand):
     hand.click(4.0)
     assert document.selected is None
     assert document.view.cursor == pytest.approx(4.0)
-    assert shown(document) == TIMES
+    assert stored_rows(document) == TIMES
 
 
 def test_less_than_five_pixels_on_an_edge_are_a_click(document, hand):
     hand.press(2.02)
     hand.move(2.05)
     hand.release(2.05)
-    assert shown(document) == TIMES
+    assert stored_rows(document) == TIMES
     assert document.selected == 1
 
 
@@ -348,18 +348,18 @@ def test_a_double_click_zooms_to_the_segment(document, hand, panel):
         panel, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, hand.at(5.5)
     )
     assert (document.view.start, document.view.end) == pytest.approx((4.75, 6.25))
-    assert shown(document) == TIMES
+    assert stored_rows(document) == TIMES
 
 
 def test_on_anothers_track_one_only_seeks(document, panel):
     document.set_action("hold")
-    hand = Hand(panel, OTHER_ROW)
+    hand = PanelMouse(panel, OTHER_ROW)
     assert not panel.rows()[1].own
     assert panel.rows()[1].box.contains(hand.at(7.5))
     hand.click(7.5)
     assert document.view.cursor == pytest.approx(7.5)
     assert document.selected is None
-    assert shown(document) == TIMES
+    assert stored_rows(document) == TIMES
 
 
 def test_a_change_from_elsewhere_ends_a_drag(document, hand, panel):
@@ -368,7 +368,7 @@ def test_a_change_from_elsewhere_ends_a_drag(document, hand, panel):
     document.editor.delete(0)
     hand.release(2.4)
     assert not panel.dragging
-    assert shown(document) == TIMES[1:]
+    assert stored_rows(document) == TIMES[1:]
 
 
 def test_the_pointer_tells_what_a_press_would_do(document, hand, panel):
@@ -392,7 +392,7 @@ def test_the_snap_target_is_offered_before_it_is_taken(document, hand):
 
 def menu_of(panel, time, y=20):
     """The entries of the menu that a right click opens, those of its menus included."""
-    place = Hand(panel, y).at(time)
+    place = PanelMouse(panel, y).at(time)
     reason = QContextMenuEvent.Reason.Mouse
     event = QContextMenuEvent(reason, place, panel.mapToGlobal(place))
     QApplication.sendEvent(panel, event)
@@ -419,13 +419,13 @@ def menu_of(panel, time, y=20):
 )
 def test_the_menu_of_the_own_track(document, panel, time, entry, after):
     menu_of(panel, time)[entry].trigger()
-    assert shown(document) == after
+    assert stored_rows(document) == after
 
 
 def test_the_menu_fills_and_erases_the_range(document, panel):
     document.view.set_range(1.5, 5.5)
     menu_of(panel, 4.0)["Fill the range with/&2  hold"].trigger()
-    assert shown(document) == [(1.0, 1.5, "grab"), (1.5, 5.5, "hold"), (5.5, 6.0, "release")]
+    assert stored_rows(document) == [(1.0, 1.5, "grab"), (1.5, 5.5, "hold"), (5.5, 6.0, "release")]
     document.view.set_range(2.0, 3.0)
     menu_of(panel, 4.0)["Erase the range"].trigger()
     assert (2.0, 3.0) not in [(s.start, s.end) for s in document.editor.segments]
@@ -445,7 +445,7 @@ def test_a_menu_of_actions_without_any_says_so(document, panel, hovered):
 
 def test_the_menu_of_anothers_track_copies(document, panel):
     menu_of(panel, 7.5, OTHER_ROW)["Copy this segment to mine"].trigger()
-    assert shown(document) == [*TIMES, (7.03, 8.0, "hold")]
+    assert stored_rows(document) == [*TIMES, (7.03, 8.0, "hold")]
 
 
 def test_the_menu_asks_for_a_segment_to_be_played(panel):
@@ -460,7 +460,7 @@ def test_the_longest_gap_is_asked_for_and_filled(document, panel):
     (dialog,) = [w for w in panel.children() if w.inherits("QInputDialog")]
     dialog.setDoubleValue(2.5)
     dialog.accept()
-    assert shown(document) == [TIMES[0], (2.0, 4.0, "hold"), (4.0, 6.0, "release")]
+    assert stored_rows(document) == [TIMES[0], (2.0, 4.0, "hold"), (4.0, 6.0, "release")]
 
 
 def test_the_menu_key_opens_the_menu_of_the_cursor(document, panel):
@@ -470,13 +470,13 @@ def test_the_menu_key_opens_the_menu_of_the_cursor(document, panel):
     QApplication.sendEvent(panel, event)
     entries = {action.text(): action for action in panel.menu.actions()}
     entries["Split here"].trigger()
-    assert (1.0, 1.5, "grab") in shown(document)
+    assert (1.0, 1.5, "grab") in stored_rows(document)
 
 
 def test_an_action_picked_by_its_key_in_the_menu(document, hand, panel):
     hand.drag(3.5, 4.25)
     QTest.keyClick(panel.menu, Qt.Key.Key_2)
-    assert (3.5, 4.25, "hold") in shown(document)
+    assert (3.5, 4.25, "hold") in stored_rows(document)
 
 
 def test_a_menu_does_not_keep_its_panel(document):
@@ -537,12 +537,12 @@ def test_a_change_of_another_author_does_not_end_a_drag(document, hand):
     document.set_hidden_authors(frozenset({"Ines"}))
     hand.move(4.2)
     hand.release(4.2)
-    assert (3.5, 4.2, "hold") in shown(document)
+    assert (3.5, 4.2, "hold") in stored_rows(document)
 
 
 def test_words_under_the_pointer_and_for_screen_readers(document, panel):
     def words(time, y):
-        return panel.tooltip_at(QPointF(Hand(panel, y).at(time)))
+        return panel.tooltip_at(QPointF(PanelMouse(panel, y).at(time)))
 
     assert words(1.5, 20) == "Ann: grab 1.000–2.000 s (1.000 s)"
     assert words(7.5, OTHER_ROW) == "Ines: hold 7.030–8.000 s (0.970 s)"
@@ -556,7 +556,7 @@ def test_words_under_the_pointer_and_for_screen_readers(document, panel):
 
 def test_the_pointer_tells_who_proposed_a_segment(document, panel):
     document.editor.accept((Segment(4.0, 5.0, "hold"),), "model paper 12")
-    at = QPointF(Hand(panel, 20).at(4.5))
+    at = QPointF(PanelMouse(panel, 20).at(4.5))
     assert panel.tooltip_at(at) == ("Ann: hold 4.000–5.000 s (1.000 s)\nproposed by model paper 12")
     document.editor.move_edge(document.editor.index_of(Segment(4.0, 5.0, "hold")), "start", 4.2)
     assert panel.tooltip_at(at).endswith("proposed by model paper 12, changed since")
@@ -565,7 +565,7 @@ def test_the_pointer_tells_who_proposed_a_segment(document, panel):
 
 
 def test_an_empty_track_says_how_to_begin_until_the_first_stroke(app):
-    with opened() as document:
+    with open_foam_document() as document:
         panel = TrackPanel(document)
         panel.resize(88 + 1000 + 8, 100)
         panel.show()
@@ -582,7 +582,7 @@ def test_an_empty_track_says_how_to_begin_until_the_first_stroke(app):
         painted = inks()
         document.cancel_stroke()
         again = inks()
-        hand = Hand(panel)
+        hand = PanelMouse(panel)
         document.set_action("hold")
         hand.press(0.1)
         hand.move(0.5)

@@ -4,9 +4,9 @@ import sqlite3
 
 import numpy as np
 import pytest
-from painted import shown
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from window_helpers import shown_widget
 
 from forcelab.errors import InputError
 from forcelab.gui import settings, theme
@@ -19,7 +19,7 @@ from forcelab.project.tracks import TrackStore
 @pytest.fixture
 def bar(app, document):
     player = Player(document, clock=lambda: 0.0)
-    with shown(app, Transport(document, player), size=(1300, 40)) as bar:
+    with shown_widget(app, Transport(document, player), size=(1300, 40)) as bar:
         yield bar
     player.stop()
 

@@ -1,14 +1,22 @@
 import threading
 import time
 
-import films
 import numpy as np
 import pytest
 import shiboken6
+from factories import (
+    GOP_250,
+    NUMBER_BITS,
+    even_frame_times,
+    frame_number,
+    uneven_frame_times,
+    write_opencv_video,
+    write_video,
+)
 from PySide6.QtCore import QCoreApplication, QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtTest import QTest
-from waiting import PATIENCE
+from window_helpers import PATIENCE
 
 import forcelab.gui.label.picture_view
 import forcelab.gui.label.video_frames
@@ -21,7 +29,7 @@ from forcelab.gui.label.video_sync import VideoPreview
 from forcelab.gui.view_state import ViewState
 
 COUNT = 200
-ODD = films.odd_times(COUNT)
+ODD = uneven_frame_times(COUNT)
 CLOCK = ClockMap(offset=1.2345, rate=1.00003)
 
 
@@ -62,7 +70,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def video(folder):
-    return films.write(folder / "h264-vfr.mp4", "libx264", ODD, films.GOP_250)
+    return write_video(folder / "h264-vfr.mp4", "libx264", ODD, GOP_250)
 
 
 @pytest.fixture
@@ -97,7 +105,7 @@ def breathe():
 def number_of(image: QImage):
     image = image.convertToFormat(QImage.Format.Format_RGB888)
     rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
-    return films.number_of(rows[:, : 3 * image.width()].reshape(image.height(), -1, 3))
+    return frame_number(rows[:, : 3 * image.width()].reshape(image.height(), -1, 3))
 
 
 def on_screen(panel):
@@ -108,8 +116,10 @@ def on_screen(panel):
     ratio = shot.width() / panel.width()
     box = panel.picture_box()
     row = pixels[round(box.center().y() * ratio), :, 0]
-    middles = box.left() + (np.arange(films.BITS) + 0.5) * box.width() / films.BITS
-    return int(sum(1 << bit for bit in range(films.BITS) if row[round(middles[bit] * ratio)] > 128))
+    middles = box.left() + (np.arange(NUMBER_BITS) + 0.5) * box.width() / NUMBER_BITS
+    return int(
+        sum(1 << bit for bit in range(NUMBER_BITS) if row[round(middles[bit] * ratio)] > 128)
+    )
 
 
 def expected(times, cursor):
@@ -207,7 +217,7 @@ def test_without_a_video_there_is_no_thread_and_no_panel(panel, document):
 def test_another_demonstration_gets_its_own_video_and_one_without_gets_none(
     panel, document, video, folder
 ):
-    other = films.write_with_opencv(folder / "mp4v.mp4", "mp4v", 90)
+    other = write_opencv_video(folder / "mp4v.mp4", "mp4v", 90)
     document.show(video)
     document.show(other, ClockMap(), "b")
     document.view.seek(2.0)
@@ -263,7 +273,7 @@ def test_what_cannot_be_shown_is_said_in_the_panel(
 
 
 def test_a_video_that_is_cut_short_is_shown_as_far_as_it_goes(panel, document, tmp_path):
-    whole = films.write(tmp_path / "w.mkv", "libx264", films.even_times(150), {"g": "20"})
+    whole = write_video(tmp_path / "w.mkv", "libx264", even_frame_times(150), {"g": "20"})
     content = whole.read_bytes()
     (tmp_path / "cut.mkv").write_bytes(content[: len(content) * 6 // 10])
     document.show(tmp_path / "cut.mkv")
@@ -275,7 +285,7 @@ def test_a_video_that_is_cut_short_is_shown_as_far_as_it_goes(panel, document, t
 
 
 def test_a_film_in_the_store_is_told_of_by_the_name_of_its_demonstration(panel, document, tmp_path):
-    whole = films.write(tmp_path / "w.mkv", "libx264", films.even_times(150), {"g": "20"})
+    whole = write_video(tmp_path / "w.mkv", "libx264", even_frame_times(150), {"g": "20"})
     content = whole.read_bytes()
     stored = tmp_path / "video-0123456789abcdef.mkv"
     stored.write_bytes(content[: len(content) * 6 // 10])
@@ -331,7 +341,7 @@ def test_the_frame_can_be_copied(panel, document, video):
 
 
 def test_a_long_index_tells_how_far_it_is_and_shows_the_first_frame_at_once(app, folder):
-    path = films.write_with_opencv(folder / "long.mp4", "mp4v", 1200)
+    path = write_opencv_video(folder / "long.mp4", "mp4v", 1200)
     frames, told = VideoFrames(), []
     frames.indexed.connect(lambda done, total: told.append(("indexed", done, total)))
     frames.frame_ready.connect(lambda number, _: told.append(("frame", number)))

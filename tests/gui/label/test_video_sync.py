@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from filmed import OFFSET, TAPS, filmed_demonstration
+from factories import VIDEO_OFFSET, VIDEO_TAPS, demonstration_with_video
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
@@ -16,7 +16,7 @@ FRAME = 1 / 30
 
 @pytest.fixture(scope="module")
 def filmed(tmp_path_factory):
-    return filmed_demonstration(tmp_path_factory.mktemp("film"), ClockMap(0.25, 1.00001))
+    return demonstration_with_video(tmp_path_factory.mktemp("film"), ClockMap(0.25, 1.00001))
 
 
 @pytest.fixture
@@ -160,8 +160,8 @@ def test_a_proposal_is_shown_and_accepted(document, dialog, until):
     press(dialog.propose_button)
     assert not dialog.propose_button.isEnabled()
     until(lambda: dialog.proposal is not None)
-    assert dialog.candidate.offset == pytest.approx(OFFSET, abs=0.04)
-    assert len(dialog.rows) == len(TAPS)
+    assert dialog.candidate.offset == pytest.approx(VIDEO_OFFSET, abs=0.04)
+    assert len(dialog.rows) == len(VIDEO_TAPS)
     assert "ms" in dialog.residual_label.text()
     assert f"{dialog.proposal.confidence:.2f}" in dialog.confidence_label.text()
     assert document.demonstration.video.clock == ClockMap(0.25, 1.00001)

@@ -1,15 +1,15 @@
 """A small project that stays open, for views that only look at it; and the trainer on a bench."""
 
 import pytest
-from learning_bench import FakeWork, outcome_of
-from painted import opened
+from factories import run_result_of
+from window_helpers import FakeTrainingBackend, open_painted_document
 
 from forcelab.gui.jobs import Jobs
 
 
 @pytest.fixture(scope="module")
 def shared_document(app, tmp_path_factory):
-    with opened(tmp_path_factory.mktemp("study")) as document:
+    with open_painted_document(tmp_path_factory.mktemp("study")) as document:
         yield document
 
 
@@ -51,8 +51,8 @@ def show(app):
 @pytest.fixture
 def work(document):
     """What the trainer does in the background; it finds the same each time."""
-    work = FakeWork()
-    work.result = outcome_of(document.project)
+    work = FakeTrainingBackend()
+    work.result = run_result_of(document.project)
     return work
 
 

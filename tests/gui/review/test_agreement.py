@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from painting_bench import MEMORY
+from factories import MEMORY_FOLDER
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QMessageBox
@@ -55,7 +55,7 @@ class Bench:
 @contextmanager
 def bench(app, until, *tracks, blind=()):
     """Demonstrations with these tracks, the second of which may be blind for Ann."""
-    with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
+    with tempfile.TemporaryDirectory(dir=MEMORY_FOLDER) as folder:
         path = Path(folder) / "study.forcelab"
         times = np.arange(1000) / 100
         incoming = [

@@ -5,8 +5,8 @@ from datetime import datetime, timezone
 
 import pytest
 from factories import random_run_result
-from painted import opened
 from PySide6.QtGui import QColor
+from window_helpers import open_painted_document
 
 from forcelab.errors import InputError
 from forcelab.gui.review.comparison_dialog import (
@@ -25,7 +25,7 @@ ACTIONS = ("grab", "hold", "release")
 
 @pytest.fixture(scope="module")
 def document(app, tmp_path_factory):
-    with opened(tmp_path_factory.mktemp("study")) as document:
+    with open_painted_document(tmp_path_factory.mktemp("study")) as document:
         yield document
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from factories import demonstration_result, random_run_result, run_result
-from painted import shown
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
+from window_helpers import shown_widget
 
 from forcelab.gui.figures.confusion import ConfusionMatrix
 from forcelab.gui.review.confusion import ConfusionView, fit_figure
@@ -19,7 +19,7 @@ SURE = ProbabilityTrace(0.0, 50.0, ACTIONS, np.full((500, 3), 204, dtype=np.uint
 
 @pytest.fixture
 def view(app, document, jobs, until):
-    with shown(app, ConfusionView(document, jobs), (560, 600)) as view:
+    with shown_widget(app, ConfusionView(document, jobs), (560, 600)) as view:
         document.review.set_run(small(document))
         until(lambda: view.cells is not None)
         yield view

@@ -8,7 +8,7 @@ import pytest
 from factories import QUICK_SETTINGS, make_evaluated_project
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
-from waiting import PATIENCE
+from window_helpers import PATIENCE
 
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs

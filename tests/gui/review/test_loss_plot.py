@@ -1,7 +1,8 @@
 """The loss curves: one for each fold, on axes that show them."""
 
 import pytest
-from learning_bench import outcome_of, step, study
+from factories import run_result_of
+from window_helpers import open_training_document, training_step
 
 from forcelab.gui.review.loss_plot import LossView, loss_curves
 from forcelab.recognition.settings import Settings
@@ -9,13 +10,13 @@ from forcelab.recognition.settings import Settings
 
 @pytest.fixture
 def document(app):
-    with study() as document:
+    with open_training_document() as document:
         yield document
 
 
 @pytest.fixture
 def view(document, work, trainer, show):
-    work.result = outcome_of(document.project, remarks=("Something was left out.",))
+    work.result = run_result_of(document.project, remarks=("Something was left out.",))
     view = show(LossView(document, trainer), 500, 320)
     view.work = work
     return view
@@ -23,12 +24,12 @@ def view(document, work, trainer, show):
 
 def test_each_fold_has_a_curve_and_the_final_fit_its_own():
     steps = [
-        step(1, 2.0, 1),
-        step(2, 1.0, 1),
-        step(None, None, 1, phase="features"),
-        step(1, 3.0, 2),
-        step(2, float("nan"), 2),
-        step(1, 0.5, 2, phase="final fit"),
+        training_step(1, 2.0, 1),
+        training_step(2, 1.0, 1),
+        training_step(None, None, 1, phase="features"),
+        training_step(1, 3.0, 2),
+        training_step(2, float("nan"), 2),
+        training_step(1, 0.5, 2, phase="final fit"),
     ]
     assert loss_curves(steps) == (
         (False, 1, [(1, 2.0), (2, 1.0)]),
@@ -38,7 +39,7 @@ def test_each_fold_has_a_curve_and_the_final_fit_its_own():
 
 
 def test_no_epoch_is_left_out_however_fast_they_come(view, until):
-    view.work.steps = [step(n, 1 / n) for n in range(1, 500)]
+    view.work.steps = [training_step(n, 1 / n) for n in range(1, 500)]
     view.trainer.train()
     until(lambda: not view.trainer.training)
     until(lambda: view.curves.curves and len(view.curves.curves[0][2]) == 499)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_once import made_once
+from factories import cached_project
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QRegion
 from PySide6.QtTest import QTest
@@ -89,7 +89,7 @@ def project(path):
 def study():
     """A document of that project."""
     with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
-        path = made_once(project, Path(folder) / "study.forcelab")
+        path = cached_project(project, Path(folder) / "study.forcelab")
         document = Document("Ann")
         document.open_project(path)
         yield document

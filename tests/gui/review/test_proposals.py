@@ -3,10 +3,11 @@
 from dataclasses import replace
 
 import pytest
-from learning_bench import PREDICTED, certainty, outcome_of, study
+from factories import PREDICTED_TRACK, grab_probabilities, run_result_of
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication
+from window_helpers import open_training_document
 
 from forcelab.gui.document import ReviewState
 from forcelab.gui.review.proposals import ProposalsView
@@ -17,7 +18,7 @@ from forcelab.review.run_result import DemonstrationResult
 
 @pytest.fixture
 def document(app):
-    with study() as document:
+    with open_training_document() as document:
         yield document
 
 
@@ -28,7 +29,7 @@ def view(document, jobs, show):
 
 def proposed(document):
     """The run with two proposals more: a certain one, and a very uncertain one."""
-    run = outcome_of(document.project)
+    run = run_result_of(document.project)
     (third,) = run.proposals
     others = [info for info in document.infos if info.task == "stylus"][:2]
     made = [
@@ -36,10 +37,12 @@ def proposed(document):
             info.id, f"stylus {info.name}", "stylus", 0.0, 10.0, (), third.stages, sure
         )
         for info, sure in zip(
-            others, (certainty((10, 0.99)), certainty((4, 0.7), (1, 0.5), (5, 0.7))), strict=True
+            others,
+            (grab_probabilities((10, 0.99)), grab_probabilities((4, 0.7), (1, 0.5), (5, 0.7))),
+            strict=True,
         )
     ]
-    return outcome_of(document.project, proposals=(third, *made))
+    return run_result_of(document.project, proposals=(third, *made))
 
 
 def test_the_most_uncertain_comes_first(view, document, until):
@@ -107,7 +110,7 @@ def test_what_is_labelled_by_now_comes_last(view, document, until):
 
 
 def test_once_all_are_labelled_it_is_said_to_train(view, document, until):
-    document.review.set_run(outcome_of(document.project))
+    document.review.set_run(run_result_of(document.project))
     until(lambda: len(view.rows) == 1)
     document.open_demonstration(view.rows[0].id)
     document.editor.paint(0.0, 9.5, "hold")
@@ -137,24 +140,24 @@ def test_what_is_coded_blind_is_not_listed(view, document, until):
 def test_accepting_says_how_many_and_how_to_take_it_back(view, document, until):
     said = []
     document.message_shown.connect(lambda text, *_: said.append(text))
-    document.review.set_run(outcome_of(document.project))
+    document.review.set_run(run_result_of(document.project))
     third = document.review.run.proposals[0].id
     document.open_demonstration(third)
     assert document.editor.segments == ()
     document.view.seek(3.0)
     assert view.accepting.here.isEnabled()
     view.accepting.here.click()
-    assert document.editor.segments == PREDICTED[1:2]
+    assert document.editor.segments == PREDICTED_TRACK[1:2]
     assert said[-1].startswith("1 predicted segment was accepted; Ctrl+Z")
     view.accepting.in_view.click()
-    assert document.editor.segments == PREDICTED
+    assert document.editor.segments == PREDICTED_TRACK
     document.editor.undo_everywhere()
     document.editor.undo_everywhere()
     assert document.editor.segments == ()
 
 
 def test_one_prediction_after_the_other_is_accepted_by_the_same_key(document):
-    document.review.set_run(outcome_of(document.project))
+    document.review.set_run(run_result_of(document.project))
     document.open_demonstration(document.review.run.proposals[0].id)
     document.editor.paint(2.5, 6.0, "hold")
     document.editor.paint(6.0, 7.0, "release")
@@ -163,11 +166,11 @@ def test_one_prediction_after_the_other_is_accepted_by_the_same_key(document):
     while document.review.accept_here():
         cursors.append(document.view.cursor)
     assert cursors == [6.0, 7.0]  # past what is labelled like that already; then where it ends
-    assert document.editor.segments == PREDICTED
+    assert document.editor.segments == PREDICTED_TRACK
     document.editor.undo_everywhere()
     assert document.editor.segments[-1] == Segment(6.0, 7.0, "release")
     document.editor.undo_everywhere()
-    assert document.editor.segments[0] == PREDICTED[1]
+    assert document.editor.segments[0] == PREDICTED_TRACK[1]
     while document.editor.undo_everywhere():
         pass
 
@@ -191,26 +194,26 @@ def test_accepting_moves_neither_playback_nor_what_is_examined(document):
 
 
 def test_only_what_is_probable_enough_is_accepted(view, document):
-    document.review.set_run(outcome_of(document.project))
+    document.review.set_run(run_result_of(document.project))
     document.open_demonstration(document.review.run.proposals[0].id)
     view.accepting.at_least.setValue(0.9)
     assert view.accepting.above.isEnabled()
     view.accepting.above.click()
-    assert document.editor.segments == PREDICTED[:1]
+    assert document.editor.segments == PREDICTED_TRACK[:1]
 
 
 def test_what_the_coder_labelled_stays_when_many_are_accepted(view, document):
-    document.review.set_run(outcome_of(document.project))
+    document.review.set_run(run_result_of(document.project))
     document.open_demonstration(document.review.run.proposals[0].id)
     document.editor.paint(1.0, 3.0, "release")
     view.accepting.at_least.setValue(0.0)
     view.accepting.above.click()
     assert Segment(1.0, 3.0, "release") in document.editor.segments
-    assert document.editor.segments[-1] == PREDICTED[-1]
+    assert document.editor.segments[-1] == PREDICTED_TRACK[-1]
 
 
 def test_what_is_accepted_has_no_suffix_of_its_task(view, document):
-    run = outcome_of(document.project)
+    run = run_result_of(document.project)
     (one,) = run.proposals
     stages = {"filtered": tuple(replace(s, action=f"{s.action}_{one.task}") for s in one.predicted)}
     apart = replace(run, apart=True, proposals=(replace(one, stages=stages),))
@@ -224,7 +227,7 @@ def test_what_is_accepted_has_no_suffix_of_its_task(view, document):
 
 def test_where_nothing_is_predicted_nothing_can_be_accepted(view, document):
     assert not view.accepting.here.isEnabled()
-    document.review.set_run(outcome_of(document.project))
+    document.review.set_run(run_result_of(document.project))
     document.open_demonstration(document.review.run.proposals[0].id)
     document.view.seek(9.0)
     assert not view.accepting.here.isEnabled()
@@ -247,7 +250,7 @@ def test_a_step_of_playback_looks_at_few_predictions_of_many(view, document, mon
 
     many = Counted(Segment(i / 1000, (i + 0.5) / 1000, "hold") for i in range(8000))
     monkeypatch.setattr(ReviewState, "prediction", property(lambda _: many))
-    document.review.set_run(outcome_of(document.project))
+    document.review.set_run(run_result_of(document.project))
     document.open_demonstration(document.review.run.proposals[0].id)
     for time, there in ((7.9902, True), (7.9907, False), (0.0, True), (9.5, False)):
         Counted.looked = 0
@@ -258,7 +261,7 @@ def test_a_step_of_playback_looks_at_few_predictions_of_many(view, document, mon
 
 def test_who_codes_blind_is_not_told_to_train(document):
     said = []
-    document.review.set_run(outcome_of(document.project))
+    document.review.set_run(run_result_of(document.project))
     third = document.review.run.proposals[0].id
     document.project.coding.assign(third, document.author, blind=True)
     document.open_demonstration(third)
@@ -268,7 +271,7 @@ def test_who_codes_blind_is_not_told_to_train(document):
 
 
 def test_how_much_is_labelled_by_now_is_shown(view, document, until):
-    document.review.set_run(outcome_of(document.project))
+    document.review.set_run(run_result_of(document.project))
     until(lambda: len(view.rows) == 1)
     document.open_demonstration(document.review.run.proposals[0].id)
     assert view.model.data(view.model.index(0, 3)) == "–"
@@ -280,7 +283,7 @@ def test_how_much_is_labelled_by_now_is_shown(view, document, until):
 
 def test_nothing_is_ranked_while_hidden(document, jobs):
     view = ProposalsView(document, jobs)
-    document.review.set_run(outcome_of(document.project))
+    document.review.set_run(run_result_of(document.project))
     assert not jobs.busy
     assert view._run is None
     view.deleteLater()
@@ -307,7 +310,7 @@ def test_an_empty_list_says_why(view, document, until):
     document.review.set_run(proposed(document))
     assert view.pages.note.text().startswith("Ranking")
     until(lambda: view.rows)
-    document.review.set_run(outcome_of(document.project, proposals=()))
+    document.review.set_run(run_result_of(document.project, proposals=()))
     assert "Train again" in view.pages.note.text()  # as of the command line, which tests only
     bare = [info.id for info in document.infos if "Ann" not in info.labelled]
     for id_ in bare:
@@ -317,7 +320,7 @@ def test_an_empty_list_says_why(view, document, until):
 
 
 def test_who_codes_blind_does_not_learn_whether_others_have_labelled_it(view, document, until):
-    document.review.set_run(outcome_of(document.project, proposals=()))
+    document.review.set_run(run_result_of(document.project, proposals=()))
     document.set_author("Bob")
     told = []
     for info in document.infos:

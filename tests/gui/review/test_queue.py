@@ -6,12 +6,12 @@ from dataclasses import replace
 from datetime import datetime, timezone
 
 import numpy as np
-import painting_bench
 import pytest
-from painting_bench import shown
+from factories import foam_demonstration
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtTest import QTest
+from window_helpers import open_foam_document, stored_rows
 
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import guard_typing
@@ -72,7 +72,7 @@ def bench(app, until):
     @contextmanager
     def made(author="Ann", predicted=SEEN, visible=True, train=True):
         tracks = {} if author == "Ann" else {author: HUMAN}
-        with painting_bench.opened(HUMAN if author == "Ann" else (), **tracks) as document:
+        with open_foam_document(HUMAN if author == "Ann" else (), **tracks) as document:
             jobs = Jobs()
             view = QueueView(document, jobs)
             told = []
@@ -221,14 +221,14 @@ def test_what_was_compared_for_another_coder_is_not_shown(bench, until, app, vis
 def test_human_right_keeps_the_label_and_goes_on(bench, until):
     with bench() as view:
         view.step(1)
-        before = shown(view.document)
+        before = stored_rows(view.document)
         assert view.judge("human")
         assert examined(view) == MISSED
         until(lambda: not view.reader.stale)
         assert kinds(view) == [("missed", 1), ("boundaries", 1), ("invented", 1), ("judged", 1)]
         (verdict,) = view.document.project.coding.verdicts()
         assert (verdict.verdict, verdict.author, verdict.coder) == ("human", "Ann", "Ann")
-        assert shown(view.document) == before
+        assert stored_rows(view.document) == before
 
 
 def test_model_right_repaints_as_one_edit_and_undo_opens_it_again(bench, until):
@@ -236,7 +236,7 @@ def test_model_right_repaints_as_one_edit_and_undo_opens_it_again(bench, until):
         view.step(1)
         assert view.judge("model")
         until(lambda: not view.reader.stale)
-        assert (3, 4.5, "release") in shown(view.document)
+        assert (3, 4.5, "release") in stored_rows(view.document)
         assert "release" in view.told[-1]
         assert kinds(view)[0] == ("missed", 1)
         assert kinds(view)[-1] == ("judged", 1)
@@ -244,7 +244,7 @@ def test_model_right_repaints_as_one_edit_and_undo_opens_it_again(bench, until):
         until(lambda: not view.reader.stale)
         assert kinds(view)[0] == ("actions", 1)
         assert ("judged", 1) not in kinds(view)
-        assert shown(view.document) == [(s.start, s.end, s.action) for s in HUMAN]
+        assert stored_rows(view.document) == [(s.start, s.end, s.action) for s in HUMAN]
 
 
 def verdicts(view):
@@ -267,14 +267,14 @@ def test_an_undone_verdict_does_not_come_back_with_the_one_beside_it(bench, unti
         assert view.undo()
         assert view.redo()
         assert verdicts(view) == [(4.5, "model")]
-        assert (2, 4.5, "hold") in shown(view.document)
+        assert (2, 4.5, "hold") in stored_rows(view.document)
 
 
 def test_undo_takes_back_verdicts_and_edits_in_their_order_and_shows_where(bench, until):
     with bench() as view:
         document = view.document
         project, first = document.project, document.id
-        recording = painting_bench.demonstration()
+        recording = foam_demonstration()
         second = project.demonstrations.add(
             replace(recording, name="02", signals=recording.signals + 1)
         ).id
@@ -298,7 +298,7 @@ def test_undo_takes_back_verdicts_and_edits_in_their_order_and_shows_where(bench
         assert [v.verdict for v in project.coding.verdicts()] == ["model"]
         assert [project.tracks.get(id_, "Ann").segments for id_ in (first, second)] == labels
         assert view.undo()  # what was painted before it
-        assert (document.id, shown(document)[-1]) == (second, (6, 8, "release"))
+        assert (document.id, stored_rows(document)[-1]) == (second, (6, 8, "release"))
         assert len(project.coding.verdicts()) == 1
         assert view.undo()  # the first verdict, with its edit, in the other demonstration
         assert document.id == first
@@ -338,8 +338,8 @@ def test_where_the_model_sees_nothing_and_is_right_the_label_goes(bench, until):
         view.step(1)
         view.step(1)
         assert view.judge("model")
-        assert (2, 4.5, "hold") in shown(view.document)
-        assert (5, 6, "hold") in shown(view.document)
+        assert (2, 4.5, "hold") in stored_rows(view.document)
+        assert (5, 6, "hold") in stored_rows(view.document)
 
 
 def test_nobody_changes_the_labels_of_another_coder(bench, until):
@@ -349,7 +349,7 @@ def test_nobody_changes_the_labels_of_another_coder(bench, until):
         assert "only Bob can change Bob's labels" in view.told[-1]
         with_bob = view.document.project.tracks.get(view.document.id, "Bob").segments
         assert with_bob == HUMAN
-        assert shown(view.document) == []
+        assert stored_rows(view.document) == []
         until(lambda: not view.reader.stale)
         assert kinds(view)[0] == ("missed", 1)  # judged all the same
         count = len(view.told)
@@ -404,7 +404,7 @@ def test_painting_brings_the_queue_up_to_date(bench, until):
 def test_a_queue_that_is_shown_knows_what_was_painted_while_it_was_hidden(bench, until):
     with bench() as view:
         document = view.document
-        first, recording = document.id, painting_bench.demonstration()
+        first, recording = document.id, foam_demonstration()
         second = document.project.demonstrations.add(
             replace(recording, name="02", signals=recording.signals + 1)
         ).id

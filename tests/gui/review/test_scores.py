@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 from factories import demonstration_result, random_run_result, run_result
-from painted import shown
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
+from window_helpers import shown_widget
 
 from forcelab.gui.review.metrics import AGREEMENT_METRICS, ERROR_METRICS
 from forcelab.gui.review.scores import ScoresView
@@ -19,7 +19,7 @@ ACTIONS = ("grab", "hold", "release")
 
 @pytest.fixture
 def view(app, document, jobs, until):
-    with shown(app, ScoresView(document, jobs), (700, 320)) as view:
+    with shown_widget(app, ScoresView(document, jobs), (700, 320)) as view:
         ids = [info.id for info in document.infos]
         document.review.set_run(random_run_result([*ids, "c", "d"], ACTIONS))
         until(lambda: view.intervals)

@@ -1,11 +1,11 @@
 """The settings dialog: only what is used is shown, and what is refused says why in its place."""
 
 import pytest
-from learning_bench import study
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit
+from window_helpers import open_training_document
 
 from forcelab.gui.review.settings_dialog import SettingsDialog, TrainingFacts, training_facts
 from forcelab.label_map import MergeMap
@@ -186,7 +186,7 @@ def test_a_merge_is_written_by_mouse_and_keys(app, dialog, until):
 
 
 def test_the_demonstrations_say_what_there_is(app):
-    with study() as document:
+    with open_training_document() as document:
         facts = training_facts(document, DataSelection(("foam", "stylus")))
         assert facts.channels == ("tangential", "normal")
         assert facts.rate == pytest.approx(100.0)
@@ -196,7 +196,7 @@ def test_the_demonstrations_say_what_there_is(app):
 
 
 def test_only_the_time_that_is_trained_on_is_counted(app):
-    with study() as document:
+    with open_training_document() as document:
         document.set_author("Root")
         assert training_facts(document, DataSelection(("foam",))).labelled == pytest.approx(2 * 5.0)
         for info in document.infos[:2]:

@@ -1,7 +1,7 @@
 """Choosing tasks: what can be trained and tested, and what cannot says why."""
 
 import pytest
-from learning_bench import study
+from window_helpers import open_training_document
 
 from forcelab.gui.review.task_choice import TaskChoiceDialog, TaskChoiceForm
 from forcelab.gui.review.trainer import OWN_MINIMUM, default_author
@@ -12,7 +12,7 @@ from forcelab.recognition.dataset import DataSelection
 
 @pytest.fixture
 def document(app):
-    with study() as document:
+    with open_training_document() as document:
         yield document
 
 
@@ -88,7 +88,7 @@ def test_no_task_is_no_choice(form):
 
 
 def test_with_one_labelled_demonstration_it_says_what_can_be_done_anyway(show):
-    with study(labelled=("01",)) as document:
+    with open_training_document(labelled=("01",)) as document:
         dialog = show(TaskChoiceDialog(document, DataSelection(("foam",))))
         assert "nothing can be tested" in dialog.form._explanation.text()
         assert dialog.ok.isEnabled()
@@ -97,7 +97,7 @@ def test_with_one_labelled_demonstration_it_says_what_can_be_done_anyway(show):
 
 
 def test_what_nobody_labelled_cannot_be_trained(show):
-    with study(labelled=()) as document:
+    with open_training_document(labelled=()) as document:
         dialog = show(TaskChoiceDialog(document, DataSelection(("foam",))))
         assert "two actions" in dialog.form.trouble
         assert not dialog.ok.isEnabled()

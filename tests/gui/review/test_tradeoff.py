@@ -7,11 +7,10 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from learning_bench import TRACK, FakeWork, study
-from painted import shown
+from factories import TRAINING_TRACK, synthetic_set
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtTest import QTest
-from synthetic import synthetic_set
+from window_helpers import FakeTrainingBackend, open_training_document, shown_widget
 
 from forcelab.errors import InputError
 from forcelab.gui.figures.axes import covered_area
@@ -118,7 +117,7 @@ class FakeMeasuring:
 
 @pytest.fixture
 def document(app):
-    with study() as document:
+    with open_training_document() as document:
         document.told = []
         document.message_shown.connect(lambda text, trouble: document.told.append((text, trouble)))
         yield document
@@ -137,7 +136,7 @@ def controller(document, jobs, work, until, monkeypatch):
     monkeypatch.setattr(tradeoff, "COUNT_DELAY", 20)
     monkeypatch.setattr(tradeoff, "measure_task", work.measure)
     monkeypatch.setattr(tradeoff, "read_latest", work.latest)
-    trainer = Trainer(document, jobs, backend=FakeWork())
+    trainer = Trainer(document, jobs, backend=FakeTrainingBackend())
     until(lambda: not jobs.busy)
     controller = TradeoffController(trainer)
     yield controller
@@ -250,7 +249,7 @@ def test_edits_since_are_counted(controller, document, until):
     controller.set_visible(True)
     until(lambda: controller.measured is not None)
     with Project.open(document.project.path) as another:
-        another.tracks.edit(document.id, "Ann", TRACK, TRACK[:1], "deleted")
+        another.tracks.edit(document.id, "Ann", TRAINING_TRACK, TRAINING_TRACK[:1], "deleted")
     document.refresh()
     until(lambda: controller.edits == 1)
 
@@ -440,7 +439,7 @@ def plot(app):
     plot.highlights, plot.rows = [], []
     plot.highlight_changed.connect(plot.highlights.append)
     plot.activated.connect(plot.rows.append)
-    with shown(app, plot, (640, 480)):
+    with shown_widget(app, plot, (640, 480)):
         yield plot
 
 
@@ -497,7 +496,7 @@ def test_what_is_in_use_and_what_is_highlighted_are_seen(plot):
 def view(app, document, controller, until, monkeypatch):
     monkeypatch.setattr(tradeoff, "TradeoffController", lambda *_: controller)
     view = TradeoffView(controller.trainer)
-    with shown(app, view, (460, 600)):
+    with shown_widget(app, view, (460, 600)):
         until(lambda: not controller.reading)
         yield view
 

@@ -4,7 +4,8 @@ from dataclasses import replace
 from datetime import datetime, timezone
 
 import pytest
-from learning_bench import FakeWork, outcome_of, step, study
+from factories import run_result_of
+from window_helpers import FakeTrainingBackend, open_training_document, training_step
 
 from forcelab.errors import InputError
 from forcelab.gui import settings
@@ -25,7 +26,7 @@ from forcelab.recognition.settings import Settings
 
 @pytest.fixture
 def document(app):
-    with study() as document:
+    with open_training_document() as document:
         yield document
 
 
@@ -81,7 +82,7 @@ def test_cancel_answers_at_once_and_the_old_result_stays(trainer, document, work
     until(lambda: not trainer.training)
     old = document.review.run
     work.gate = False
-    work.result = outcome_of(document.project, 2)
+    work.result = run_result_of(document.project, 2)
     trainer.train()
     until(lambda: len(work.asked) == 2)  # what never began is not closed either
     trainer.cancel()
@@ -112,7 +113,7 @@ def test_the_steps_are_told_as_they_come(trainer, work, until):
     work.gate = False
     trainer.train()
     until(lambda: trainer.step is not None and trainer.step.epoch == 3)
-    assert trainer.step == step(epoch=3, loss=1 / 3)
+    assert trainer.step == training_step(epoch=3, loss=1 / 3)
     trainer.cancel()
     assert trainer.step is None
 
@@ -182,7 +183,7 @@ def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_
     trainer.set_automatic(True)
     asked = project.runs.add("evaluate", made, result={})
     for number in range(6):
-        work.result = outcome_of(project, project.runs.add("evaluate", made, result={}))
+        work.result = run_result_of(project, project.runs.add("evaluate", made, result={}))
         document.editor.paint(6.0, 7.0 + number / 10, "grab")
         until(lambda: document.review.run is work.result and not trainer.training)
         if number == 1:
@@ -205,7 +206,7 @@ def test_a_run_that_somebody_asked_for_while_it_was_made_by_itself_stays(
     trainer.set_automatic(True)
     for number in range(5):
         work.gate = number != 0
-        work.result = outcome_of(project, project.runs.add("evaluate", made, result={}))
+        work.result = run_result_of(project, project.runs.add("evaluate", made, result={}))
         document.editor.paint(6.0, 7.0 + number / 10, "grab")
         if number == 0:
             wanted = work.result.number
@@ -241,13 +242,13 @@ def test_what_was_painted_meanwhile_is_trained_next(trainer, document, work, unt
     assert len(work.asked) == 1  # not while the first one is under way
     work.gate = True
     until(lambda: len(work.asked) == 2)
-    work.result = outcome_of(document.project, 2)
+    work.result = run_result_of(document.project, 2)
     until(lambda: not trainer.training and trainer.edits == 0)
 
 
 def test_a_reopened_project_shows_its_last_result(document, work, until):
     work.kept = (run_info(9, "stylus"), run_info(7, "foam"), run_info(3, "foam"))
-    work.outcomes = {n: outcome_of(document.project, n, "foam") for n in (3, 7)}
+    work.outcomes = {n: run_result_of(document.project, n, "foam") for n in (3, 7)}
     jobs = Jobs()
     trainer = Trainer(document, jobs, backend=work)
     until(lambda: document.review.run is not None)
@@ -270,7 +271,7 @@ def test_a_task_s_own_run_comes_before_a_later_one_that_tested_another_task(docu
         ((across,), 9),
     ):
         work.kept = runs
-        work.outcomes = {number: outcome_of(document.project, number, "foam")}
+        work.outcomes = {number: run_result_of(document.project, number, "foam")}
         document.review.set_run(None)
         jobs = Jobs()
         trainer = Trainer(document, jobs, backend=work)
@@ -284,8 +285,8 @@ def test_a_run_of_another_task_that_is_chosen_turns_to_that_task(
     trainer, document, work, until, app
 ):
     work.outcomes = {
-        4: outcome_of(document.project, 4, "stylus"),
-        5: outcome_of(document.project, 5, "stylus", test_task="foam", title="stylus to foam"),
+        4: run_result_of(document.project, 4, "stylus"),
+        5: run_result_of(document.project, 5, "stylus", test_task="foam", title="stylus to foam"),
     }
     assert trainer.task == "foam"
     trainer.show_run(5)
@@ -309,7 +310,7 @@ def test_of_two_runs_that_are_removed_at_once_both_go(trainer, document, until):
     project = document.project
     made = Provenance(settings={}, seed=None, labels=(), versions={})
     numbers = [project.runs.add("evaluate", made, result={}) for _ in range(2)]
-    document.review.set_run(outcome_of(project, numbers[0]))
+    document.review.set_run(run_result_of(project, numbers[0]))
     for number in numbers:
         trainer.remove_run(number)
     until(lambda: not trainer.jobs.busy)
@@ -319,7 +320,7 @@ def test_of_two_runs_that_are_removed_at_once_both_go(trainer, document, until):
 
 def test_a_removed_demonstration_leaves_the_review_at_once(trainer, document, work, until):
     project = document.project
-    document.review.set_run(outcome_of(project, 4))
+    document.review.set_run(run_result_of(project, 4))
     first, *others = [one.id for one in document.review.run.tested]
     project.demonstrations.remove_all(
         {
@@ -328,7 +329,7 @@ def test_a_removed_demonstration_leaves_the_review_at_once(trainer, document, wo
             }
         }
     )
-    work.outcomes = {4: outcome_of(project, 4)}
+    work.outcomes = {4: run_result_of(project, 4)}
     document.reread()
     until(lambda: document.review.run is work.outcomes[4])
     assert [one.id for one in document.review.run.tested] == others
@@ -346,7 +347,7 @@ def test_where_all_that_was_tested_is_removed_nothing_is_reviewed(
 
     monkeypatch.setattr(work, "load", gone)
     project = document.project
-    document.review.set_run(outcome_of(project, 4))
+    document.review.set_run(run_result_of(project, 4))
     for one in (*document.review.run.tested, *document.review.run.proposals):
         heads = {
             a: project.tracks.head(one.id, a) for a in project.demonstrations.info(one.id).authors
@@ -541,7 +542,7 @@ def test_what_was_trained_on_another_coder_is_not_up_to_date(trainer, document, 
     document.editor.paint(2.0, 3.0, "hold")
     assert trainer.reviewed_author == "Ann"
     assert line.text() == "Recogniser: trained on the labels of Ann"
-    work.result = outcome_of(document.project, 2, author="Nora")
+    work.result = run_result_of(document.project, 2, author="Nora")
     until(lambda: len(work.asked) == 2)  # by itself, though no label of Ann's was edited
     until(lambda: not trainer.training)
     assert work.asked[-1][2].author == "Nora"
@@ -554,9 +555,9 @@ def test_the_first_training_is_with_the_best_preset_and_its_classifier_is_known(
 
 
 def test_demonstrations_of_no_task_are_trained_too(app, until):
-    work, jobs = FakeWork(), Jobs()
-    with study(tasks=("",)) as document:
-        work.result = outcome_of(document.project, task="", title="no task")
+    work, jobs = FakeTrainingBackend(), Jobs()
+    with open_training_document(tasks=("",)) as document:
+        work.result = run_result_of(document.project, task="", title="no task")
         trainer = Trainer(document, jobs, backend=work)
         bar = TrainingBar(document, trainer)
         until(lambda: not jobs.busy)
@@ -575,7 +576,7 @@ def test_without_demonstrations_there_is_nothing_to_train_on(app, tmp_path, unti
     Project.create(tmp_path / "empty.forcelab").close()
     document, jobs = Document("Ann"), Jobs()
     document.open_project(tmp_path / "empty.forcelab")
-    trainer = Trainer(document, jobs, backend=FakeWork())
+    trainer = Trainer(document, jobs, backend=FakeTrainingBackend())
     assert not trainer.train()
     assert "import demonstrations" in trainer.trouble
     document.close()

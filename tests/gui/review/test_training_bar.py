@@ -5,11 +5,12 @@ from datetime import datetime, timezone
 from itertools import pairwise
 
 import pytest
-from learning_bench import outcome_of, step, study
+from factories import run_result_of
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu
+from window_helpers import open_training_document, training_step
 
 from forcelab.errors import InputError
 from forcelab.gui.removal_dialog import Removal
@@ -23,7 +24,7 @@ from forcelab.recognition.settings import Settings
 
 @pytest.fixture
 def document(app):
-    with study() as document:
+    with open_training_document() as document:
         yield document
 
 
@@ -70,7 +71,7 @@ def test_a_click_on_train_leaves_the_keyboard_where_it_is(bar, trainer, work, un
 
 def test_it_says_how_far_the_training_is(bar, trainer, work, until):
     work.gate = False
-    work.steps = [step(epoch=41, fold=3, folds=10, seconds_left=12.2)]
+    work.steps = [training_step(epoch=41, fold=3, folds=10, seconds_left=12.2)]
     trainer.train()
     until(lambda: bar.step_text.text == "fold 3 of 10 · epoch 41 · 12 s left")
     assert bar.progress.value() / bar.progress.maximum() == pytest.approx(341 / 1200)
@@ -137,7 +138,7 @@ def test_at_no_width_is_anything_cut_off(bar, trainer, work, until, app, trainin
 
 def test_what_has_no_room_is_in_the_menu(bar, trainer, work, until, app):
     work.kept = (run_info(2), run_info(1))
-    work.outcomes = {n: outcome_of(trainer.document.project, n) for n in (1, 2)}
+    work.outcomes = {n: run_result_of(trainer.document.project, n) for n in (1, 2)}
     trainer.list_runs()
     until(lambda: trainer.document.review.run is not None)
     bar.resize(420, 40)
@@ -184,7 +185,7 @@ def test_what_training_hides_hands_the_keyboard_to_what_cancels_it(bar, trainer,
 
 def test_the_runs_can_be_chosen(bar, trainer, work, document, until):
     work.kept = (run_info(2, f1=None), run_info(1))
-    work.outcomes = {n: outcome_of(document.project, n) for n in (1, 2)}
+    work.outcomes = {n: run_result_of(document.project, n) for n in (1, 2)}
     trainer.list_runs()
     until(lambda: bar.runs.currentData() == 2)
     assert "F1 90 %" in bar.runs.itemText(1)
@@ -211,7 +212,7 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
     said = Verdict(id_, "Bob", "Ann", 0.0, 1.0, "grab", "hold", "model", run=numbers[2])
     project.coding.add_verdict(said)
     work.kept = tuple(run_info(n) for n in reversed(numbers))
-    work.outcomes = {n: outcome_of(project, n) for n in numbers}
+    work.outcomes = {n: run_result_of(project, n) for n in numbers}
     trainer.list_runs()
     until(lambda: bar.runs.currentData() == numbers[2])
 
@@ -245,7 +246,7 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
 
 def test_a_run_that_cannot_be_read_is_not_said_to_be_reviewed(bar, trainer, work, document, until):
     work.kept = (run_info(2), run_info(1))
-    work.outcomes = {2: outcome_of(document.project, 2)}
+    work.outcomes = {2: run_result_of(document.project, 2)}
     trainer.list_runs()
     until(lambda: bar.runs.currentData() == 2)
     bar.runs.setCurrentIndex(1)

@@ -10,13 +10,11 @@ import threading
 from dataclasses import replace
 from pathlib import Path
 
-import films
 import pytest
-from factories import BAYES_SETTINGS
+from factories import BAYES_SETTINGS, synthetic_set, write_opencv_video
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
-from synthetic import synthetic_set
 
 from forcelab.cli import main
 from forcelab.clock import ClockMap
@@ -36,7 +34,7 @@ from forcelab.review.training import review_job
 def reviewed_project(tmp_path_factory):
     """Three foams by Ada, the first one filmed, two soft ones, and one nobody labelled; one run."""
     folder = tmp_path_factory.mktemp("review")
-    film = films.write_with_opencv(folder / "film.avi", "MJPG", 20)
+    film = write_opencv_video(folder / "film.avi", "MJPG", 20)
     path = folder / "study.forcelab"
     with Project.create(path) as project:
         for number, (demonstration, segments) in enumerate(synthetic_set(6, 100.0)):

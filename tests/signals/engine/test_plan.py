@@ -6,7 +6,6 @@ import math
 import platform
 import subprocess
 import sys
-import tracemalloc
 from functools import cache
 
 import numpy as np
@@ -300,27 +299,23 @@ def test_plans_are_kept_and_wrong_requests_refused():
         plan_for(100, [4.0]).coefficients(np.zeros((1, 99)))
 
 
-def test_a_usual_plan_takes_little_memory_beside_the_result():
+def test_a_usual_plan_takes_little_memory_beside_the_result(peak_memory):
     n = 1 << 15
     x = condition(walk(n)[None]).values
     plan = plan_for(n, usual_scales(n))
     plan.coefficients(x)
-    tracemalloc.start()
-    found = plan.coefficients(x)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
+    found, peak = peak_memory(lambda: plan.coefficients(x))
     assert peak < found.nbytes + 60 * n
 
 
 @pytest.mark.parametrize("wavelet", [TorrenceCompoMorlet(), Haar()], ids=str)
-def test_a_wavelet_that_takes_a_long_ring_takes_little_memory_beside_the_result(wavelet):
+def test_a_wavelet_that_takes_a_long_ring_takes_little_memory_beside_the_result(
+    wavelet, peak_memory
+):
     n = 1 << 22
     plan = Plan(n, [4.0, 64.0], wavelet, 1e-7, True)
     x = white(n)[None]
-    tracemalloc.start()
-    found = plan.coefficients(x)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
+    found, peak = peak_memory(lambda: plan.coefficients(x))
     assert peak < found.nbytes + 12 * n  # 200 MB at 2^24
 
 

@@ -9,11 +9,11 @@ import sys
 import time
 from pathlib import Path
 
-from waiting import PATIENCE
+from window_helpers import PATIENCE
 
 from forcelab.project import Project
 
-DRIVER = Path(__file__).parent / "e2e" / "driver.py"
+DRIVER = Path(__file__).with_name("driver.py")
 #: Key codes of PC keyboards: where newer keymaps have a function key with Alt as well as without,
 #: xdotool presses it with Alt if it is asked for by name.
 FUNCTION_KEYS = {f"F{number}": str(66 + number) for number in range(1, 11)}
@@ -93,7 +93,7 @@ class Program:
         self.process.communicate()
 
 
-def stored(path, name, author="Ada"):
+def stored_segments(path, name, author="Ada"):
     """The segments of a demonstration in the store, as plain rounded values."""
     with Project.open(path) as project:
         info = next(info for info in project.demonstrations.infos() if info.name == name)
@@ -101,10 +101,10 @@ def stored(path, name, author="Ada"):
     return [(round(s.start, 4), round(s.end, 4), s.action) for s in segments]
 
 
-def stored_soon(path, name, holds):
+def wait_for_stored_segments(path, name, holds):
     """What is stored as soon as it is as it should be: keys and mouse take their time."""
     deadline = time.monotonic() + PATIENCE
-    while not holds(found := stored(path, name)):
+    while not holds(found := stored_segments(path, name)):
         assert time.monotonic() < deadline, found
         time.sleep(0.02)
     return found

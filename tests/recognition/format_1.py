@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["as_in_format_1"]
+__all__ = ["forest_in_format_1"]
 
 
-def as_in_format_1(forest):
+def forest_in_format_1(forest):
     """What a file of format 1 holds of a forest: every node's children and values."""
     feature = forest.feature.astype(np.int64)
     leaf = feature < 0

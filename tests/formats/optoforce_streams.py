@@ -1,7 +1,7 @@
 """Streams of OptoForce packets for tests, made and parsed the slow and obvious way.
 
-``python tests/optoforce_streams.py fuzz 1000000`` throws that many random and mutated strings at
-the parser, ``python tests/optoforce_streams.py speed`` says how fast it is.
+``python tests/formats/optoforce_streams.py fuzz 1000000`` throws that many random and mutated
+strings at the parser, ``python tests/formats/optoforce_streams.py speed`` says how fast it is.
 """
 
 import itertools

@@ -36,7 +36,7 @@ def wrenches(count=50, rate=100.0, start=0.0):
     return [(t + 0.005, wrench(t, float(i))) for i, t in enumerate(times)]
 
 
-def write(path, topics, definitions=None, *, ros=1, storage="mcap", compression=None):
+def write_bag(path, topics, definitions=None, *, ros=1, storage="mcap", compression=None):
     """Write a bag.
 
     Parameters

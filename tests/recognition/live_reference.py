@@ -15,6 +15,7 @@ from forcelab.recognition.live import (
     TOLERANCE,
     FixedLag,
     LiveLabels,
+    OnlineRecogniser,
     budget_of,
     classify,
     limits_of,
@@ -39,7 +40,7 @@ from forcelab.signals.channels import channel_map
 from forcelab.signals.streaming import Kernel, StreamingCwt
 
 
-def stated(recogniser, demonstration, latency):
+def reference_labels(recogniser, demonstration, latency):
     """The labels of a demonstration `latency` seconds after each step, as `Decided`.
 
     Where two probabilities, or one and the threshold, are as close as rounding leaves them, those
@@ -52,7 +53,7 @@ def stated(recogniser, demonstration, latency):
     budget = budget_of(recogniser, latency, grid.step, grid.lag)
     signals = channels.apply(steps.signals)
     if needs_live_model(recogniser.settings):
-        return by_part(recogniser, steps, signals, budget, grid.step)
+        return labels_of_live_model(recogniser, steps, signals, budget, grid.step)
     features = wavelet_features(recogniser.settings, signals, budget.features)
     probe = getattr(recogniser.classifier, "predict_proba", None)
     codes, probabilities = classify(recogniser, features, steps.valid, probe)
@@ -63,6 +64,21 @@ def stated(recogniser, demonstration, latency):
     if limits:
         codes = dropped(codes, steps.times, limits, grid.step, budget.drop)
     return LiveLabels(steps.times, codes, probabilities)
+
+
+def streamed(recogniser, demonstration, latency, blocks, rate=None):
+    """Times, codes and probabilities of a demonstration that comes in blocks of these lengths."""
+    online = OnlineRecogniser(recogniser, latency, demonstration.channels, rate)
+    parts, start, turn = [], 0, 0
+    while start < len(demonstration.times):
+        block = slice(start, start + blocks[turn % len(blocks)])
+        parts.append(online.push(demonstration.times[block], demonstration.signals[block]))
+        start, turn = block.stop, turn + 1
+    parts.append(online.finish())
+    return tuple(
+        np.concatenate([getattr(part, what) for part in parts])
+        for what in ("times", "codes", "probabilities")
+    )
 
 
 def wavelet_features(settings, channels, delay):
@@ -121,7 +137,7 @@ def dropped(codes, times, limits, period, ahead):
     return out
 
 
-def by_part(recogniser, steps, channels, budget, period):
+def labels_of_live_model(recogniser, steps, channels, budget, period):
     """The labels of a part for streams: of features as it has learnt from, decoded at once."""
     hop, n = live_hop(recogniser.settings, 1.0 / period), len(steps)
     looks = [round(part.windows.look / period) for part in recogniser.live_models]
