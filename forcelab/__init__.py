@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from forcelab.formats import read as read
     from forcelab.formats.importing import import_files as import_files
     from forcelab.formats.recording import ReadOptions as ReadOptions
-    from forcelab.glossary import glossary as glossary
     from forcelab.jobs import finish as finish
     from forcelab.label_map import MergeMap as MergeMap
     from forcelab.labels import Segment as Segment
@@ -65,6 +64,7 @@ if TYPE_CHECKING:
     from forcelab.signals.wavelets import RealMorlet as RealMorlet
     from forcelab.simulation.generate import simulating as simulating
     from forcelab.simulation.tasks import performing as performing
+    from forcelab.terms import glossary as glossary
     from forcelab.vocabulary import Vocabulary as Vocabulary
 
 #: Where each public name lives: the module, and what it is called there.
@@ -99,7 +99,7 @@ _HOMES = {
     "evaluate_tasks": ("recognition.experiments", "evaluate_tasks"),
     "explain_at": ("review.explanation", "explain_at"),
     "finish": ("jobs", "finish"),
-    "glossary": ("glossary", "glossary"),
+    "glossary": ("terms", "glossary"),
     "import_files": ("formats.importing", "import_files"),
     "latest_run": ("review.run_result", "latest_run"),
     "leave_one_out": ("recognition.cross_validation", "leave_one_out"),

@@ -15,12 +15,12 @@ import numpy as np
 from factories import synthetic_set
 
 from forcelab.demonstration import Demonstration
-from forcelab.glossary import glossary
 from forcelab.jobs import finish
 from forcelab.labels import UNLABELLED, Segments, to_codes
 from forcelab.simulation.rendering import Stage
 from forcelab.simulation.scene import TASKS, Performance, Task
 from forcelab.simulation.tasks import performing
+from forcelab.terms import glossary
 
 ASSETS = Path(__file__).resolve().parents[1] / "assets"
 COUNT, RATE = 6, 200.0

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 
 import pytest
 
@@ -27,6 +28,11 @@ def test_type_checkers_are_told_the_same_names():
     assert {*told, "__version__"} == set(forcelab.__all__)
     for name, (module, real) in told.items():
         assert forcelab.__getattr__(name) is getattr(import_module(module), real)
+
+
+def test_no_module_hides_a_public_name():
+    # An imported module is an attribute of its package, found before the name is looked up.
+    assert not {module.name for module in iter_modules(forcelab.__path__)} & {*forcelab.__all__}
 
 
 def test_importing_forcelab_loads_nothing_else():

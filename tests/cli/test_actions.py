@@ -2,7 +2,7 @@
 
 import cv2
 
-from forcelab.glossary import glossary
+from forcelab.terms import glossary
 
 
 def test_every_action_is_told_with_a_picture_that_is_there(forcelab):

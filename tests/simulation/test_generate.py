@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
-from forcelab.glossary import glossary
 from forcelab.jobs import finish
 from forcelab.simulation import generate
 from forcelab.simulation.generate import Job, produce_demonstrations
 from forcelab.simulation.origin import MOST, RATES, Origin, origins, task_named
 from forcelab.simulation.scene import TASKS
 from forcelab.simulation.tasks import RATE
+from forcelab.terms import glossary
 
 
 def made(orders, tmp_path, jobs=1):

@@ -14,8 +14,8 @@ from dataclasses import asdict
 
 from forcelab.cli.options import UsageError, add_json
 from forcelab.cli.output import print_result
-from forcelab.glossary import Entry, glossary
 from forcelab.resources import asset
+from forcelab.terms import Entry, glossary
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

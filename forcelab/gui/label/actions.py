@@ -41,7 +41,6 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.errors import ForcelabError, InputError
-from forcelab.glossary import Entry, glossary
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.item_views import NOWHERE, Index, RowList, SideList, write_row
@@ -50,6 +49,7 @@ from forcelab.gui.label.swatches import paint_key, paint_swatch, style_of, swatc
 from forcelab.gui.label.track_spans import track_spans
 from forcelab.gui.layout import placeholder, set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
+from forcelab.terms import Entry, glossary
 from forcelab.vocabulary import COLOURS, Vocabulary
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from forcelab import resources
 from forcelab.errors import InputError
-from forcelab.glossary import Entry, glossary
+from forcelab.terms import Entry, glossary
 from forcelab.vocabulary import Vocabulary
 
 #: The actions of the paper's tasks.
