@@ -77,13 +77,13 @@ def test_the_example_recordings_are_what_the_generator_makes():
 def test_what_the_commands_write_into_a_clone_is_ignored():
     """Somebody who tries them all has no new file to commit."""
     ignored = [line.strip("/") for line in (ROOT / ".gitignore").read_text("utf-8").splitlines()]
-    commands = re.findall(r"^(?:\$|\.ci/setup|  forcelab) .*", TEXT, re.M)
+    commands = re.findall(r"^(?:\$|\.ci/setup|  forcelab) .*|`.*?\bforcelab .*?`", TEXT, re.M)
     named = re.findall(
         r"(?:--(?:screenshot|figure|confusion|json|out)|[>])\s+([\w.-]+)(?![\w.{}/-])",
         "\n".join(commands),
     )
     named += re.findall(r"[\w-]+\.forcelab\b", "\n".join(commands))
-    assert {"sample.png", "ports.json", "tongs.skops", "labels"} <= set(named)
+    assert {"sample.png", "window.png", "ports.json", "tongs.skops", "labels"} <= set(named)
     for name in named:
         places = (name, f"{name}/")
         assert any(fnmatch(place, rule) for place in places for rule in ignored), name

@@ -882,7 +882,10 @@ class DemonstrationList(QWidget):
     def _chosen(self) -> tuple[DemonstrationRow, ...]:
         """The selected demonstrations, in the order of the list."""
         chosen, place = self.view.selectionModel().isSelected, self.model.index_of
-        return tuple(row for row in self.model.rows if chosen(place(row.info.id)))
+        # Not from a generator: while Qt frees an index that one has passed on, Python 3.14 still
+        # counts it among the generator's, and crashes when another thread searches for garbage.
+        rows = [row for row in self.model.rows if chosen(place(row.info.id))]
+        return tuple(rows)
 
     def _selected(self) -> str:
         """Id of the demonstration at the keyboard's cursor; ``""`` without one."""

@@ -153,9 +153,9 @@ def _unpack(data: bytes, name: str) -> Recogniser:
     """The recogniser of a file's bytes; errors call it `name`."""
     from skops import io
 
-    if not zipfile.is_zipfile(BytesIO(data)):
-        raise InputError(f"{name} is not a recogniser; train one with 'forcelab train'.")
     try:
+        if not zipfile.is_zipfile(BytesIO(data)):
+            raise InputError(f"{name} is not a recogniser; train one with 'forcelab train'.")
         with zipfile.ZipFile(BytesIO(data)) as archive:
             packed = any(part.compress_type != zipfile.ZIP_STORED for part in archive.infolist())
         if packed:

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Sequence
@@ -33,6 +35,32 @@ from forcelab.text import natural_order
 
 MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
 LONG = "a demonstration whose name " + "is very long indeed " * 12 + "and ends so"
+
+#: Asks for a second what is chosen while another thread makes and searches for garbage.
+BESIDE_GARBAGE = """
+import gc, sys, threading, time
+from pathlib import Path
+from PySide6.QtWidgets import QApplication
+from forcelab.gui.demonstration_list import DemonstrationList
+from forcelab.gui.document import Document
+
+app = QApplication([])
+document = Document("anna")
+document.open_project(Path(sys.argv[1]))
+listing = DemonstrationList(document)
+gc.set_threshold(50)
+sys.setswitchinterval(1e-5)
+end = time.monotonic() + 1
+
+def make_garbage():
+    while time.monotonic() < end:
+        [[i] for i in range(500)]
+
+threading.Thread(target=make_garbage).start()
+while time.monotonic() < end:
+    listing._chosen()
+document.close()
+"""
 
 
 @pytest.fixture
@@ -332,6 +360,12 @@ def test_going_on_by_a_key_with_ctrl_chooses_that_one_alone(listing, document):
     listing.open_to_label()
     QTest.keyRelease(screen, Qt.Key.Key_Control)
     assert chosen(listing) == [document.demonstration.name]
+
+
+def test_another_thread_may_search_for_garbage_meanwhile(path):
+    overwriting = os.environ | {"PYTHONMALLOC": "debug"}  # what is freed
+    command = [sys.executable, "-c", BESIDE_GARBAGE, str(path)]
+    subprocess.run(command, env=overwriting, check=True)
 
 
 def test_several_are_chosen_and_put_right_at_once(listing, document, until):

@@ -7,6 +7,7 @@ import io
 import json
 import operator
 import os
+import struct
 import types
 import zipfile
 
@@ -261,6 +262,12 @@ def test_a_truncated_file_is_refused_wherever_it_ends(trained, path):
     for end in np.linspace(0, len(data) - 1, 30).astype(int):
         path.write_bytes(data[:end])
         refused(path)
+
+
+def test_a_directory_that_begins_before_the_file_is_refused(path):
+    size, place, comment = 2**16, 0, 0
+    path.write_bytes(struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, 1, 1, size, place, comment))
+    refused(path, "not a whole recogniser")
 
 
 def test_a_flipped_bit_is_refused_or_harmless(trained, three, path):
