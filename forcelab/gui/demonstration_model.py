@@ -9,12 +9,7 @@ from html import escape
 from itertools import groupby
 from typing import Any, Literal
 
-from PySide6.QtCore import (
-    QAbstractItemModel,
-    QModelIndex,
-    QObject,
-    Qt,
-)
+from PySide6.QtCore import QAbstractItemModel, QModelIndex, QObject, Qt
 
 from forcelab.gui.item_views import NOWHERE, Index
 from forcelab.project import Assignment, DemonstrationInfo, Note, left_to_label
@@ -335,10 +330,7 @@ def _shape(groups: tuple[TaskGroup, ...]) -> list[tuple[str, list[str]]]:
 def _facts(item: DemonstrationRow | TaskGroup, open_: bool) -> list[str]:
     """A row in words."""
     if isinstance(item, TaskGroup):
-        facts = [
-            item.task or "No task",
-            f"{item.finished} of {len(item.rows)} done by you",
-        ]
+        facts = [item.task or "No task", f"{item.finished} of {len(item.rows)} done by you"]
         if item.labelled:
             facts.append(f"{item.labelled} started")
         return facts

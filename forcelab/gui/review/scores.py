@@ -8,12 +8,7 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QHideEvent, QShowEvent
-from PySide6.QtWidgets import (
-    QAbstractButton,
-    QHBoxLayout,
-    QPushButton,
-    QWidget,
-)
+from PySide6.QtWidgets import QAbstractButton, QHBoxLayout, QPushButton, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
@@ -68,10 +63,7 @@ def compute_intervals(run: RunResult) -> Generator[Progress, None, dict[str, Int
 
 def score_columns(metrics: Sequence[Metric]) -> tuple[TableColumn, ...]:
     """Raw and filtered of each metric, beside one another."""
-    words = {
-        "raw": "raw",
-        "filtered": "filtered",
-    }
+    words = {"raw": "raw", "filtered": "filtered"}
     return tuple(
         TableColumn(f"{metric.title}\n{words[stage]}", metric.tip)
         for metric in metrics
