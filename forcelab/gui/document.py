@@ -157,13 +157,7 @@ class Document(QObject):
     # Projects and demonstrations
 
     def open_project(self, path: Path) -> None:
-        """Open a project in place of the one that is open.
-
-        Raises
-        ------
-        ForcelabError
-            If it cannot be opened; the one that is open stays.
-        """
+        """Open a project; where that raises a ForcelabError, the one that is open stays."""
         project = Project.open(path)
         try:
             infos = project.demonstrations.infos()
