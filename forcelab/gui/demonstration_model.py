@@ -110,15 +110,13 @@ def rows_of(
 
     `assignments` are everybody's, `notes` those that the coder may see.
     """
-    noted: dict[str, tuple[Note, ...]] = {}
+    noted: dict[str, list[Note]] = defaultdict(list)
     for note in notes:
-        noted[note.demonstration] = (*noted.get(note.demonstration, ()), note)
+        noted[note.demonstration].append(note)
     assigned: dict[str, list[Assignment]] = defaultdict(list)
     for assignment in assignments:
         assigned[assignment.demonstration].append(assignment)
-    return tuple(
-        _row(info, assigned.get(info.id, ()), author, noted.get(info.id, ())) for info in infos
-    )
+    return tuple(_row(info, assigned[info.id], author, tuple(noted[info.id])) for info in infos)
 
 
 def ordered(rows: Sequence[DemonstrationRow], order: ListOrder) -> tuple[DemonstrationRow, ...]:
