@@ -616,11 +616,7 @@ class DemonstrationMenu(QObject):
 
     def _ask_name(self, row: DemonstrationRow) -> None:
         name, agreed = QInputDialog.getText(
-            self._window,
-            "Rename demonstration",
-            "Name:",
-            QLineEdit.EchoMode.Normal,
-            row.info.name,
+            self._window, "Rename demonstration", "Name:", QLineEdit.EchoMode.Normal, row.info.name
         )
         if agreed and name.strip() != row.info.name:
             self.rename(row.info.id, name)

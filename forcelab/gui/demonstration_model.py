@@ -9,12 +9,7 @@ from html import escape
 from itertools import groupby
 from typing import Any, Literal
 
-from PySide6.QtCore import (
-    QAbstractItemModel,
-    QModelIndex,
-    QObject,
-    Qt,
-)
+from PySide6.QtCore import QAbstractItemModel, QModelIndex, QObject, Qt
 
 from forcelab.gui.item_views import NOWHERE, Index
 from forcelab.project import Assignment, DemonstrationInfo, Note, left_to_label
@@ -115,15 +110,13 @@ def rows_of(
 
     `assignments` are everybody's, `notes` those that the coder may see.
     """
-    noted: dict[str, tuple[Note, ...]] = {}
+    noted: dict[str, list[Note]] = defaultdict(list)
     for note in notes:
-        noted[note.demonstration] = (*noted.get(note.demonstration, ()), note)
+        noted[note.demonstration].append(note)
     assigned: dict[str, list[Assignment]] = defaultdict(list)
     for assignment in assignments:
         assigned[assignment.demonstration].append(assignment)
-    return tuple(
-        _row(info, assigned.get(info.id, ()), author, noted.get(info.id, ())) for info in infos
-    )
+    return tuple(_row(info, assigned[info.id], author, tuple(noted[info.id])) for info in infos)
 
 
 def ordered(rows: Sequence[DemonstrationRow], order: ListOrder) -> tuple[DemonstrationRow, ...]:
@@ -335,10 +328,7 @@ def _shape(groups: tuple[TaskGroup, ...]) -> list[tuple[str, list[str]]]:
 def _facts(item: DemonstrationRow | TaskGroup, open_: bool) -> list[str]:
     """A row in words."""
     if isinstance(item, TaskGroup):
-        facts = [
-            item.task or "No task",
-            f"{item.finished} of {len(item.rows)} done by you",
-        ]
+        facts = [item.task or "No task", f"{item.finished} of {len(item.rows)} done by you"]
         if item.labelled:
             facts.append(f"{item.labelled} started")
         return facts

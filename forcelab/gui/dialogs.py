@@ -7,7 +7,7 @@ from functools import partial
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QDialog, QWidget
 
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
@@ -69,8 +69,7 @@ def _report_stored(document: Document) -> None:
     if document.project is None:
         document.show_message("No project is open.")
         return
-    stored = "Everything is saved already: each change is, as it is made."
-    document.show_message(stored)
+    document.show_message("Everything is saved already: each change is, as it is made.")
 
 
 def _export(document: Document, jobs: Jobs, window: QWidget, shown: Sequence[str]) -> None:
@@ -79,9 +78,7 @@ def _export(document: Document, jobs: Jobs, window: QWidget, shown: Sequence[str
     if document.project is None or not document.infos:
         document.show_message("There are no labels to export yet.", True)
         return
-    dialog = ExportDialog(document, jobs, shown, window)
-    dialog.exec()
-    dialog.deleteLater()
+    _run(ExportDialog(document, jobs, shown, window))
 
 
 def _synchronise(document: Document, jobs: Jobs, window: QWidget) -> None:
@@ -98,23 +95,23 @@ def _synchronise(document: Document, jobs: Jobs, window: QWidget) -> None:
 def _change_keys(document: Document, window: QWidget, commands: Mapping[str, QAction]) -> None:
     from forcelab.gui.keys_dialog import KeysDialog
 
-    dialog = KeysDialog(document, keys(), window, commands)
-    dialog.exec()
-    dialog.deleteLater()
+    _run(KeysDialog(document, keys(), window, commands))
 
 
 def _help(document: Document, window: QWidget, commands: Mapping[str, QAction]) -> None:
     from forcelab.gui.help import HelpPage
 
-    page = HelpPage(document, keys(), window, commands)
-    page.exec()
-    page.deleteLater()
+    _run(HelpPage(document, keys(), window, commands))
 
 
 def _about(window: QWidget) -> None:
     from forcelab.gui.help import AboutDialog
 
-    dialog = AboutDialog(window)
+    _run(AboutDialog(window))
+
+
+def _run(dialog: QDialog) -> None:
+    """Show a dialog until it is closed."""
     dialog.exec()
     dialog.deleteLater()
 

@@ -55,31 +55,15 @@ class Stroke:
 
 @dataclass(frozen=True, slots=True)
 class _NudgeRun:
-    """Steps of a segment that are one edit.
+    """Steps of a segment that are one edit."""
 
-    Attributes
-    ----------
-    index : int
-        Of the segment, before the first step.
-    before : Segment
-        The segment before the first step.
-    time : float
-        Where the latest step has brought it, in seconds.
-    edit : Edit
-        The edit that is stored for the steps so far.
-    after : Segment
-        The segment after the latest step.
-    deadline : float
-        When the run is over, by the monotonic clock.
-    """
-
-    index: int
+    index: int  # of the segment, before the first step
     what: Literal["start", "end", "both"]
-    before: Segment
-    time: float
-    edit: Edit
-    after: Segment
-    deadline: float
+    before: Segment  # before the first step
+    time: float  # where the latest step has brought it, in seconds
+    edit: Edit  # that is stored for the steps so far
+    after: Segment  # after the latest step
+    deadline: float  # when the run is over, by the monotonic clock
 
 
 class _NoTrack(TrackEditor):
@@ -98,24 +82,12 @@ class _NoTrack(TrackEditor):
 
 
 class _VisibleLabels(NamedTuple):
-    """What a coder may see of a demonstration.
+    """What a coder may see of a demonstration."""
 
-    Attributes
-    ----------
-    tracks : dict of str to tuple of Segment
-        The tracks of other authors, and the prediction that is reviewed, by author.
-    listed : Vocabulary
-        The task's actions as stored.
-    painted : tuple of str
-        The actions that segments have.
-    styles : Vocabulary
-        How those look in a review that are not among the task's.
-    """
-
-    tracks: dict[str, Segments]
-    listed: Vocabulary
-    painted: tuple[str, ...]
-    styles: Vocabulary
+    tracks: dict[str, Segments]  # of other authors, and the prediction that is reviewed, by author
+    listed: Vocabulary  # the task's actions as stored
+    painted: tuple[str, ...]  # the actions that segments have
+    styles: Vocabulary  # how those look in a review that are not among the task's
 
 
 class Document(QObject):
@@ -123,39 +95,10 @@ class Document(QObject):
 
     A verb returns whether it changed anything; why it could not is shown in the status line.
 
-    Parameters
-    ----------
-    author : str
-        The coder whose tracks are edited.
-
-    Attributes
-    ----------
-    view : ViewState
-        Cursor, visible span, marked range, playback.
-    editor : TrackEditor
-        The coder's track. What it stores or refuses is signalled and shown by the document; a new
-        one takes its place with each demonstration and coder, so that it must not be kept.
-    review : ReviewState
-        The run whose predictions are shown.
-    project : Project or None
-    infos : tuple of DemonstrationInfo
-        The project's demonstrations, by task and name.
-    other_tracks : dict of str to tuple of Segment
-        The other tracks that are shown, by author; empty while coding blind.
-    hidden_authors : frozenset of str
-        Whose tracks are hidden.
-    vocabulary : Vocabulary
-        Of the open demonstration's task, with what is painted besides.
-    action : str or None
-        The brush: what dragging on the track paints.
-    selected : int or None
-        Which of the coder's segments is selected.
-    stroke : Stroke or None
-        What a key has begun.
-    refused : bool
-        Whether the store refused the latest request, which may then be repeated.
-    local_message : str
-        The latest message about the demonstration that was open then.
+    `editor` edits the coder's track. What it stores or refuses is signalled and shown by the
+    document; a new one takes its place with each demonstration and coder, so that it must not be
+    kept. `selected` is the index of the coder's selected segment, `stroke` what a key has begun;
+    `vocabulary` is that of the open demonstration's task, with what is painted besides.
     """
 
     project_changed = Signal()
@@ -175,12 +118,12 @@ class Document(QObject):
         self.view = ViewState(self)
         self.review = ReviewState(self)
         self.project: Project | None = None
-        self.infos: tuple[DemonstrationInfo, ...] = ()
-        self.other_tracks: dict[str, Segments] = {}
-        self.hidden_authors: frozenset[str] = frozenset()
-        self.action: str | None = None
-        self.refused = False
-        self.local_message = ""
+        self.infos: tuple[DemonstrationInfo, ...] = ()  # by task and name
+        self.other_tracks: dict[str, Segments] = {}  # shown ones, by author; none in blind coding
+        self.hidden_authors: frozenset[str] = frozenset()  # whose tracks are hidden
+        self.action: str | None = None  # the brush: what dragging on the track paints
+        self.refused = False  # the store refused the latest request, which may then be repeated
+        self.local_message = ""  # the latest about the demonstration that was open then
         self._behind = False  # what was changed elsewhere could not be read yet
         # A task, with its actions on either side of each renaming, both ways round.
         self._renamings: list[tuple[str, Vocabulary, Vocabulary]] = []
@@ -214,13 +157,7 @@ class Document(QObject):
     # Projects and demonstrations
 
     def open_project(self, path: Path) -> None:
-        """Open a project in place of the one that is open.
-
-        Raises
-        ------
-        ForcelabError
-            If it cannot be opened; the one that is open stays.
-        """
+        """Open a project; where that raises a ForcelabError, the one that is open stays."""
         project = Project.open(path)
         try:
             infos = project.demonstrations.infos()
@@ -777,17 +714,7 @@ class Document(QObject):
 
 
 class ReviewState(QObject):
-    """The predictions that are shown, and what is taken over from them; never a coder's track.
-
-    Attributes
-    ----------
-    run : RunResult or None
-        The run that is reviewed.
-    examined : Interval or None
-        The interval that is being looked at.
-    training : bool
-        Whether a recogniser is being trained.
-    """
+    """The predictions that are shown, and what is taken over from them; never a coder's track."""
 
     run_changed = Signal()
     examined_changed = Signal()
@@ -797,8 +724,8 @@ class ReviewState(QObject):
         super().__init__(document)
         self._document = document
         self.run: RunResult | None = None
-        self.examined: Interval | None = None
-        self.training = False
+        self.examined: Interval | None = None  # what is being looked at
+        self.training = False  # whether a recogniser is being trained
 
     def set_training(self, training: bool) -> None:
         """Set the training flag."""

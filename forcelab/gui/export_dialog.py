@@ -30,11 +30,7 @@ class ExportDialog(QDialog):
     """
 
     def __init__(
-        self,
-        document: Document,
-        jobs: Jobs,
-        shown: Sequence[str],
-        parent: QWidget | None = None,
+        self, document: Document, jobs: Jobs, shown: Sequence[str], parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Export labels")

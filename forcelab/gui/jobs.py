@@ -138,26 +138,12 @@ class Jobs(QObject):
     ) -> Job:
         """Run a generator in the background; to be called in the GUI's thread.
 
-        Parameters
-        ----------
-        generator : generator
-            Yields progress or ``None`` often enough to be cancelled; returns the result. It works
-            on a snapshot: nothing of the window may be touched in its thread.
-        done : callable
-            Called in the GUI's thread with the result.
-        failed : callable, optional
-            Called in the GUI's thread with the exception. A :class:`ForcelabError` says what to
-            tell the coder; any other is a fault of the program, which is reported besides. Without
-            it the sentence of a ForcelabError goes to :attr:`trouble`.
-        progress : callable, optional
-            Called in the GUI's thread with what was yielded last.
-        key : str, optional
-            A newer job of this key cancels the older one. Without it, jobs are independent.
-
-        Returns
-        -------
-        Job
-            To cancel it with.
+        It yields progress or ``None`` often enough to be cancelled, and works on a snapshot:
+        nothing of the window may be touched in its thread. `done` gets what it returns, `failed`
+        its exception and `progress` what it yielded last, all in the GUI's thread. Without `failed`
+        the sentence of a :class:`ForcelabError` goes to :attr:`trouble`; any other exception is a
+        fault of the program, which is reported besides. A newer job of a key cancels the older one;
+        jobs without a key are independent.
         """
         self._count += 1
         job = Job(generator, done, failed, progress, key or f"job {self._count}")

@@ -92,10 +92,7 @@ class Keys(QObject):
         return self._bound[command] != _defaults()[command]
 
     def set_keys(
-        self,
-        command: str,
-        keys: Sequence[str],
-        vocabulary: Vocabulary | None = None,
+        self, command: str, keys: Sequence[str], vocabulary: Vocabulary | None = None
     ) -> None:
         """Give a command other keys, or none, and store them.
 

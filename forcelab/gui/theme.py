@@ -21,37 +21,22 @@ class Colours(Theme):
     Text and muted text can be read on `background`, `panel` and `panel_edge`; `on_unlabelled` is
     the text for unlabelled time.
 
-    Parameters
-    ----------
-    on_unlabelled : str
-        Text and lines on unlabelled time.
-    panel, panel_edge : str
-        Behind docks, tool bars and gutters; the lines and buttons on them.
-    accent, accent_text : str
-        What is selected or pressed; text on it.
-    warning, trouble : str
-        Sentences that warn, and that say what went wrong.
-    curves : tuple of str
-        Eight colours of curves on `background`, found by a search: at least 24 apart (CIE76) for
-        normal and simulated colour-blind vision (Machado, Oliveira and Fernandes 2009). The same
-        place has a similar hue in both themes.
-    cursor : str
-        The line at the cursor; seen on `background` and on unlabelled time.
-    range, hint : str
-        The marked range (drawn translucent); where an edge would snap.
+    `curves` are eight colours of curves on `background`, found by a search: at least 24 apart
+    (CIE76) for normal and simulated colour-blind vision (Machado, Oliveira and Fernandes 2009). The
+    same place has a similar hue in both themes.
     """
 
-    on_unlabelled: str
-    panel: str
-    panel_edge: str
-    accent: str
-    accent_text: str
-    warning: str
-    trouble: str
+    on_unlabelled: str  # text and lines on unlabelled time
+    panel: str  # behind docks, tool bars and gutters
+    panel_edge: str  # the lines and buttons on them
+    accent: str  # what is selected or pressed
+    accent_text: str  # on what is selected or pressed
+    warning: str  # sentences that warn
+    trouble: str  # sentences that say what went wrong
     curves: tuple[str, ...]
-    cursor: str
-    range: str
-    hint: str
+    cursor: str  # the line at the cursor; seen on `background` and on unlabelled time
+    range: str  # the marked range, drawn translucent
+    hint: str  # where an edge would snap
 
     @property
     def dark(self) -> bool:
@@ -73,16 +58,7 @@ LIGHT = Colours(
     accent_text="#ffffff",
     warning="#8a5300",
     trouble="#b3261e",
-    curves=(
-        "#258cf4",
-        "#da730b",
-        "#4c0891",
-        "#f42559",
-        "#054a61",
-        "#59500d",
-        "#c76bb0",
-        "#590d20",
-    ),
+    curves=("#258cf4", "#da730b", "#4c0891", "#f42559", "#054a61", "#59500d", "#c76bb0", "#590d20"),
     cursor="#d3202e",
     range="#1f64b4",
     hint="#a8348f",
@@ -105,16 +81,7 @@ DARK = Colours(
     accent_text="#ffffff",
     warning="#f0b75a",
     trouble="#ff8a80",
-    curves=(
-        "#85a7e0",
-        "#da8d0b",
-        "#8a5cd6",
-        "#e2368c",
-        "#55f6f6",
-        "#c4f76e",
-        "#ebd4ad",
-        "#1f7a36",
-    ),
+    curves=("#85a7e0", "#da8d0b", "#8a5cd6", "#e2368c", "#55f6f6", "#c4f76e", "#ebd4ad", "#1f7a36"),
     cursor="#dc343b",
     range="#5aa9ff",
     hint="#c83ca0",

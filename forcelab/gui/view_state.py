@@ -32,38 +32,7 @@ class Snap:
 
 
 class ViewState(QObject):
-    """Cursor, span, range and the like; all times in seconds.
-
-    Attributes
-    ----------
-    demonstration : Demonstration or None
-        The one that is open.
-    cursor : float
-    start, end : float
-        The visible span.
-    range : tuple of float or None
-        The marked range.
-    range_start : float or None
-        Its start, while it has no end.
-    hint : Snap or None
-        The snap target that is being offered.
-    peek : float or None
-        The time shown instead of the cursor's, such as that of an edge while it is dragged.
-    frame_times : ndarray, shape (f,), or None
-        Force times of the video's frames, once they are known.
-    contacts : ndarray, shape (e,)
-        Times of contact events, once they are known.
-    playing : bool
-        Whether playback moves the cursor.
-    speed : float
-        Seconds of the demonstration that pass in one second.
-    snapping : bool
-        Whether painted times snap to edges, contacts and frames nearby.
-    fine_nudges : bool
-        Whether keys move edges and segments by finer steps.
-    copied_from : str
-        The author whose segments were copied last.
-    """
+    """Cursor, span, range and the like; all times in seconds."""
 
     cursor_moved = Signal(float)
     span_changed = Signal(float, float)
@@ -76,24 +45,26 @@ class ViewState(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.snapping = True
-        self.fine_nudges = False
-        self.playing = False
-        self.speed = 1.0
-        self.copied_from = ""
+        self.snapping = True  # painted times snap to edges, contacts and frames nearby
+        self.fine_nudges = False  # whether keys move edges and segments by finer steps
+        self.playing = False  # whether playback moves the cursor
+        self.speed = 1.0  # seconds of the demonstration that pass in one second
+        self.copied_from = ""  # the author whose segments were copied last
         self.reset(None)
 
     def reset(self, demonstration: Demonstration | None) -> None:
         """Show another demonstration from its start; emits no signal."""
         self.demonstration: Demonstration | None = demonstration
-        self.start, self.end = self.bounds
+        self.start, self.end = self.bounds  # the visible span
         self.cursor = self.start
-        self.range: tuple[float, float] | None = None
-        self.range_start: float | None = None
-        self.hint: Snap | None = None
+        self.range: tuple[float, float] | None = None  # that is marked
+        self.range_start: float | None = None  # while it has no end
+        self.hint: Snap | None = None  # the snap target that is being offered
+        #: Shown instead of the cursor's time, such as that of an edge while it is dragged.
         self.peek: float | None = None
+        #: Of the video's frames, on the force clock, once they are known.
         self.frame_times: NDArray[np.float64] | None = None
-        self.contacts: NDArray[np.float64] = np.empty(0)
+        self.contacts: NDArray[np.float64] = np.empty(0)  # contact events, once they are known
 
     @property
     def bounds(self) -> tuple[float, float]:

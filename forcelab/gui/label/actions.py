@@ -182,10 +182,7 @@ class KeyDialog(QDialog):
 def ask_name(old: str, parent: QWidget) -> str | None:
     """Ask for another name of an action; None to keep its own."""
     name, accepted = QInputDialog.getText(
-        parent,
-        "Rename action",
-        f"New name of '{old}':",
-        text=old,
+        parent, "Rename action", f"New name of '{old}':", text=old
     )
     name = " ".join(name.split())
     return name if accepted and name and name != old else None

@@ -119,10 +119,7 @@ def _copy(document: Document, tracks: TrackPanel) -> None:
     """Copy from the only other author at once; from one of several, ask which."""
     authors = tuple(document.other_tracks)
     if document.coding_blind:
-        document.show_message(
-            "Other labels are hidden until you are done; nothing copied.",
-            True,
-        )
+        document.show_message("Other labels are hidden until you are done; nothing copied.", True)
         return
     if len(authors) == 1:
         segment_commands.copy_from(document, authors[0])

@@ -365,12 +365,7 @@ def paint_notes(
 
 
 def paint_axis(
-    painter: QPainter,
-    lane: Lane,
-    axis: Axis,
-    x: float,
-    taken: Sequence[QRectF],
-    theme: Colours,
+    painter: QPainter, lane: Lane, axis: Axis, x: float, taken: Sequence[QRectF], theme: Colours
 ) -> None:
     """Draw a lane's vertical axis at `x`, without the numbers that would overlap `taken` boxes."""
     painter.setPen(QPen(QColor(theme.frame), 1.0))

@@ -127,8 +127,7 @@ def delete_segment(document: Document) -> bool:
     if document.view.range is not None:
         return erase_range(document)
     return report_refusal(
-        document,
-        "Select the segment to delete: click it, or go to it with K and L.",
+        document, "Select the segment to delete: click it, or go to it with K and L."
     )
 
 
@@ -163,8 +162,7 @@ def merge_segments(document: Document) -> bool:
         last = bisect_left(segments, end - SLIVER, key=_start) - 1
         if last <= first:
             return report_refusal(
-                document,
-                "The marked range must reach into two segments to merge.",
+                document, "The marked range must reach into two segments to merge."
             )
         return document.editor.merge(first, last) is not None
     index = current_segment(document)
@@ -183,9 +181,7 @@ def fill_gaps(document: Document, longest: float) -> bool:
     if document.editor.fill_gaps(longest, None, document.view.range) is not None:
         return True
     return report_refusal(
-        document,
-        f"There is no gap of at most {longest:g} s to fill.",
-        trouble=False,
+        document, f"There is no gap of at most {longest:g} s to fill.", trouble=False
     )
 
 
@@ -247,10 +243,7 @@ def nudge(document: Document, part: Literal["start", "end", "both"], count: int)
     """Move an edge of the segment, or all of it, by a number of steps."""
     index = current_segment(document)
     if index is None:
-        return report_refusal(
-            document,
-            "Select the segment to change: click it, or use K and L.",
-        )
+        return report_refusal(document, "Select the segment to change: click it, or use K and L.")
     return document.nudge(index, part, count * (FINE_NUDGE if document.view.fine_nudges else NUDGE))
 
 

@@ -63,11 +63,7 @@ def snap_targets(document: Document) -> SnapTargets:
 
 
 def snap(
-    time: float,
-    pixels_per_second: float,
-    targets: SnapTargets,
-    *,
-    exclude: Collection[float] = (),
+    time: float, pixels_per_second: float, targets: SnapTargets, *, exclude: Collection[float] = ()
 ) -> Snap | None:
     """The target that a time (s) snaps to, found in O(log n); None where none is in reach.
 

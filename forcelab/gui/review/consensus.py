@@ -221,9 +221,7 @@ class ConsensusButtons(QWidget):
         self.take_a = verb("", key.Key_1, lambda: self.decided.emit(lambda c, d: c.take(d, "a")))
         self.take_b = verb("", key.Key_2, lambda: self.decided.emit(lambda c, d: c.take(d, "b")))
         self.mean = verb(
-            "Mean of both edges",
-            key.Key_M,
-            lambda: self.decided.emit(lambda c, d: c.mean(d)),
+            "Mean of both edges", key.Key_M, lambda: self.decided.emit(lambda c, d: c.mean(d))
         )
         self.leave = verb(
             "Unlabelled", key.Key_U, lambda: self.decided.emit(lambda c, d: c.leave(d))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Collection, Generator
+from collections.abc import Callable, Generator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -115,14 +115,6 @@ def train_without(path: Path, run: RunResult, id_: str) -> Generator[Progress, N
     from forcelab.review.explanation import train_held_out  # takes a second to load
 
     return (yield from run_in_process(train_held_out, path, run, id_))
-
-
-def explain_interval(
-    withheld: HeldOutModel, run: RunResult, place: Interval, hidden: Collection[str]
-) -> Generator[Progress, None, Explanation]:
-    from forcelab.review.explanation import explain
-
-    return (yield from explain(withheld, run, place, hidden))
 
 
 #: From this width on, in pixels, what speaks and what is alike stand side by side.
@@ -417,12 +409,14 @@ class ExplanationView(QWidget):
         self._show_progress(Progress(0, 1, "features"))
 
     def _explain(self, withheld: HeldOutModel) -> None:
+        from forcelab.review.explanation import explain
+
         project, place, run = self.document.project, self.place, self._run
         assert project is not None
         assert place is not None
         assert run is not None
         self.page.state.hide()
-        job = explain_interval(withheld, run, place, self._hidden)
+        job = explain(withheld, run, place, self._hidden)
         self.jobs.run(job, self._show, self._failed, key=EXPLAINING_JOB)
 
     def _show(self, why: Explanation) -> None:

@@ -113,11 +113,7 @@ class PairsTools(QWidget):
         self.search.setMinimumWidth(60)
         self.order = combo_box(
             "Order of the timeline pairs",
-            {
-                "By name": "name",
-                "Worst first": "worst",
-                "Longest first": "longest",
-            },
+            {"By name": "name", "Worst first": "worst", "Longest first": "longest"},
         )
         self.order.setCurrentIndex(max(0, self.order.findData(settings.text(ORDER_SETTING))))
         self.stretched = QCheckBox("Full width")

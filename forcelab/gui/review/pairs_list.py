@@ -39,7 +39,6 @@ from forcelab.gui.figures.pairs import (
     Pair,
     PairBoxes,
     PairGeometry,
-    PairRow,
     captions,
     paint_pair,
 )
@@ -51,6 +50,8 @@ from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, is_plain
 from forcelab.labels import Segment, Segments
 from forcelab.review.differences import Interval, action_over
 
+#: The human's and the model's bars.
+BAR_NAMES = "human", "predicted"
 MEASURES = PairGeometry(bar=16.0, lane=10.0)
 #: Left and right of everything, and above and below the bars of a row, in pixels.
 MARGIN = 12.0
@@ -70,7 +71,6 @@ class PairsLayout:
     entries: Sequence[PairEntry]
     width: float
     stretched: bool  # whether each takes the whole width, however long it lasts
-    names: tuple[str, str]  # of the human's and the model's bars
 
     @cached_property
     def name_room(self) -> float:
@@ -87,7 +87,7 @@ class PairsLayout:
             caption
             for entry in self.entries
             if entry.lanes
-            for _, caption in captions(self._boxes(entry), entry.pair_without_marks, *self.names)
+            for _, caption in captions(self._boxes(entry), entry.pair_without_marks, *BAR_NAMES)
         }
         return min(text.widest(found, text.font(CAPTION)), CAPTION_WIDTH) + 12 if found else 0.0
 
@@ -196,8 +196,8 @@ def hit_test(layout: PairsLayout, point: QPointF) -> Hit | None:
         return Hit(row, time, mark if distance <= HIT_DISTANCE else None)
     predicted = entry.reviewed.predicted
     bars: list[tuple[str, QRectF, Segments]] = [
-        (layout.names[0], boxes.human, entry.human or ()),
-        (layout.names[1], boxes.predicted, predicted),
+        (BAR_NAMES[0], boxes.human, entry.human or ()),
+        (BAR_NAMES[1], boxes.predicted, predicted),
     ]
     for lane, box in zip(entry.lanes, boxes.lanes, strict=True):
         bars.append((lane.caption, box, lane.segments))
@@ -377,7 +377,7 @@ def _paint_texts(
     name = text.elided_name(entry.reviewed.name, face, layout.name_room)
     text.draw_text(painter, MARGIN, middle, name, face=face, ink=ink)
     small = text.font(CAPTION)
-    for height, caption in captions(boxes, entry.pair, *layout.names):
+    for height, caption in captions(boxes, entry.pair, *BAR_NAMES):
         short = text.elided(caption, small, layout.caption_room - 10)
         text.draw_text(painter, layout.left - 7, height, short, face=small, ink=muted, align=1.0)
     edge = layout.width - MARGIN
@@ -413,7 +413,7 @@ def _thinned_pair(pair: Pair, axis: Axis, ratio: float) -> Pair:
         human=None if pair.human is None else thinned_segments(pair.human, axis, ratio),
         predicted=thinned_segments(pair.predicted, axis, ratio),
         lanes=tuple(
-            PairRow(lane.caption, thinned_segments(lane.segments, axis, ratio), lane.certain)
+            replace(lane, segments=thinned_segments(lane.segments, axis, ratio))
             for lane in pair.lanes
         ),
     )
@@ -509,14 +509,9 @@ class PairsList(QAbstractScrollArea):
     # What is shown
 
     @property
-    def names(self) -> tuple[str, str]:
-        return "human", "predicted"
-
-    @property
     def arrangement(self) -> PairsLayout:
         if self._layout is None:
-            width = self.viewport().width()
-            self._layout = PairsLayout(self.entries, width, self.stretched, self.names)
+            self._layout = PairsLayout(self.entries, self.viewport().width(), self.stretched)
         return self._layout
 
     def replace_entry(self, new: PairEntry) -> None:

@@ -140,10 +140,6 @@ class AcceptButtons(QWidget):
             self.document.show_message(text)
         return done
 
-    def _count(self, start: float, end: float, at_least: float = 0.0) -> int:
-        reviewed = self.document.review.reviewed
-        return 0 if reviewed is None else len(acceptable_segments(reviewed, start, end, at_least))
-
     def _is_predicted(self, start: float, end: float) -> bool:
         predicted = self.document.review.prediction  # asked at each step of playback: not all of it
         first = bisect_right(predicted, start, key=attrgetter("end"))
@@ -169,7 +165,10 @@ class AcceptButtons(QWidget):
         document = self.document
         self._follow_cursor(document.view.cursor)
         self._follow_span(document.view.start, document.view.end)
-        count = self._count(*document.view.bounds, self.at_least.value())
+        reviewed, count = document.review.reviewed, 0
+        if reviewed is not None:
+            least = self.at_least.value()
+            count = len(acceptable_segments(reviewed, *document.view.bounds, least))
         none = "No predicted segment of the open demonstration is that probable."
         set_enabled_with_reason(self.above, "" if count else none)
         self.above.setToolTip(f"{count} segments of the open demonstration are that probable")

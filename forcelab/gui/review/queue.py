@@ -24,13 +24,19 @@ from forcelab.gui.layout import (
     search_field,
     set_enabled_with_reason,
 )
-from forcelab.gui.review.queue_list import QueueItem, QueueList, QueueModel, action_name
+from forcelab.gui.review.queue_list import (
+    QueueItem,
+    QueueList,
+    QueueModel,
+    action_name,
+    interval_of,
+)
 from forcelab.gui.review.reviewed_run import blind_demonstrations, untested_text, visible_run
 from forcelab.gui.shortcuts import keys
 from forcelab.labels import Segment, Segments
 from forcelab.project import Project
 from forcelab.project.records import StoredVerdict, VerdictKind, utc_now
-from forcelab.review.differences import Difference, Interval, as_trained, current_tracks
+from forcelab.review.differences import Difference, as_trained, current_tracks
 from forcelab.review.queue import ComparedDemonstration, Queue, arrange_queue
 from forcelab.review.run_result import RunResult, action_styles
 from forcelab.review.verdicts import count_verdicts, model_action, record_verdict, withdraw_verdict
@@ -202,9 +208,8 @@ class QueueLoader(QObject):
 
     def _load_vocabulary(self) -> None:
         project = self._document.project
-        if self.read is None or project is None:
-            return
-        self.vocabulary = action_styles(project, self.read.run)
+        if self.read is not None and project is not None:
+            self.vocabulary = action_styles(project, self.read.run)
 
 
 def missing_queue_text(run: RunResult | None, read: QueueData | None, *, training: bool) -> str:
@@ -324,11 +329,6 @@ class _VerdictChange:
     edit: int
     time: datetime
 
-    @property
-    def place(self) -> Interval:
-        v = self.verdict
-        return Interval(v.demonstration, v.start, v.end, v.human, v.predicted)
-
 
 class VerdictUndo:
     """The verdicts of this session, undone and redone in order of time with the coder's edits.
@@ -344,13 +344,9 @@ class VerdictUndo:
         document.project_changed.connect(self._forget)
         document.author_changed.connect(self._forget)
 
-    def add(self, verdict: StoredVerdict, edit: int = 0) -> None:
-        """A verdict was given, with the edit of that number; 0 without one."""
-        self._done.append(_VerdictChange(verdict, False, edit, utc_now()))
-        self._undone.clear()
-
-    def add_withdrawn(self, verdict: StoredVerdict) -> None:
-        self._done.append(_VerdictChange(verdict, True, 0, utc_now()))
+    def add(self, verdict: StoredVerdict, edit: int = 0, *, withdrawn: bool = False) -> None:
+        """A verdict was given or withdrawn, with the edit of that number; 0 without one."""
+        self._done.append(_VerdictChange(verdict, withdrawn, edit, utc_now()))
         self._undone.clear()
 
     def undo(self) -> bool:
@@ -381,19 +377,18 @@ class VerdictUndo:
         if not changes or project is None:
             return self._revert_edit(kind)
         change = changes[-1]
+        place = interval_of(change.verdict)
         places = {document.id, change.verdict.demonstration} - {""}
         tops = (project.tracks.revertible(id_, document.author, kind) for id_ in places)
         edit = max((top for top in tops if top is not None), key=_time, default=None)
         together = edit is not None and change.edit in (edit.id, edit.reverts)
         if edit is not None and edit.time > change.time and not together:
-            elsewhere = edit.demonstration != document.id
-            return (not elsewhere or document.review.examine(change.place)) and self._revert_edit(
-                kind
-            )
+            here = edit.demonstration == document.id
+            return (here or document.review.examine(place)) and self._revert_edit(kind)
         if change.edit and not together:
             changes.pop()  # its labels went another way
             return self._revert(changes, opposite, kind)
-        if not document.review.examine(change.place):
+        if not document.review.examine(place):
             return False
         if not together:
             self._revert_verdict(change, project, kind)
@@ -570,7 +565,7 @@ class QueueView(QWidget):
             return False
         try:
             withdraw_verdict(project, item.about, self.document.author)
-            self._history.add_withdrawn(item.about)
+            self._history.add(item.about, withdrawn=True)
         except ForcelabError as error:
             self.document.show_message(str(error), True)
             return False

@@ -28,7 +28,6 @@ from PySide6.QtGui import (
     QPainter,
     QPalette,
     QPen,
-    QPolygonF,
 )
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -452,15 +451,8 @@ def _paint_arrow(painter: QPainter, box: QRectF) -> None:
     middle, tip = box.center().y(), 0.22 * box.height()
     left, right = box.left() + 1, box.right() - 1
     painter.drawLine(QPointF(left, middle), QPointF(right, middle))
-    painter.drawPolyline(
-        QPolygonF(
-            [
-                QPointF(right - tip, middle - tip),
-                QPointF(right, middle),
-                QPointF(right - tip, middle + tip),
-            ]
-        )
-    )
+    upper, lower = QPointF(right - tip, middle - tip), QPointF(right - tip, middle + tip)
+    painter.drawPolyline([upper, QPointF(right, middle), lower])
 
 
 class QueueList(QTableView):

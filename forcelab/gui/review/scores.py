@@ -8,12 +8,7 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QHideEvent, QShowEvent
-from PySide6.QtWidgets import (
-    QAbstractButton,
-    QHBoxLayout,
-    QPushButton,
-    QWidget,
-)
+from PySide6.QtWidgets import QAbstractButton, QHBoxLayout, QPushButton, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
@@ -35,7 +30,7 @@ from forcelab.recognition.intervals import METHOD, Intervals, score_intervals
 from forcelab.recognition.metrics import count_segments
 from forcelab.review.run_result import DemonstrationResult, RunResult
 
-#: As the scores name them.
+#: As the scores and the table name them.
 STAGES = ("raw", "filtered")
 #: Rows at the top that are never sorted: pooled and its intervals.
 POOLED_ROWS = 2
@@ -68,12 +63,8 @@ def compute_intervals(run: RunResult) -> Generator[Progress, None, dict[str, Int
 
 def score_columns(metrics: Sequence[Metric]) -> tuple[TableColumn, ...]:
     """Raw and filtered of each metric, beside one another."""
-    words = {
-        "raw": "raw",
-        "filtered": "filtered",
-    }
     return tuple(
-        TableColumn(f"{metric.title}\n{words[stage]}", metric.tip)
+        TableColumn(f"{metric.title}\n{stage}", metric.tip)
         for metric in metrics
         for stage in STAGES
     )

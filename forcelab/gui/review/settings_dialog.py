@@ -132,7 +132,7 @@ def settings_summary(settings: Settings, facts: TrainingFacts) -> str:
         elif field.kind == "flag":
             text = "✓" if value else ""
         else:
-            text = f"{value:g} {field.unit if field.unit else ''}".strip()
+            text = f"{value:g} {field.unit}".strip()
         if text:
             lines.append(f"{field.label}: {text}")
     return "\n".join(lines)
@@ -193,7 +193,8 @@ class NumberEditor(Editor):
         else:
             self.switch = QCheckBox("on")
             self.switch.setAccessibleName(f"Use: {field.label}")
-            self.switch.toggled.connect(self._switched)
+            self.switch.toggled.connect(self.box.setVisible)
+            self.switch.toggled.connect(lambda _: self.changed.emit())
             self._lay_out(self.switch, self.box)
             self.box.hide()
         self._exact: float | None = None
@@ -219,10 +220,6 @@ class NumberEditor(Editor):
             # What was set elsewhere is shown as it is, also where the form would not lead there.
             self.box.setRange(min(value, self.field.lowest), max(value, self.field.highest))
             self.box.setValue(value)
-
-    def _switched(self, on: bool) -> None:
-        self.box.setVisible(on)
-        self.changed.emit()
 
 
 class ChoiceEditor(Editor):
@@ -714,17 +711,14 @@ class SettingsDialog(QDialog):
 
     def _scales(self, settings: Settings) -> str:
         if settings.features == "windows":
-            return self._windows(settings)
+            shortest, longest = (1000 * settings.windows[i] for i in (0, -1))
+            return f"{len(settings.windows)} windows, {shortest:.3g} to {longest:.3g} ms"
         count = len(settings.scales)
         rate = settings.rate or self.facts.rate
         if not rate:
             return f"{count} scales"
         hertz = frequencies(settings.scales, rate, settings.mother)
         return f"{count} scales, {hertz.min():.3g} to {hertz.max():.3g} Hz at {rate:.6g} Hz"
-
-    def _windows(self, settings: Settings) -> str:
-        shortest, longest = (1000 * settings.windows[i] for i in (0, -1))
-        return f"{len(settings.windows)} windows, {shortest:.3g} to {longest:.3g} ms"
 
     def _cost(self, settings: Settings) -> str:
         features, steps = self.facts.cost(settings)

@@ -474,10 +474,7 @@ class TradeoffView(QWidget):
     def _axes_row(self) -> QWidget:
         """Chooses what is drawn."""
         self.error, self.time = ElidedComboBox(), ElidedComboBox()
-        for box, name, quantities in (
-            (self.error, "Error", ERRORS),
-            (self.time, "Time", TIMES),
-        ):
+        for box, name, quantities in ((self.error, "Error", ERRORS), (self.time, "Time", TIMES)):
             box.set_name(name)
             box.setMinimumContentsLength(AXIS_LETTERS)
             box.addItems([quantity.title for quantity in quantities])

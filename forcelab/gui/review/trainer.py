@@ -16,12 +16,7 @@ from forcelab.errors import ForcelabError, InputError
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import training_preferences
-from forcelab.gui.review.training_backend import (
-    Backend,
-    RunInfo,
-    SettingsAndChoice,
-    freshness_text,
-)
+from forcelab.gui.review.training_backend import Backend, RunInfo, SettingsAndChoice, freshness_text
 from forcelab.labels import Segments, is_model
 from forcelab.recognition.groups import default_fold_count
 
