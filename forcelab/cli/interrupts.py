@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 #: What else ends a program besides Ctrl+C; Windows has no SIGHUP.
-SIGNALS = ("SIGTERM", "SIGHUP")
+SIGNALS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
 class Interrupted(KeyboardInterrupt):
@@ -31,9 +31,8 @@ def interruptible() -> Iterator[None]:
         signal.signal(number, signal.SIG_IGN)
         raise Interrupted(number)
 
-    known = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
     # One that is ignored already stays so: that is how nohup keeps a program alive.
-    handled = [number for number in known if signal.getsignal(number) is signal.SIG_DFL]
+    handled = [number for number in SIGNALS if signal.getsignal(number) is signal.SIG_DFL]
     for number in handled:
         signal.signal(number, stop)
     try:
@@ -50,8 +49,7 @@ def uninterrupted() -> Iterator[None]:
         yield
         return
     received: list[int] = []
-    known = [signal.SIGINT, *(getattr(signal, name) for name in SIGNALS if hasattr(signal, name))]
-    before = {number: signal.getsignal(number) for number in known}
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, *SIGNALS)}
     waiting = [number for number, handler in before.items() if callable(handler)]
     for number in waiting:
         signal.signal(number, lambda number, _: received.append(number))

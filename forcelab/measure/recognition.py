@@ -7,12 +7,11 @@ Trade-off page stores what it measured as a run of the project.
 
 from __future__ import annotations
 
-import dataclasses
 import gc
 import time
 import tracemalloc
 from collections import Counter
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from datetime import datetime
 from functools import partial
@@ -112,39 +111,32 @@ _FIT = frozenset({"classifier", "stride", "seed", "balanced", "calibrated", "tri
 
 def sharing_features(variants: Sequence[Variant]) -> list[list[Variant]]:
     """The variants in groups that share their features; every order is kept."""
-    return _grouped(variants, [(_key(v.settings, _AFTER | _FIT),) for v in variants])
+    return _grouped(variants, lambda settings: _key(settings, _AFTER | _FIT))
 
 
 def sharing_fit(variants: Sequence[Variant]) -> list[list[Variant]]:
     """Variants of the same features in groups that share their classifier."""
-    return _grouped(
-        variants,
-        [
-            (
-                _key(v.settings, _AFTER),
-                # Only an SVM is fitted otherwise where no probabilities are needed.
-                v.settings.classifier == "svm" and v.settings.needs_probabilities,
-            )
-            for v in variants
-        ],
-    )
+
+    def key(settings: Settings) -> tuple[object, ...]:
+        # Only an SVM is fitted otherwise where no probabilities are needed.
+        probabilities = settings.classifier == "svm" and settings.needs_probabilities
+        return *_key(settings, _AFTER), probabilities
+
+    return _grouped(variants, key)
 
 
-def _key(settings: Settings, without: Iterable[str]) -> tuple[str, ...]:
-    """All values that are left, as something to compare by."""
-    left_out = set(without)
-    return tuple(
-        repr(getattr(settings, field.name))
-        for field in dataclasses.fields(settings)
-        if field.name not in left_out
-    )
+def _key(settings: Settings, without: frozenset[str]) -> tuple[str, ...]:
+    """All other values, as something to compare by."""
+    return tuple(repr(value) for name, value in vars(settings).items() if name not in without)
 
 
-def _grouped(variants: Sequence[Variant], keys: Sequence[tuple[Any, ...]]) -> list[list[Variant]]:
-    """Groups of equal key, in the order in which they begin."""
-    groups: dict[tuple[Any, ...], list[Variant]] = {}
-    for variant, key in zip(variants, keys, strict=True):
-        groups.setdefault(key, []).append(variant)
+def _grouped(
+    variants: Sequence[Variant], key: Callable[[Settings], tuple[object, ...]]
+) -> list[list[Variant]]:
+    """Groups whose settings have the same key, in the order in which they begin."""
+    groups: dict[tuple[object, ...], list[Variant]] = {}
+    for variant in variants:
+        groups.setdefault(key(variant.settings), []).append(variant)
     return list(groups.values())
 
 

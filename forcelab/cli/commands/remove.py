@@ -87,9 +87,8 @@ def run(arguments: argparse.Namespace) -> None:
 def _ask_demonstrations(project: Project, keys: Sequence[str], removal: _Removal) -> None:
     """What goes with demonstrations."""
     for id_ in dict.fromkeys(project.demonstrations.id_of(key) for key in keys):
-        authors = project.demonstrations.info(id_).authors
-        removal.heads[id_] = {name: project.tracks.head(id_, name) for name in authors}
         info = project.demonstrations.info(id_)
+        removal.heads[id_] = {name: project.tracks.head(id_, name) for name in info.authors}
         removal.infos.append(info)
         removal.named.append(f"'{info.name}'")
     seconds = sum(info.duration for info in removal.infos)

@@ -212,14 +212,5 @@ def _json_content(
             for kind, section in sections.items()
         },
         "counts": {kind: len(getattr(found, kind)) for kind in KINDS},
-        "verdicts": [
-            {
-                "human": pair.human,
-                "predicted": pair.predicted,
-                "human_right": pair.human_right,
-                "model_right": pair.model_right,
-                "ambiguous": pair.ambiguous,
-            }
-            for pair in count_verdicts(found.judged)
-        ],
+        "verdicts": [asdict(pair) for pair in count_verdicts(found.judged)],
     }
