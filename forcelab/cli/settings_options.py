@@ -82,15 +82,10 @@ def _add_option(group: argparse._ArgumentGroup, field: SettingField, default: ob
     text = text.replace("%", "%%")
     if field.kind == "flag":
         group.add_argument(option, action=argparse.BooleanOptionalAction, help=text)
-    elif field.default is not None or field.kind not in _NUMBERS:
-        group.add_argument(option, metavar=_metavar(field), help=text)
     else:
-        group.add_argument(option, metavar=_metavar(field), type=_NUMBERS[field.kind], help=text)
-
-
-def _metavar(field: SettingField) -> str:
-    """What stands for a setting's value in the manual."""
-    return _METAVARS.get(field.kind) or _UNITS.get(field.unit, "X")
+        metavar = _METAVARS.get(field.kind) or _UNITS.get(field.unit, "X")
+        number = str if field.default is not None else _NUMBERS.get(field.kind, str)
+        group.add_argument(option, metavar=metavar, type=number, help=text)
 
 
 def settings_from(arguments: argparse.Namespace) -> Settings:
@@ -117,7 +112,10 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
 def _value(field: SettingField, text: Any) -> Any:
     """The value of a setting from that of its option."""
     if field.kind == "windows":
-        return _windows(text)
+        try:
+            return tuple(float(part) for part in text.split(","))
+        except ValueError as error:
+            raise UsageError(f"--windows takes seconds such as 0.01,0.1, not '{text}'.") from error
     if field.kind == "channels":
         return tuple(name.strip() for name in text.split(","))
     if field.default is None:
@@ -129,14 +127,6 @@ def _value(field: SettingField, text: Any) -> Any:
     except ValueError as error:
         what = "a whole number" if field.kind == "whole" else "a number"
         raise UsageError(f"--{field.name} takes {what} or 'off', not '{text}'.") from error
-
-
-def _windows(text: str) -> tuple[float, ...]:
-    """Windows in seconds, written with commas between them."""
-    try:
-        return tuple(float(part) for part in text.split(","))
-    except ValueError as error:
-        raise UsageError(f"--windows takes seconds such as 0.01,0.1, not '{text}'.") from error
 
 
 def choice_from(arguments: argparse.Namespace) -> DataSelection:

@@ -155,18 +155,15 @@ class LiveTrackRecorder:
             return None
         try:
             return do()
-        except Exception as error:  # noqa: BLE001 - logged, and told when the recording is kept
-            self._lose(error)
-            return None
-
-    def _lose(self, error: Exception) -> None:
-        """Recognise no more."""
-        if isinstance(error, InputError):
+        except InputError as error:
             self.trouble = str(error)
-            return
-        log.error("A live track is lost.", exc_info=error)
-        fault = f"{type(error).__name__}: {error}"
-        self.trouble = f"The recogniser failed ({fault}): the recording is kept without its track."
+        except Exception as error:  # logged, and told when the recording is kept
+            log.error("A live track is lost.", exc_info=error)
+            fault = f"{type(error).__name__}: {error}"
+            self.trouble = (
+                f"The recogniser failed ({fault}): the recording is kept without its track."
+            )
+        return None
 
     def _print(self, found: Sequence[ClosedSegment]) -> None:
         """Print the segments that have ended, as long as anybody reads that."""

@@ -46,12 +46,6 @@ from forcelab.vocabulary import Vocabulary, joined
 FIRST = ("evaluation", "stage", "row", "demonstration")
 
 
-def check_table(path: Path) -> None:
-    """Refuse a table that is not CSV, before the work and not after it."""
-    if path.suffix.lower() != ".csv":
-        raise InputError(f"'{path}' is no table that can be written; name it '{path.stem}.csv'.")
-
-
 def write_table(path: Path, evaluated: TaskEvaluations) -> None:
     """Write all scores as CSV; rates are fractions, and what is not defined is left empty.
 
@@ -177,8 +171,8 @@ def run(arguments: argparse.Namespace) -> None:
     figures = [path for path in (arguments.figure, arguments.confusion) if path is not None]
     _check_outputs(arguments, figures)
     _check_suffixes(figures)
-    if arguments.table is not None:
-        check_table(arguments.table)
+    if (path := arguments.table) is not None and path.suffix.lower() != ".csv":
+        raise InputError(f"'{path}' is no table that can be written; name it '{path.stem}.csv'.")
     with Project.open(arguments.project) as project, progress_bar() as watch:
         # Where the filters need probabilities anyway, the review is to have them too.
         certainty = settings.needs_probabilities
@@ -267,17 +261,10 @@ def _further_scores(evaluation: Evaluation) -> list[str]:
     ]
     if "unaided" in evaluation.kinds:
         alone, _ = evaluation.scores("unaided")
-        lines.append(
-            f"Decoded without any choreography: accuracy {percent(alone.accuracy)}, "
-            f"edit {percent(alone.edit)}, F1@50 {percent(alone.f1['50'])}."
-        )
+        lines.append(f"Decoded without any choreography: {_main_scores(alone)}.")
     if "unadapted" in evaluation.kinds:
         bare, _ = evaluation.scores("unadapted")
-        lines.append(
-            f"Without adaptation: accuracy {percent(bare.accuracy)}, edit {percent(bare.edit)}, "
-            f"F1@50 {percent(bare.f1['50'])}; with it: accuracy {percent(pooled.accuracy)}, "
-            f"edit {percent(pooled.edit)}, F1@50 {percent(pooled.f1['50'])}."
-        )
+        lines.append(f"Without adaptation: {_main_scores(bare)}; with it: {_main_scores(pooled)}.")
     reliability = evaluation.reliability
     if reliability is not None and reliability.brier is not None:
         lines.append(
@@ -285,6 +272,13 @@ def _further_scores(evaluation: Evaluation) -> list[str]:
             f"{percent(reliability.ece)} points."
         )
     return lines
+
+
+def _main_scores(scores: Scores) -> str:
+    return (
+        f"accuracy {percent(scores.accuracy)}, edit {percent(scores.edit)}, "
+        f"F1@50 {percent(scores.f1['50'])}"
+    )
 
 
 def _row(raw: Scores, filtered: Scores) -> list[str]:
