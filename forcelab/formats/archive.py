@@ -37,7 +37,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from datetime import datetime
 from pathlib import Path
-from typing import IO, Any, BinaryIO, Final
+from typing import IO, Any, BinaryIO, Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,6 +75,9 @@ from forcelab.vocabulary import Vocabulary
 PROPOSALS = VERDICTS = 3
 #: Nothing was done before, and nothing will have been done after.
 FIRST_YEAR, LAST_YEAR = 1970, 2300
+
+
+WordT = TypeVar("WordT", bound=str)
 
 
 class Record:
@@ -118,6 +121,14 @@ class Record:
         if value.tzinfo is None:
             raise InputError(f"'{name}' has no time zone in {self.where}.")
         return value
+
+    def choice(self, name: str, choices: Sequence[WordT], what: str) -> WordT:
+        """One of some words; `what` is what any other is not."""
+        text = self.text(name)
+        for word in choices:
+            if word == text:
+                return word
+        raise InputError(f"'{text}' is {what} in {self.where}.")
 
     def segments(self, name: str) -> Segments:
         """A list of ``[start, end, action]``."""
@@ -167,9 +178,7 @@ def _edit_to_json(edit: Edit) -> dict[str, Any]:
 
 def _edit_of(record: Record, version: int) -> Edit:
     """Parse an edit as archives of that version hold it."""
-    kind = record.text("kind")
-    if kind not in EDIT_KINDS:
-        raise InputError(f"'{kind}' is no kind of edit in {record.where}.")
+    kind = record.choice("kind", EDIT_KINDS, "no kind of edit")
     reverts = record.get("reverts", int, type(None))
     if (reverts is None) != (kind not in ("undo", "redo")):
         raise InputError(f"'reverts' is missing or wrong in {record.where}.")
@@ -194,22 +203,16 @@ def _edit_of(record: Record, version: int) -> Edit:
 
 
 def _event_of(record: Record) -> AssignmentEvent:
-    kind = record.text("kind")
-    if kind not in ASSIGNMENT_KINDS:
-        raise InputError(f"'{kind}' is nothing that befalls an assignment in {record.where}.")
     return AssignmentEvent(
         demonstration=record.text("demonstration"),
         author=record.text("author"),
-        kind=kind,
+        kind=record.choice("kind", ASSIGNMENT_KINDS, "nothing that befalls an assignment"),
         time=record.time("time"),
     )
 
 
 def _verdict_of(record: Record) -> Verdict:
     """Parse a verdict; its run is a place in the list of runs, counted from 1."""
-    kind = record.text("verdict")
-    if kind not in VERDICT_KINDS:
-        raise InputError(f"'{kind}' is no verdict in {record.where}.")
     return Verdict(
         demonstration=record.text("demonstration"),
         author=record.text("author"),
@@ -218,7 +221,7 @@ def _verdict_of(record: Record) -> Verdict:
         end=record.number("end"),
         human=record.get("human", str, type(None)),
         predicted=record.get("predicted", str, type(None)),
-        verdict=kind,
+        verdict=record.choice("verdict", VERDICT_KINDS, "no verdict"),
         run=record.get("run", int, type(None)),
         time=record.time("time"),
     )
@@ -291,7 +294,7 @@ class ArchiveReader:
 
     def __init__(self, path: Path, archive: zipfile.ZipFile) -> None:
         self.path = path
-        self.unread = _checked_name(path, archive)
+        self.unread = _checked_names(path, archive)
         self._names = frozenset(self.unread)
         self._zip = archive
         self.version = VERSION
@@ -400,7 +403,7 @@ class ArchiveReader:
         if name not in self._names:
             raise InputError(f"The archive '{self.path}' lacks '{name}'; it is not complete.")
         self.unread.discard(name)
-        with _quoted_name(self.path), self._zip.open(name) as member:
+        with _zip_errors(self.path), self._zip.open(name) as member:
             yield member
 
 
@@ -408,7 +411,7 @@ class ArchiveReader:
 def open_archive(path: Path) -> Iterator[ArchiveReader]:
     """Open an archive, and refuse it before reading if it is not one of ours or is unsafe."""
     with contextlib.ExitStack() as stack:
-        with _quoted_name(path):
+        with _zip_errors(path):
             archive = stack.enter_context(zipfile.ZipFile(path))
         members = ArchiveReader(path, archive)
         if MANIFEST not in members:
@@ -431,7 +434,7 @@ def _member_info(name: str, compression: int = zipfile.ZIP_STORED) -> zipfile.Zi
     return info
 
 
-def _checked_name(path: Path, archive: zipfile.ZipFile) -> set[str]:
+def _checked_names(path: Path, archive: zipfile.ZipFile) -> set[str]:
     """The names of all members, each of which has been checked."""
     names: set[str] = set()
     for info in archive.infolist():
@@ -475,7 +478,7 @@ def _largest(name: str) -> float:
 
 
 @contextlib.contextmanager
-def _quoted_name(path: Path) -> Iterator[None]:
+def _zip_errors(path: Path) -> Iterator[None]:
     """Re-raise a failure to read a zip as one sentence."""
     try:
         yield
@@ -506,16 +509,11 @@ def write_archive(project: Project, path: str | Path) -> None:
         out.json("assignments.json", [_to_json(event, _ASSIGNMENT_EVENT) for event in events])
         numbers = [run.id for run in project.runs.summaries()]
         places = {number: place for place, number in enumerate(numbers, 1)}
-        verdicts = project.coding.verdict_events()
-        out.json(
-            "verdicts.json",
-            [
-                _to_json(
-                    verdict, _VERDICT, run=None if verdict.run is None else places[verdict.run]
-                )
-                for verdict in verdicts
-            ],
-        )
+        verdicts = [
+            _to_json(verdict, _VERDICT, run=None if verdict.run is None else places[verdict.run])
+            for verdict in project.coding.verdict_events()
+        ]
+        out.json("verdicts.json", verdicts)
         recognisers = project.runs.recognisers()
         ids = {info.id for info in project.demonstrations.infos()}
         named = [{"id": r.id, "name": r.name, **_provenance(r, ids)} for r in recognisers]
@@ -612,10 +610,8 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
     with open_archive(Path(path)) as members, Project.creating(project_path) as project:
         with tempfile.TemporaryDirectory(dir=project.path) as scratch:
             for id_ in members.ids():
-                demonstration, source = _demonstration(members, id_, Path(scratch))
-                truth = _truth(members, id_)
-                notes = _notes(members, id_)
-                incoming = NewDemonstration(demonstration, source=source, truth=truth, notes=notes)
+                incoming = _demonstration(members, id_, Path(scratch))
+                demonstration = incoming.demonstration
                 bounds[id_] = demonstration.start, demonstration.end
                 added = project.demonstrations.add_all([incoming])
                 if added[0].name != demonstration.name:
@@ -626,9 +622,8 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
             where = members.where("edits.json")
             raise InputError(f"The edits do not fit together in {where}.") from error
         for id_ in members.ids():
-            if project.tracks.of(id_) != tuple(
-                track for track, _ in _tracks(members, id_, bounds[id_])
-            ):
+            tracks = tuple(track for track, _ in _tracks(members, id_, bounds[id_]))
+            if project.tracks.of(id_) != tracks:
                 where = members.where(f"demonstrations/{id_}/tracks.json")
                 raise InputError(f"The edits do not lead to the segments of {where}.")
         known = members.object("vocabularies.json")
@@ -662,28 +657,22 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     recordings: list[Recording] = []
     with open_archive(path) as members:
         for id_ in members.ids():
-            demonstration, source = _demonstration(members, id_, options.unpack, options.task or "")
-            bounds = demonstration.start, demonstration.end
-            tracks = tuple(
-                track for track, kind in _tracks(members, id_, bounds) if kind == "coder"
-            )
-            truth = _truth(members, id_)
-            notes = _notes(members, id_)
+            packed = _demonstration(members, id_, options.unpack, options.task or "")
+            bounds = packed.demonstration.start, packed.demonstration.end
             recordings.append(
                 Recording(
-                    demonstration,
-                    tracks,
-                    (),
-                    source,
-                    truth,
+                    packed.demonstration,
+                    tuple(t for t, kind in _tracks(members, id_, bounds) if kind == "coder"),
+                    source=packed.source,
+                    truth=packed.truth,
                     not_imported=_NOT_IMPORTED,
-                    notes=notes,
+                    notes=packed.notes,
                 )
             )
-    return sorted(recordings, key=_new_folder)
+    return sorted(recordings, key=_list_order)
 
 
-def _new_folder(recording: Recording) -> tuple[object, object]:
+def _list_order(recording: Recording) -> tuple[object, object]:
     """The place of a recording in a list, as in that of a project."""
     demonstration = recording.demonstration
     return natural_order(demonstration.task), natural_order(demonstration.name)
@@ -691,8 +680,8 @@ def _new_folder(recording: Recording) -> tuple[object, object]:
 
 def _demonstration(
     members: ArchiveReader, id_: str, unpack: Path | None, task: str = ""
-) -> tuple[Demonstration, str]:
-    """One demonstration and its source."""
+) -> NewDemonstration:
+    """One demonstration, without its tracks."""
     home = f"demonstrations/{id_}"
     record = members.record(f"{home}/demonstration.json")
     channels = []
@@ -718,21 +707,15 @@ def _demonstration(
     )
     if demonstration.id != id_:
         raise InputError(f"The content of {members.where(home)} does not match its id.")
-    return demonstration, record.text("source")
-
-
-def _truth(members: ArchiveReader, id_: str) -> dict[str, Any] | None:
-    """The truth of a simulated demonstration, if there is any."""
-    name = f"demonstrations/{id_}/truth.json"
-    return members.object(name) if name in members else None
-
-
-def _notes(members: ArchiveReader, id_: str) -> tuple[Note, ...]:
-    """The notes on a demonstration; older archives hold none."""
-    record = members.record(f"demonstrations/{id_}/demonstration.json")
-    notes = record.records("notes") if "notes" in record else []
-    return tuple(
-        Note(id_, note.text("author"), note.text("text"), note.time("time")) for note in notes
+    source, truth = record.text("source"), f"{home}/truth.json"
+    notes = record.records("notes") if "notes" in record else []  # older archives hold none
+    return NewDemonstration(
+        demonstration,
+        source=source,
+        truth=members.object(truth) if truth in members else None,
+        notes=tuple(
+            Note(id_, note.text("author"), note.text("text"), note.time("time")) for note in notes
+        ),
     )
 
 

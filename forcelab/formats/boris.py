@@ -115,7 +115,7 @@ def _observation(observation: Observation) -> dict[str, Any]:
     # Neither subject nor modifier nor comment; where there is a video its frame, which may be open.
     rest = ["", ""] if observation.video is None else ["", "", "NA"]
     events = [
-        [_video_events(time, clock), "", segment.action, *rest]
+        [_video_time(time, clock), "", segment.action, *rest]
         for segment, times in plain_times(observation.track)
         for time in times
     ]
@@ -151,7 +151,7 @@ def _observation(observation: Observation) -> dict[str, Any]:
     return {"type": "MEDIA", "file": files, "media_info": info, **common}
 
 
-def _video_events(time: float, clock: ClockMap) -> float:
+def _video_time(time: float, clock: ClockMap) -> float:
     """A force time, counted at the video's rate from where the video begins."""
     return round(float(clock.to_device(time)) + float(clock.offset), 6)
 

@@ -196,14 +196,9 @@ def _pair(place: _Location, name: str, value: Any) -> tuple[float, float]:
     return float(both[0]), float(both[1])
 
 
-def _is_positive(number: object) -> bool:
+def _is_positive(value: Any) -> bool:
     """Whether a TOML value is a finite number above zero; true and false are none."""
-    return (
-        isinstance(number, int | float)
-        and not isinstance(number, bool)
-        and math.isfinite(number)
-        and number > 0
-    )
+    return type(value) in (int, float) and 0 < value < math.inf
 
 
 def _sensor_name(serial: str | None) -> str:

@@ -7,6 +7,7 @@ import mimetypes
 import os
 import re
 from collections.abc import Iterable
+from contextlib import suppress
 from datetime import datetime, timezone
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -101,11 +102,9 @@ def _link(header: ET.Element, video: VideoReference, folder: Path) -> None:
         "MEDIA_URL": path.as_uri(),
         "MIME_TYPE": mimetypes.guess_type(path.name)[0] or "video/unknown",
     }
-    try:
+    with suppress(ValueError):  # on another drive
         relative = Path(os.path.relpath(path, folder.resolve())).as_posix()
         link["RELATIVE_MEDIA_URL"] = _plain(relative if relative[0] == "." else f"./{relative}")
-    except ValueError:
-        pass  # on another drive
     origin = _milliseconds(float(video.clock.to_device(0.0)))
     if origin:
         link["TIME_ORIGIN"] = str(origin)

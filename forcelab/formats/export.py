@@ -19,7 +19,7 @@ from forcelab.jobs import Progress
 from forcelab.labels import Track
 from forcelab.project import DemonstrationInfo, Project
 from forcelab.text import unknown_word
-from forcelab.video.index import nominal_fps, stated_length
+from forcelab.video.index import stated_rate_and_length
 from forcelab.vocabulary import joined
 
 
@@ -65,9 +65,7 @@ def _observations(part: Part) -> list[Observation]:
     project, info = part.project, part.info
     file, video = None, project.demonstrations.load(info.id).video if info.has_video else None
     if video is not None:
-        file = VideoFile(
-            video.path, video.clock, nominal_fps(video.path), stated_length(video.path)
-        )
+        file = VideoFile(video.path, video.clock, *stated_rate_and_length(video.path))
     return [
         Observation(
             part.title,

@@ -84,9 +84,11 @@ def attach_videos(
     failures: dict[Path, InputError] = {}
     for path, video in videos.items():
         recording = result[path][0] if len(result.get(path, ())) == 1 else None
-        if recording is None or recording.demonstration.video is not None:
-            continue
-        if recording.demonstration.id in known:
+        if (
+            recording is None
+            or recording.demonstration.video
+            or recording.demonstration.id in known
+        ):
             continue
         try:
             damage = check_video(video, recording.demonstration.duration)
@@ -346,9 +348,7 @@ def _checked(path: Path, recordings: list[Recording]) -> list[Recording]:
         if len(set(authors)) < len(authors):
             raise InputError(f"'{path}' has two tracks of one author; rename one.")
         texts = [demonstration.name, demonstration.task]
-        texts += [
-            text for channel in demonstration.channels for text in (channel.name, channel.unit)
-        ]
+        texts += [text for c in demonstration.channels for text in (c.name, c.unit)]
         texts += [text for track in recording.tracks for text in (track.author, *track.actions)]
         texts += [text for note in recording.notes for text in (note.author, note.text)]
         for text in texts:

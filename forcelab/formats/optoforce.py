@@ -74,8 +74,7 @@ def parse_dump(data: bytes) -> Dump:
                 len(more), again.statistics.replies, statistics.bad_checksums, skipped
             )
             parser, packets = again, more
-    serials = [reply.serial for reply in parser.take_replies() if reply.serial]
-    serial = serials[0] if serials else None
+    serial = next((reply.serial for reply in parser.take_replies() if reply.serial), None)
     return Dump(packets, parser.kind, statistics, len(data), serial, seams, mended, first_bad)
 
 

@@ -374,7 +374,7 @@ def _damage() -> tuple[type[Exception], ...]:
 
 
 #: What the library gives to a type without fields; in ROS 1 it takes no byte.
-_NO_FIELD_CURE: Final = "structure_needs_at_least_one_member"
+_DUMMY_FIELD: Final = "structure_needs_at_least_one_member"
 #: A message has no more fields, all within one another counted, nor are they nested deeper.
 MOST_FIELDS, DEEPEST = 20_000, 32
 
@@ -396,7 +396,7 @@ def _trouble(kind: str, definitions: Definitions) -> str | None:
             known[kind] = sum(
                 fields(desc, (*above, kind))
                 for name, desc in definitions[kind][1]
-                if name != _NO_FIELD_CURE
+                if name != _DUMMY_FIELD
             )
         if known[kind] > MOST_FIELDS:
             raise _UnreadableError(f"more than {MOST_FIELDS:,} fields a message")

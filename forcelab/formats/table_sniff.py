@@ -620,8 +620,7 @@ def _first_section(rows: Sequence[Line]) -> Sequence[Line]:
     first = next(names, None)
     if first is None:
         return rows
-    end = next((k for k in range(first, len(rows)) if not rows[k][1].strip(" ,;\t")), len(rows))
-    return rows[:end]
+    return rows[: _first_blank([text for _, text in rows], first)]
 
 
 def _vicon_rate(above: Sequence[Line], header: Sequence[str]) -> float | None:

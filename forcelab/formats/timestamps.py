@@ -104,8 +104,10 @@ class TimestampReader:
                 self._base = ((match and self._day(match)) or 0) * _DAY
             self._dated = match is not None and bool(match["year"] or match["last_year"])
         else:
-            readable = _readable(present, kinds, decimal) or [0.0]
-            middle = float(np.median(np.clip(readable, -_ABSURD, _ABSURD)))
+            pairs = zip(present, kinds, strict=True)
+            readable = [cell for cell, kind in pairs if kind is CellType.NUMBER] or ["0"]
+            values = np.clip(numbers(readable, decimal), -_ABSURD, _ABSURD)
+            middle = float(np.median(values))
             self._base = int(middle) if abs(middle) >= _LARGE else 0
 
     @property
@@ -209,12 +211,6 @@ class TimestampReader:
         if key not in self._days:
             self._days[key] = date(int(key[0]), int(key[1]), int(key[2])).toordinal() - _EPOCH_DAY
         return self._days[key]
-
-
-def _readable(present: Sequence[str], kinds: Sequence[CellType], decimal: str) -> list[float]:
-    """The numbers among some cells."""
-    pairs = zip(present, kinds, strict=True)
-    return numbers([cell for cell, kind in pairs if kind is CellType.NUMBER], decimal).tolist()
 
 
 #: Shares and factors of the rules above.

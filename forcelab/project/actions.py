@@ -19,7 +19,7 @@ from forcelab.errors import InputError
 from forcelab.labels import check_action_name
 from forcelab.project.coding import CodingStore
 from forcelab.project.database import Database, content_errors
-from forcelab.project.records import segments_from_json, utc_now
+from forcelab.project.records import segments_from_text, utc_now
 from forcelab.project.tracks import NUMBER, RENAMED, TrackStore
 from forcelab.text import counted, listed, natural_order, unknown_word
 from forcelab.vocabulary import Vocabulary
@@ -272,17 +272,8 @@ class ActionStore:
     def refuse_removing(self, author: str, action: str, task: str) -> None:
         """Refuse to take an action out of a task's vocabulary that segments have, or may have.
 
-        Parameters
-        ----------
-        author : str
-            The coder who would remove it, and is told no more than that coder may know.
-        action, task : str
-
-        Raises
-        ------
-        InputError
-            If a segment of the task has the action, as far as the coder may see; or if the coder
-            codes demonstrations of the task blind.
+        The coder who would remove it is told no more than that coder may know: where the coder
+        codes demonstrations of the task blind, others may use it.
         """
         hidden = self._coding.blind_to(author)
         rows = self._db.all(
@@ -333,11 +324,7 @@ class ActionStore:
             "WHERE demonstration = ? AND kind = 'import'",
             demonstration,
         )
-        imported = {
-            segment.action
-            for row in imports
-            for segment in segments_from_json(json.loads(row["inserted"]))
-        }
+        imported = {s.action for row in imports for s in segments_from_text(row["inserted"])}
         foreign = imported - self.painted(task)
         old = self.vocabulary(task)
         new = Vocabulary(tuple(action for action in old if action.name not in foreign))

@@ -12,6 +12,7 @@ import sqlite3
 from collections.abc import Iterable
 from dataclasses import replace
 from datetime import datetime, timedelta, timezone
+from typing import Any
 
 from forcelab.errors import InputError
 from forcelab.labels import check_author, is_model
@@ -120,12 +121,8 @@ class CodingStore:
 
     def assignments(self, author: str | None = None) -> tuple[Assignment, ...]:
         """The assignments that stand, of everybody or of one coder, the first one first."""
-        events = (
-            self._assignment_events("")
-            if author is None
-            else self._assignment_events("author = ?", author)
-        )
-        return tuple(_assignments_after(events).values())
+        which = () if author is None else ("author = ?", author)
+        return tuple(_assignments_after(self._assignment_events(*which)).values())
 
     def is_blind(self, demonstration: str, author: str) -> bool:
         """Whether the other tracks and all predictions are to be hidden from a coder now."""
@@ -146,20 +143,13 @@ class CodingStore:
 
     def assignment_events(self) -> tuple[AssignmentEvent, ...]:
         """Everything that ever happened to assignments, the first event first."""
-        return self._assignment_events("")
+        return self._assignment_events()
 
     def replay_assignments(self, events: Iterable[AssignmentEvent]) -> None:
         """Let events happen again as they did, with their times, all or nothing.
 
-        Parameters
-        ----------
-        events : iterable of AssignmentEvent
-            The first one first, as from :meth:`assignment_events`.
-
-        Raises
-        ------
-        InputError
-            If a demonstration is not here, or an event befalls what was never assigned.
+        They come as from :meth:`assignment_events`. Refused if a demonstration is not here, or an
+        event befalls what was never assigned.
         """
         events = tuple(events)
         with self._db.writing():
@@ -332,9 +322,8 @@ class CodingStore:
         events = self._assignment_events("demonstration = ? AND author = ?", demonstration, author)
         return _assignments_after(events).get((demonstration, author))
 
-    def _assignment_events(self, where: str, *values: str) -> tuple[AssignmentEvent, ...]:
+    def _assignment_events(self, where: str = "1", *values: str) -> tuple[AssignmentEvent, ...]:
         """The events of some assignments."""
-        condition = f"WHERE {where}" if where else ""
         return tuple(
             AssignmentEvent(
                 demonstration=row["demonstration"],
@@ -342,7 +331,7 @@ class CodingStore:
                 kind=row["kind"],
                 time=read_time(row, f"An assignment of {row['author']}"),
             )
-            for row in self._db.all(f"SELECT * FROM assignment {condition} ORDER BY id", *values)
+            for row in self._db.all(f"SELECT * FROM assignment WHERE {where} ORDER BY id", *values)
         )
 
     def _insert_assignment(
@@ -452,16 +441,5 @@ def _has_run(database: Database, number: int) -> bool:
 
 
 def _verdict(row: sqlite3.Row) -> StoredVerdict:
-    return StoredVerdict(
-        demonstration=row["demonstration"],
-        author=row["author"],
-        coder=row["coder"],
-        start=row["start"],
-        end=row["end"],
-        human=row["human"],
-        predicted=row["predicted"],
-        verdict=row["verdict"],
-        run=row["run"],
-        time=read_time(row, f"Verdict {row['id']}"),
-        id=row["id"],
-    )
+    columns: dict[str, Any] = dict(row)
+    return StoredVerdict(**columns | {"time": read_time(row, f"Verdict {row['id']}")})

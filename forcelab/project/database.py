@@ -21,7 +21,7 @@ from forcelab.project.files import (
     check_folder,
 )
 from forcelab.project.records import AuthorKind
-from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, check_version, migrate
+from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, check_version, migrate, pragma
 
 #: Name of the SQLite file inside the project's folder.
 FILE = "project.sqlite"
@@ -46,15 +46,11 @@ def store_errors(folder: Path, timeout: float) -> Iterator[None]:
             f"The text {error.object!r} holds characters that are not valid Unicode, so it was "
             f"not stored; rename it."
         ) from error
-    except (
-        UnicodeDecodeError
-    ) as error:  # a name in the schema, or SQLite's sentence that quotes one
-        raise InputError(error_sentence(folder, sqlite3.DatabaseError("malformed"), 0)) from error
+    except UnicodeDecodeError as error:  # a name in the schema, or a sentence that quotes one
+        raise InputError(_damaged(folder, "malformed")) from error
     except (sqlite3.IntegrityError, sqlite3.ProgrammingError) as error:
         if "FOREIGN KEY" in str(error):  # rows that refer where the program lets none refer
-            raise InputError(
-                error_sentence(folder, sqlite3.DatabaseError("malformed"), 0)
-            ) from error
+            raise InputError(_damaged(folder, "malformed")) from error
         raise  # the program's own mistakes
     except sqlite3.DatabaseError as error:
         kind = StoreBusyError if error_kind(error) == "busy" else InputError
@@ -96,11 +92,11 @@ def error_sentence(folder: Path, error: sqlite3.DatabaseError, timeout: float) -
     if kind == "rights":
         return f"'{folder}' cannot be opened for writing ({text}); check who may write there."
     if kind == "damaged":
-        return f"The store of '{folder}' is damaged ({text}); restore {FILE} from a copy."
+        return _damaged(folder, text)
     if kind == "text":
         column = re.search(r"column '(\w+)'", text)
         what = f"a text in column '{column[1]}'" if column else "a text"
-        return f"The store of '{folder}' is damaged ({what} is none); restore {FILE} from a copy."
+        return _damaged(folder, f"{what} is none")
     return f"The store of '{folder}' could not be used; SQLite says '{text}'."
 
 
@@ -188,14 +184,14 @@ def probe(folder: Path) -> None:
         uri = file.absolute().as_uri() + "?mode=ro&immutable=1"
         with contextlib.closing(sqlite3.connect(uri, uri=True)) as connection:
             application_id, version, pages, page_size = (
-                int(connection.execute(f"PRAGMA {name}").fetchone()[0])
+                pragma(connection, name)
                 for name in ("application_id", "user_version", "page_count", "page_size")
             )
         check_version(application_id, version, len(MIGRATIONS), str(folder))
         if file.stat().st_size < pages * page_size:
             raise sqlite3.DatabaseError("the file is malformed: its end is missing")
     except UnicodeDecodeError as error:  # of SQLite's sentence, which quotes a damaged schema
-        raise InputError(error_sentence(folder, sqlite3.DatabaseError("malformed"), 0)) from error
+        raise InputError(_damaged(folder, "malformed")) from error
     except sqlite3.DatabaseError as error:
         # With a journal it may be whole once SQLite has taken that into account.
         if not _in_journal(folder):
@@ -235,7 +231,7 @@ def _unwritten(folder: Path, timeout: float) -> sqlite3.Connection:
         mode = "ro&immutable=1"  # nobody does, and locks cannot be taken
     connection = _connect(folder, mode, timeout)
     with _closed_on_error(connection):
-        (version,) = connection.execute("PRAGMA user_version").fetchone()
+        version = pragma(connection, "user_version")
     return connection if version == len(MIGRATIONS) else _copied(connection)
 
 
@@ -279,12 +275,13 @@ def _ready(connection: sqlite3.Connection, folder: Path) -> sqlite3.Connection:
 
 def _check_values(connection: sqlite3.Connection, folder: Path) -> None:
     """Refuse values that no forcelab writes: wrong types, numbers without bounds, file names."""
-    if _pragma_of(connection, "page_count") * _pragma_of(connection, "page_size") <= _QUICK:
+    if pragma(connection, "page_count") * pragma(connection, "page_size") <= _QUICK:
         for (found,) in connection.execute("PRAGMA quick_check"):
             if found == "ok" or found in _REMOVABLE:
                 continue
             raise InputError(_damaged(folder, str(found).splitlines()[-1].replace(". ", ", ")))
-    for table, wrong in _WRONG.items():
+    for table, conditions in _WRONG.items():
+        wrong = " OR ".join(conditions)
         if connection.execute(f"SELECT 1 FROM {table} WHERE {wrong} LIMIT 1").fetchone():
             raise InputError(_damaged(folder, f"the table '{table}' holds what cannot be"))
     for row in connection.execute("SELECT id, video FROM demonstration"):
@@ -301,10 +298,6 @@ def _damaged(folder: Path, what: str) -> str:
     return f"The store of '{folder}' is damaged ({what}); restore {FILE} from a copy."
 
 
-def _pragma_of(connection: sqlite3.Connection, name: str) -> int:
-    return int(connection.execute(f"PRAGMA {name}").fetchone()[0])
-
-
 def _of_other_kind(kind: str, *columns: str) -> str:
     return " OR ".join(f"typeof({column}) <> '{kind}'" for column in columns)
 
@@ -316,43 +309,44 @@ def _beyond(*columns: str) -> str:
 
 #: What is told where such a thing is read, and can be removed.
 _REMOVABLE = tuple(f"CHECK constraint failed in {table}" for table in ("recogniser", "run"))
+#: By table, each of what is true of rows that no forcelab writes.
 _WRONG = {
-    "demonstration": " OR ".join(
-        (
-            _of_other_kind("text", "id", "name", "task", "channels", "source"),
-            _of_other_kind("integer", "samples"),
-            _of_other_kind("real", "period", "duration"),
-            _beyond("samples", "period", "duration", "grid_rate", "video_offset", "video_rate"),
-            "period < 1e-12 OR duration <= 0 OR grid_rate <= 1e-12 OR video_rate <= 1e-12",
-            "samples < 2",
-            "typeof(grid_rate) NOT IN ('real', 'null')",
-            "video IS NOT NULL AND (typeof(video) <> 'text' OR typeof(video_offset) <> 'real' "
-            "OR typeof(video_rate) <> 'real')",
-        )
+    "demonstration": (
+        _of_other_kind("text", "id", "name", "task", "channels", "source"),
+        _of_other_kind("integer", "samples"),
+        _of_other_kind("real", "period", "duration"),
+        _beyond("samples", "period", "duration", "grid_rate", "video_offset", "video_rate"),
+        "period < 1e-12 OR duration <= 0 OR grid_rate <= 1e-12 OR video_rate <= 1e-12",
+        "samples < 2",
+        "typeof(grid_rate) NOT IN ('real', 'null')",
+        "video IS NOT NULL AND (typeof(video) <> 'text' OR typeof(video_offset) <> 'real' "
+        "OR typeof(video_rate) <> 'real')",
     ),
-    "author": _of_other_kind("text", "name", "kind") + " OR kind NOT IN ('coder', 'model')",
-    "track": _of_other_kind("text", "demonstration")
-    + " OR demonstration NOT IN (SELECT id FROM demonstration)"
-    + " OR author NOT IN (SELECT id FROM author)",
-    "segment": " OR ".join(
-        (
-            _of_other_kind("real", "start", "end"),
-            _of_other_kind("text", "action"),
-            _beyond("start", "end"),
-            "end <= start",
-        )
+    "author": (_of_other_kind("text", "name", "kind"), "kind NOT IN ('coder', 'model')"),
+    "track": (
+        _of_other_kind("text", "demonstration"),
+        "demonstration NOT IN (SELECT id FROM demonstration)",
+        "author NOT IN (SELECT id FROM author)",
     ),
-    "edit": _of_other_kind("text", "kind", "time", "what", "removed", "inserted")
-    + " OR "
-    + _of_other_kind("integer", "track", "position"),
-    "vocabulary": _of_other_kind("text", "task", "actions"),
-    "recogniser": _of_other_kind("text", "id", "name"),
-    "assignment": _of_other_kind("text", "demonstration", "author", "kind", "time"),
-    "verdict": _of_other_kind("text", "demonstration", "author", "coder", "verdict", "time")
-    + f" OR {_beyond('start', 'end')}",
-    "note": _of_other_kind("text", "demonstration", "author", "text", "time"),
+    "segment": (
+        _of_other_kind("real", "start", "end"),
+        _of_other_kind("text", "action"),
+        _beyond("start", "end"),
+        "end <= start",
+    ),
+    "edit": (
+        _of_other_kind("text", "kind", "time", "what", "removed", "inserted"),
+        _of_other_kind("integer", "track", "position"),
+    ),
+    "vocabulary": (_of_other_kind("text", "task", "actions"),),
+    "recogniser": (_of_other_kind("text", "id", "name"),),
+    "assignment": (_of_other_kind("text", "demonstration", "author", "kind", "time"),),
+    "verdict": (
+        _of_other_kind("text", "demonstration", "author", "coder", "verdict", "time"),
+        _beyond("start", "end"),
+    ),
+    "note": (_of_other_kind("text", "demonstration", "author", "text", "time"),),
 }
-"""By table, what is true of rows that no forcelab writes."""
 
 
 @contextlib.contextmanager
@@ -389,12 +383,9 @@ class Database:
         probe(folder)
         writable = os.access(folder, os.W_OK) and os.access(folder / FILE, os.W_OK)
         self._connection, self._refusal = connected(folder, timeout, writable)
-        try:
-            self._seen = self._data_version()
+        with _closed_on_error(self._connection):
+            self._seen = self.pragma("data_version")
             self._place = _place(folder / FILE)
-        except BaseException:
-            self._connection.close()
-            raise
 
     @property
     def read_only(self) -> bool:
@@ -443,6 +434,11 @@ class Database:
         rows = self.all(sql, *values)
         return rows[0] if rows else None
 
+    def pragma(self, name: str) -> int:
+        """The value of a whole-number pragma."""
+        with store_errors(self.folder, self._timeout):
+            return pragma(self._connection, name)
+
     def insert(self, table: str, **values: Value) -> int:
         """Insert a row; gives its number."""
         marks = ", ".join("?" * len(values))
@@ -488,14 +484,9 @@ class Database:
 
     def changed_elsewhere(self) -> bool:
         """Whether another connection has written since this was asked last, or since opening."""
-        version = self._data_version()
+        version = self.pragma("data_version")  # one that SQLite changes when another commits
         changed, self._seen = version != self._seen, version
         return changed
-
-    def _data_version(self) -> int:
-        """A number that SQLite changes when another connection commits."""
-        with store_errors(self.folder, self._timeout):
-            return int(self._connection.execute("PRAGMA data_version").fetchone()[0])
 
     @contextlib.contextmanager
     def writing(self) -> Iterator[None]:
@@ -512,7 +503,7 @@ class Database:
             self._syncing = None
             self.execute("PRAGMA synchronous = FULL")  # should the disk refuse again, it is told
         with self._transaction("BEGIN IMMEDIATE"):
-            version = int(self.execute("PRAGMA user_version").fetchone()[0])
+            version = self.pragma("user_version")
             check_version(APPLICATION_ID, version, len(MIGRATIONS), str(self.folder))
             self._writing = True
             try:
@@ -577,10 +568,7 @@ def give_back(database: Database) -> None:
     SQLite writes it anew, whole or not at all. Where it cannot, as the disk is full or another
     program is at work, the file stays as large as it was.
     """
-    pages, free, size = (
-        int(database.execute(f"PRAGMA {name}").fetchone()[0])
-        for name in ("page_count", "freelist_count", "page_size")
-    )
+    pages, free, size = map(database.pragma, ("page_count", "freelist_count", "page_size"))
     if free * size < LEAST or free < SHARE * pages:
         return
     with contextlib.suppress(InputError):

@@ -401,12 +401,13 @@ class DemonstrationStore:
 
     def _what_was_done(self, id_: str, heads: Mapping[str, int]) -> str:
         """What people or runs did with a demonstration; empty if they did nothing."""
-        if self._db.one("SELECT 1 FROM assignment WHERE demonstration = ?", id_):
-            return "was assigned to a coder"
-        if self._db.one("SELECT 1 FROM verdict WHERE demonstration = ?", id_):
-            return "was reviewed"
-        if self._db.one("SELECT 1 FROM note WHERE demonstration = ?", id_):
-            return "was given a note"
+        for table, what in (
+            ("assignment", "was assigned to a coder"),
+            ("verdict", "was reviewed"),
+            ("note", "was given a note"),
+        ):
+            if self._db.one(f"SELECT 1 FROM {table} WHERE demonstration = ?", id_):
+                return what
         for table, columns in (("recogniser", "labels"), ("run", "labels || result")):
             if self._db.one(f"SELECT 1 FROM {table} WHERE instr({columns}, ?)", id_):
                 return "was used for training or evaluation"
@@ -564,7 +565,7 @@ class _Addition:
                 "samples": len(d.times),
                 "period": d.period,
                 "duration": d.duration,
-                "source": self._source(),
+                "source": _file_name(self.incoming.source),
             }
             self.database.insert("demonstration", **values)
         elif any(old[column] != value for column, value in values.items()):
@@ -598,8 +599,7 @@ class _Addition:
                 f"the file were left out."
             )
             return
-        source = self.incoming.labels_from or self.incoming.source
-        source = source.encode("utf-8", "backslashreplace").decode()
+        source = _file_name(self.incoming.labels_from or self.incoming.source)
         origin = f" from {source}" if source else ""
         what = f"{len(track.segments)} segments imported{origin}"
         self.tracks.edit(id_, author, current, track.segments, what, kind="import")
@@ -634,7 +634,7 @@ class _Addition:
             "AND samples = ?",
             wanted,
             task,
-            self._source(),
+            _file_name(self.incoming.source),
             len(self.incoming.demonstration.times),
         )
         if same_file is None or not self._shares_a_signal(same_file):
@@ -662,9 +662,10 @@ class _Addition:
             if c.name in stored
         )
 
-    def _source(self) -> str:
-        """The file it was read from, whose name may hold bytes that are no text."""
-        return self.incoming.source.encode("utf-8", "backslashreplace").decode()
+
+def _file_name(name: str) -> str:
+    """The name of a file, which may hold bytes that are no text, as one."""
+    return name.encode("utf-8", "backslashreplace").decode()
 
 
 def _is_intact(home: Path, row: sqlite3.Row) -> bool:

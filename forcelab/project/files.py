@@ -147,6 +147,11 @@ def write_json(path: Path, value: Mapping[str, Any]) -> None:
         content = (json.dumps(dict(value), ensure_ascii=False) + "\n").encode()
     except UnicodeEncodeError as error:
         raise InputError(f"The text {error.object!a} is not valid Unicode; rename it.") from error
+    write_bytes(path, content)
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a new file, forced to the disk."""
     with path.open("xb") as stream:
         stream.write(content)
         stream.flush()
@@ -245,11 +250,6 @@ def leftovers(parent: Path, known: Collection[str]) -> list[Path]:
             if _abandoned(entry):
                 found.append(entry)
     return found
-
-
-def vacant(folder: Path) -> bool:
-    """Whether nothing is there, or an empty folder."""
-    return not folder.exists() or (folder.is_dir() and not any(folder.iterdir()))
 
 
 @contextlib.contextmanager

@@ -6,7 +6,6 @@ origins cannot disagree with the labels, and undoing takes them back exactly.
 
 from __future__ import annotations
 
-import json
 import sqlite3
 from bisect import bisect_right
 from collections.abc import Mapping
@@ -16,7 +15,7 @@ from types import MappingProxyType
 
 from forcelab.labels import Segment, Segments
 from forcelab.project.database import Database, content_errors
-from forcelab.project.records import Origin, segments_from_json
+from forcelab.project.records import Origin, segments_from_text
 from forcelab.segment_edits import SLIVER, covering
 
 _Origins = dict[Segment, Origin]
@@ -95,7 +94,8 @@ def _follow(followed: _TrackOrigins, row: sqlite3.Row) -> bool:
         return False
     else:
         with content_errors(f"Edit {row['id']}"):
-            removed, inserted = _segments(row["removed"]), _segments(row["inserted"])
+            removed = segments_from_text(row["removed"])
+            inserted = segments_from_text(row["inserted"])
         took = {segment: now[segment] for segment in removed if segment in now}
         if row["proposed_by"] is not None:
             gave = _accepted(removed, inserted, took, Origin(row["proposed_by"]))
@@ -145,8 +145,3 @@ def _most_of(segments: Segments, segment: Segment) -> Segment | None:
         if old.action == segment.action and overlap > shared:
             most, shared = old, overlap
     return most
-
-
-def _segments(text: str) -> Segments:
-    """Segments as an edit stores them."""
-    return segments_from_json(json.loads(text))

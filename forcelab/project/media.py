@@ -106,15 +106,7 @@ class MediaStore:
             self._write_video(demonstration, row["video"], clock)
 
     def attach_stamps(self, demonstration: str, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Store a recording's raw stamps beside it, in place of those there.
-
-        Parameters
-        ----------
-        demonstration : str
-            Its id.
-        arrays : mapping of str to ndarray
-            Numbers and names, such as of :class:`~forcelab.capture.assemble.AssembledRecording`.
-        """
+        """Store a recording's raw stamps beside it, in place of those there: numbers and names."""
         path = self._folder(demonstration) / STAMPS
         self._db.refuse_read_only()
         if any(array.dtype.hasobject for array in arrays.values()):

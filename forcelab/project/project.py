@@ -72,7 +72,8 @@ class Project:
             If the folder cannot be looked at.
         """
         with files.file_errors(f"'{path}' cannot be opened"):
-            return files.vacant(Path(path))
+            folder = Path(path)
+            return not folder.exists() or (folder.is_dir() and not any(folder.iterdir()))
 
     @staticmethod
     def is_at(path: str | PathLike[str]) -> bool:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+import json
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from typing import Any, Final, Literal, get_args
@@ -51,23 +52,11 @@ class Assignment:
 
 
 def left_to_label(labelled: float, assignment: Assignment | None) -> bool:
-    """Whether a coder still has to label a demonstration.
+    """Whether a demonstration is not begun by a coder, or assigned, and not marked as done.
 
-    Parameters
-    ----------
-    labelled : float
-        How much of it the coder has labelled; any measure of it.
-    assignment : Assignment or None
-        The coder's own.
-
-    Returns
-    -------
-    bool
-        Whether it is not begun, or assigned, and not marked as done.
+    `labelled` is how much of it the coder has labelled, in any measure.
     """
-    if assignment is None:
-        return not labelled
-    return assignment.done is None
+    return not labelled if assignment is None else assignment.done is None
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,14 +142,7 @@ class Verdict:
     @property
     def place(self) -> tuple[str, str, float, float, str | None, str | None]:
         """What the verdict is on: the latest one on the same place counts."""
-        return (
-            self.demonstration,
-            self.coder,
-            self.start,
-            self.end,
-            self.human,
-            self.predicted,
-        )
+        return self.demonstration, self.coder, self.start, self.end, self.human, self.predicted
 
 
 @dataclass(frozen=True, slots=True)
@@ -372,13 +354,7 @@ class Origin:
 
 
 def check_length(text: str, what: str) -> None:
-    """Refuse a name or a task that is longer than any file name, and than any list can show.
-
-    Raises
-    ------
-    InputError
-        If it is.
-    """
+    """Refuse a name or a task that is longer than any file name, and than any list can show."""
     if len(text) > LONGEST_NAME:
         raise InputError(
             f"The {what} '{text[:30]}...' is longer than {LONGEST_NAME} characters; choose a "
@@ -396,6 +372,11 @@ def segments_to_json(segments: Segments) -> list[list[float | str]]:
     return [[float(s.start), float(s.end), s.action] for s in segments]
 
 
-def segments_from_json(rows: Iterable[tuple[float, float, str]]) -> Segments:
-    """The inverse of :func:`segments_to_json`."""
-    return tuple(Segment(start, end, action) for start, end, action in rows)
+def segments_to_text(segments: Segments) -> str:
+    """Segments as an edit stores them."""
+    return json.dumps(segments_to_json(segments), ensure_ascii=False)
+
+
+def segments_from_text(text: str) -> Segments:
+    """The inverse of :func:`segments_to_text`."""
+    return tuple(Segment(start, end, action) for start, end, action in json.loads(text))

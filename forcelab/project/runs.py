@@ -10,7 +10,6 @@ import contextlib
 import hashlib
 import json
 import math
-import os
 import re
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
@@ -275,21 +274,8 @@ class RunStore:
     ) -> int:
         """Add a run and its recogniser, both or neither; gives the run's number.
 
-        Parameters
-        ----------
-        kind, provenance
-            As of :meth:`add`.
-        name, content
-            The recogniser's, as of :meth:`add_recogniser`.
-        result : mapping
-            What came out; the recogniser's id is added to it as ``"recogniser"``.
-        trained_on : tuple of LabelsUsed
-            Those of the labels that the recogniser was trained on.
-
-        Raises
-        ------
-        InputError
-            If labels are not in the project, or it cannot be written.
+        As :meth:`add` and :meth:`add_recogniser`, the latter with the labels `trained_on`. The
+        recogniser's id is added to the result as ``"recogniser"``.
         """
         columns = self._provenance_columns(provenance)
         of_recogniser = self._provenance_columns(replace(provenance, labels=trained_on))
@@ -404,20 +390,9 @@ class RunStore:
     def forget(self, number: int, proposer: str) -> bool:
         """Delete a run that another one has taken the place of, with its recogniser.
 
-        It stays where a verdict was given on it or labels were accepted from it: what people said
-        is kept for ever, with what they said it of.
-
-        Parameters
-        ----------
-        number : int
-            The run's.
-        proposer : str
-            The name under which it proposed labels.
-
-        Returns
-        -------
-        bool
-            Whether it is gone.
+        It stays where a verdict was given on it or labels were accepted from it, of which it was
+        the `proposer`: what people said is kept for ever, with what they said it of. Gives whether
+        it is gone.
         """
         with self._db.writing():
             exists = self._db.one("SELECT 1 FROM run WHERE id = ?", number)
@@ -542,10 +517,7 @@ class RunStore:
             return
         root = self._db.folder / RECOGNISERS
         with files.staging(root) as staged:
-            with (staged / f"{id_}.skops").open("xb") as stream:
-                stream.write(content)
-                stream.flush()
-                os.fsync(stream.fileno())
+            files.write_bytes(staged / f"{id_}.skops", content)
             files.move_into(root, staged)
         self._db.insert("recogniser", id=id_, name=name, **columns)
 

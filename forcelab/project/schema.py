@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from forcelab.errors import InputError
 
-__all__ = ["APPLICATION_ID", "MIGRATIONS", "check_version", "migrate"]
+__all__ = ["APPLICATION_ID", "MIGRATIONS", "check_version", "migrate", "pragma"]
 
 #: "FLab" in ASCII, in the file's header: tells a project from every other SQLite file.
 APPLICATION_ID = 0x464C6162
@@ -188,13 +188,7 @@ MIGRATIONS: tuple[Step, ...] = (_VERSION_1, _VERSION_2, _VERSION_3, _VERSION_4)
 
 
 def check_version(application_id: int, version: int, newest: int, where: str) -> None:
-    """Refuse what is no project, and a project that this program is too old for.
-
-    Raises
-    ------
-    InputError
-        If the file is another program's or a newer forcelab's.
-    """
+    """Refuse another program's file, and a newer forcelab's."""
     if application_id != APPLICATION_ID:
         raise InputError(
             f"'{where}' was not written by forcelab; choose a folder that holds a project."
@@ -214,31 +208,19 @@ def check_version(application_id: int, version: int, newest: int, where: str) ->
 def migrate(connection: sqlite3.Connection, where: str, steps: Sequence[Step] = MIGRATIONS) -> None:
     """Carry out the steps that a project has not seen, each in a transaction of its own.
 
-    Parameters
-    ----------
-    connection : sqlite3.Connection
-        In autocommit mode.
-    where : str
-        The file's name for messages.
-    steps : sequence of tuple of str
-        The SQL statements of each step, in order.
-
-    Raises
-    ------
-    InputError
-        If the project was written by a newer version.
+    The connection is in autocommit mode; `where` names the project in errors.
     """
     migrated = False
     while True:
-        version = _pragma(connection, "user_version")
+        version = pragma(connection, "user_version")
         if version == len(steps):
             _check_content(connection, tuple(steps), where)
             break
         connection.execute("BEGIN IMMEDIATE")
         try:
             # Another process may have done the step while this one waited for the lock.
-            version = _pragma(connection, "user_version")
-            check_version(_pragma(connection, "application_id"), version, len(steps), where)
+            version = pragma(connection, "user_version")
+            check_version(pragma(connection, "application_id"), version, len(steps), where)
             if version < len(steps):
                 _check_content(connection, tuple(steps[:version]), where)
                 for statement in steps[version]:
@@ -289,6 +271,6 @@ def _check_content(connection: sqlite3.Connection, steps: tuple[Step, ...], wher
     )
 
 
-def _pragma(connection: sqlite3.Connection, name: str) -> int:
+def pragma(connection: sqlite3.Connection, name: str) -> int:
     """The value of a whole-number pragma."""
     return int(connection.execute(f"PRAGMA {name}").fetchone()[0])

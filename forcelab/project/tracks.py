@@ -45,8 +45,8 @@ from forcelab.project.records import (
     Edit,
     EditKind,
     Origin,
-    segments_from_json,
-    segments_to_json,
+    segments_from_text,
+    segments_to_text,
     utc_now,
 )
 from forcelab.project.runs import LabelsUsed
@@ -143,8 +143,8 @@ def _edit_from(row: sqlite3.Row) -> Edit:
             time=datetime.fromisoformat(row["time"]),
             what=row["what"],
             position=row["position"],
-            removed=segments_from_json(json.loads(row["removed"])),
-            inserted=segments_from_json(json.loads(row["inserted"])),
+            removed=segments_from_text(row["removed"]),
+            inserted=segments_from_text(row["inserted"]),
             reverts=row["reverts"],
             proposed_by=row["proposed_by"],
         )
@@ -413,20 +413,9 @@ class TrackStore:
     def replay(self, edits: Iterable[Edit]) -> dict[int, int]:
         """Make edits again as they were made, with their times, all or nothing.
 
-        Parameters
-        ----------
-        edits : iterable of Edit
-            In the order in which they were made, as from :meth:`history`.
-
-        Returns
-        -------
-        dict of int to int
-            The new number of each edit by its old one.
-
-        Raises
-        ------
-        InputError
-            If an edit does not fit what the edits before it left, or its demonstration is not here.
+        They come in the order in which they were made, as from :meth:`history`. Gives the new
+        number of each by its old one. Refused if one does not fit what those before it left, or its
+        demonstration is not here.
         """
         numbers: dict[int, int] = {}
         with self._db.writing():
@@ -467,14 +456,9 @@ class TrackStore:
         return origins
 
     def edits_since(self, labels: Sequence[LabelsUsed], tasks: Sequence[str] = ()) -> int:
-        """How many edits some labels have had since, and how many demonstrations are new.
+        """How many edits labels have had since, and how many demonstrations of `tasks` are new.
 
-        Parameters
-        ----------
-        labels : sequence of LabelsUsed
-            Whose later edits are counted; one that was taken back counts for nothing.
-        tasks : sequence of str
-            Their demonstrations that `labels` does not name are counted.
+        An edit that was taken back counts for nothing; new is what `labels` does not name.
         """
         used_json = json.dumps([[used.demonstration, used.author, used.edit] for used in labels])
         edited = self._db.all(
@@ -664,8 +648,8 @@ class TrackStore:
             time=change.time.isoformat(),
             what=change.what,
             position=change.position,
-            removed=json.dumps(segments_to_json(change.removed), ensure_ascii=False),
-            inserted=json.dumps(segments_to_json(change.inserted), ensure_ascii=False),
+            removed=segments_to_text(change.removed),
+            inserted=segments_to_text(change.inserted),
             reverts=change.reverts,
             parent=parent,
             proposed_by=change.proposed_by,

@@ -29,11 +29,9 @@ def opencv() -> ModuleType:
 
 @dataclass(frozen=True, slots=True)
 class Codec:
-    #: name, fourcc and suffix: What people call it, its four letters, and the file ending of its
-    #: container.
-    name: str
-    fourcc: str
-    suffix: str
+    name: str  #: what people call it
+    fourcc: str  #: its four letters
+    suffix: str  #: of files of its container
 
 
 #: The codecs that OpenCV's wheels are known to write and read.
@@ -48,11 +46,9 @@ FRAMES = 5
 
 
 def try_codec(codec: Codec) -> bool:
-    """Write a few frames, read them back, and say whether they all came back.
+    """Write a few frames, and say whether they all come back: one that opens may still give none.
 
-    A codec that opens may still give no frame, so that nothing short of trying tells.
-
-    `ImportError` if OpenCV is not installed, or lacks a library of the system.
+    `ImportError` as of :func:`opencv`.
     """
     cv2 = opencv()
     with _temporary_folder() as folder:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Generator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +49,7 @@ SAME = 1e-6
 class Index:
     """The frames of a video in the order in which they are shown; n of them."""
 
-    #: (n,), timestamp of each frame in seconds, strictly increasing, from 0 for the first frame.
+    #: (n,), timestamp of each frame, s, strictly increasing, from 0.
     times: NDArray[np.float64]
     #: (m,), numbers of the frames from which decoding can begin, rising; the first is 0.
     keys: NDArray[np.int64]
@@ -65,43 +65,30 @@ class Index:
 
 
 def last_at(times: NDArray[np.float64], time: float) -> int:
-    """The last frame at or before a time; -1 before the first.
+    """The last frame at or before a time (s); -1 before the first.
 
-    `times` (n,): timestamps of the frames, s, strictly increasing; `time`: on the same clock. A
-    frame's own time gives that frame, also when it is off by up to a microsecond from being carried
-    to another clock and back.
+    A frame's own time gives that frame, also when it is off by up to a microsecond from being
+    carried to another clock and back.
     """
     return int(np.searchsorted(times, time + SAME, side="right")) - 1
 
 
-def nominal_fps(path: Path) -> float:
-    """Frames a second that a video says it has, to be told to others; 0 where it does not say."""
+def stated_rate_and_length(path: Path) -> tuple[float, float]:
+    """Frames a second and seconds that a video says it has; 0 where it does not say."""
     try:
         capture = open_video(path)
     except InputError:
-        return 0.0
-    rate = float(capture.get(opencv().CAP_PROP_FPS))
-    capture.release()
-    return rate if 0 < rate < 1e6 else 0.0
-
-
-def stated_length(path: Path) -> float:
-    """Seconds that a video says it lasts, to be told to others; 0 where it does not say."""
-    try:
-        capture = open_video(path)
-    except InputError:
-        return 0.0
+        return 0.0, 0.0
     frames = float(capture.get(opencv().CAP_PROP_FRAME_COUNT))
     rate = float(capture.get(opencv().CAP_PROP_FPS))
     capture.release()
-    return frames / rate if 0 < rate < 1e6 and 0 < frames < 1e9 else 0.0
+    if not 0 < rate < 1e6:
+        return 0.0, 0.0
+    return rate, frames / rate if 0 < frames < 1e9 else 0.0
 
 
 def open_video(path: Path, *, packets: bool = False) -> Any:
-    """Open a video.
-
-    `packets`: whether to read compressed packets rather than frames.
-    """
+    """Open a video, to read its frames or its compressed packets."""
     if not path.is_file():
         raise InputError(
             f"The video '{path}' is not there; put it back or add the demonstration again."
@@ -209,7 +196,7 @@ def _beginning(path: Path) -> tuple[list[float], str]:
     cv2 = opencv()
     capture = open_video(path)
     try:
-        letters = int(capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little", signed=False)
+        letters = int(capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little")
         codec = letters.decode("ascii", "replace").strip("\0 ")
         stamps: list[float] = []
         while len(stamps) < COMPARED and capture.grab():
@@ -221,7 +208,7 @@ def _beginning(path: Path) -> tuple[list[float], str]:
     return stamps, codec
 
 
-def _refuse(path: Path, codec: str, packets: bool) -> None:
+def _refuse(path: Path, codec: str, packets: bool) -> NoReturn:
     """Say why there is no frame."""
     if not packets:
         raise InputError(f"The video '{path}' has no frame; record or copy it again.")

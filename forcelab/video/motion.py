@@ -24,10 +24,8 @@ STRETCH = 15
 
 @dataclass(frozen=True, eq=False)
 class MotionEnergy:
-    #: (n,), timestamps of the frames on the video's own clock, s, strictly increasing, from 0.
-    times: NDArray[np.float64]
-    #: (n,), how much each frame differs from the one before it, in grey levels of 0..255; the first
-    #: is 0.
+    times: NDArray[np.float64]  #: (n,), of the frames on the video's own clock, s, from 0
+    #: (n,), how much each differs from the one before it, in grey levels of 0..255; the first is 0
     energy: NDArray[np.float64]
 
 

@@ -39,16 +39,13 @@ SHORT = 60
 
 
 class Decoder:
-    """One place in a video, from which frames are decoded one after the other.
-
-    `at`: the frame that was decoded last; -1 before the first one; `lost`: whether it is where no
-    frame is known.
-    """
+    """One place in a video, from which frames are decoded one after the other."""
 
     def __init__(self, path: Path, index: Index) -> None:
         self._path, self._index = path, index
         self._capture = open_video(path)
-        self.at, self.lost = -1, False
+        self.at = -1  # the frame that was decoded last; -1 before the first one
+        self.lost = False  # whether it is where no frame is known
 
     def get(self, what: int) -> float:
         """A property of the video, by OpenCV's number of it."""
@@ -92,10 +89,7 @@ class Decoder:
 
 
 class DecoderPool:
-    """The decoders of one video; never empty.
-
-    `room`: bytes that all but the first may take, about.
-    """
+    """The decoders of one video; never empty. All but the first take about `room` bytes."""
 
     def __init__(self, path: Path, index: Index, room: int = ROOM) -> None:
         self._path, self._index = path, index
@@ -120,8 +114,7 @@ class DecoderPool:
     def near(self, number: int, last: Decoder, behind: int) -> Decoder | None:
         """The one that is nearest before a frame; None where its key frame is nearer.
 
-        `behind`: how many of the frames before are wanted, too: another decoder has to come by
-        them.
+        So many of the frames `behind` are wanted, too: another than the `last` has to come by them.
         """
         first = self._keys[self.start(number)] - LEAD
         fit = [
@@ -187,14 +180,8 @@ class VideoReader:
     """Exact random access to the frames of a video.
 
     A frame is known by its timestamp, never by counting: each one that the decoder gives is looked
-    up in the index of timestamps.
-
-    `index`: its index, if it was read before with :func:`~forcelab.video.index.indexing`; `cache`:
-    bytes that kept frames may take; at least two frames are kept; `times` (n,): timestamp of each
-    frame in seconds, strictly increasing, from 0 for the first frame; `remark`: what is to be said
-    about the file; empty where nothing is.
-
-    Not for several threads at once.
+    up in the index of timestamps, which is read unless it is given. Kept frames take `cache` bytes,
+    but at least two are kept. Not for several threads at once.
     """
 
     def __init__(self, path: Path, index: Index | None = None, cache: int = CACHE) -> None:
@@ -261,10 +248,9 @@ class VideoReader:
         return frame
 
     def frame(self, number: int) -> Frame:
-        """One frame.
+        """One frame, (height, width, 3): red, green, blue; contiguous and read-only.
 
-        `number`: from 0, in the order of their times. Gives (height, width, 3): red, green, blue;
-        contiguous and read-only. `IndexError` if there is no such frame.
+        Numbers count from 0, in the order of the times. `IndexError` if there is no such frame.
         """
         result: list[Frame] = []
 
@@ -276,13 +262,10 @@ class VideoReader:
         return result[0]
 
     def reaching(self, number: int, passed: int | None = None) -> Generator[None, None, Frame]:
-        """Decode up to a frame as a job that yields after each frame that is passed.
+        """Decode up to a frame, as of :meth:`frame`, as a job that yields after each one it passes.
 
-        To stop iterating loses nothing: the next request goes on from there.
-
-        `number`: from 0, in the order of their times; `passed`: how many of the frames before it
-        are kept when they are passed; by default a few, and many once requests go backwards.
-        Gives (height, width, 3): as of :meth:`frame`. `IndexError, InputError` as :meth:`frame`.
+        To stop iterating loses nothing: the next request goes on from there. So many of the frames
+        `passed` are kept; by default a few, and many once requests go backwards.
         """
         if not 0 <= number < len(self):
             raise IndexError(f"no frame {number} in a video of {len(self)}")
@@ -302,7 +285,10 @@ class VideoReader:
         while number not in self._cache:
             if not self._step(decoder, number - passed, number) or decoder.at > number:
                 decoder.lost = True
-                raise self._undecodable(number)
+                raise InputError(
+                    f"Frame {number + 1} of '{self.path}', at {self.times[number]:.3f} s, cannot "
+                    f"be decoded; copy the video again, or convert it to H.264."
+                )
             yield
         return self._cache[number]
 
@@ -339,13 +325,6 @@ class VideoReader:
         while self._bytes > self._room and len(self._cache) > 2:
             self._bytes -= self._cache.popitem(last=False)[1].nbytes
 
-    def _undecodable(self, number: int) -> InputError:
-        """What is said of a frame that cannot be decoded."""
-        return InputError(
-            f"Frame {number + 1} of '{self.path}', at {self.times[number]:.3f} s, cannot be "
-            f"decoded; copy the video again, or convert it to H.264."
-        )
-
 
 #: Bytes that the sketches of one video may take: room for some minutes.
 THUMBNAIL_ROOM = 128 * 2**20
@@ -358,10 +337,7 @@ SHORT_VIDEO = 30
 
 
 class Thumbnails:
-    """Small pictures of the frames of a video.
-
-    `room`: bytes that they may take.
-    """
+    """Small pictures of the frames of a video, which may take `room` bytes."""
 
     def __init__(self, path: Path, index: Index, room: int = THUMBNAIL_ROOM) -> None:
         self.path = path

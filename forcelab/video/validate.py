@@ -25,12 +25,10 @@ GAP, STEPS = 0.4, 5
 
 
 def check_video(path: Path, seconds: float) -> str:
-    """Refuse a file that is no video, before it is copied, and tell where one is damaged.
+    """Refuse a file that is no video, before it is copied; gives a sentence where one is damaged.
 
-    The packets are listed and a few frames decoded, never a long film.
-
-    `seconds`: how long the recording is that it shows. Gives a sentence on what cannot be shown of
-    it; empty where nothing was found.
+    The packets are listed and a few frames decoded, never a long film. `seconds` is how long the
+    recording is that it shows.
     """
     if not path.is_file():
         raise InputError(f"There is no file '{path}'; look at its name.")
@@ -38,22 +36,18 @@ def check_video(path: Path, seconds: float) -> str:
     until = monotonic() + PATIENCE
     try:
         index = _read_index(path, until)
-        remark = (
-            ""
-            if index is None
-            else (index.remark or _gap_remark(path, index) or _hole_remark(path, index, until))
-        )
+        if index is None:
+            return ""
+        remark = index.remark or _gap_remark(path, index) or _hole_remark(path, index, until)
     except InputError as error:  # such as a codec that this machine lacks
         return str(error)
-    if index is None or remark:
-        return remark
     lasts = float(index.times[-1])
-    if lasts < SHORT * seconds:
-        return (
+    if not remark and lasts < SHORT * seconds:
+        remark = (
             f"'{path.name}' lasts {lasts:.2f} s, its recording {seconds:.2f} s; copy it again if "
             "there is a longer one."
         )
-    return ""
+    return remark
 
 
 def _read_index(path: Path, until: float) -> Index | None:
