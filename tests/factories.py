@@ -428,6 +428,13 @@ def make_foam_project(path: Path, tracks: tuple[tuple[str, tuple[Segment, ...]],
             project.tracks.edit(recording.id, author, (), track, "made") if track else None
 
 
+def add_foam_demonstration(project: Project, name: str) -> str:
+    """Add one like that of `make_foam_project`, with other signals; gives its id."""
+    recording = foam_demonstration()
+    other = replace(recording, name=name, signals=recording.signals + 1)
+    return project.demonstrations.add(other).id
+
+
 def make_painted_project(path, segments, seconds):
     """A project of two demonstrations; Ada has painted on the first one."""
     times = np.arange(int(seconds * 100)) / 100
