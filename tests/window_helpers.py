@@ -36,6 +36,11 @@ def pixels(image: QImage) -> NDArray[np.int64]:
     return rows[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).astype(int)
 
 
+def named(parent, kind, name):
+    """The control of a kind that has this name for screen readers."""
+    return next(child for child in parent.findChildren(kind) if child.accessibleName() == name)
+
+
 @contextmanager
 def shown_widget(app, widget, size=(320, 400)):
     """A widget on screen."""
@@ -60,7 +65,6 @@ def open_painted_document(folder, segments=PAINTED_TRACK, seconds=10.0):
     """A document in which Ada's track over ten seconds is open."""
     path = cached_project(make_painted_project, folder / "study.forcelab", tuple(segments), seconds)
     document = Document("Ada")
-    document.told = status_messages(document)
     document.open_project(path)
     document.open_demonstration("01")
     yield document
