@@ -428,6 +428,20 @@ def make_foam_project(path: Path, tracks: tuple[tuple[str, tuple[Segment, ...]],
             project.tracks.edit(recording.id, author, (), track, "made") if track else None
 
 
+def add_foam_demonstration(project: Project, name: str) -> str:
+    """Add one like that of `make_foam_project`, with other signals; gives its id."""
+    recording = foam_demonstration()
+    other = replace(recording, name=name, signals=recording.signals + 1)
+    return project.demonstrations.add(other).id
+
+
+def remove_demonstration(project: Project, id_: str) -> None:
+    """Remove a demonstration with the labels of everybody."""
+    authors = project.demonstrations.info(id_).authors
+    heads = {author: project.tracks.head(id_, author) for author in authors}
+    project.demonstrations.remove_all({id_: heads})
+
+
 def make_painted_project(path, segments, seconds):
     """A project of two demonstrations; Ada has painted on the first one."""
     times = np.arange(int(seconds * 100)) / 100
@@ -481,6 +495,7 @@ BAYES_SETTINGS = preset("paper").replace(classifier="naive-bayes", max_scale=32.
 #: With these a small project is evaluated in a tenth of a second.
 FAST_OPTIONS = ["--classifier", "naive-bayes", "--max-scale", "64", "--jobs", "1"]
 FOAM_SELECTION = DataSelection(("foam",))
+NO_PROVENANCE = Provenance(settings={}, seed=None, labels=(), versions={})
 
 
 def make_evaluated_project(
@@ -609,6 +624,11 @@ def grab_probabilities(*parts, rate=50.0):
     return ProbabilityTrace(0.0, rate, ("grab", "hold"), values)
 
 
+def add_run(project: Project, **result: object) -> int:
+    """Store a run of which nothing is asked but that it is there; gives its number."""
+    return project.runs.add("evaluate", NO_PROVENANCE, result=result)
+
+
 def run_result_of(project, number=1, task="foam", author="Ann", proposed=(), **changes):
     """A run that has tested every labelled demonstration of a task."""
     infos = project.demonstrations.infos(task)
@@ -634,9 +654,7 @@ def run_result_of(project, number=1, task="foam", author="Ann", proposed=(), **c
             reviewed(i, project.tracks.get(i.id, author).segments) for i in infos if i.labelled
         ),
         proposals=tuple(reviewed(i, ()) for i in infos if not i.labelled),
-        recogniser=project.runs.add_recogniser(
-            "tiny", b"tiny", Provenance(settings={}, seed=None, labels=(), versions={})
-        ),
+        recogniser=project.runs.add_recogniser("tiny", b"tiny", NO_PROVENANCE),
         seconds={"features": 0.25, "fit": 3.5, "predict": 0.1, "filter": 0.05},
     )
     return replace(result, **changes)

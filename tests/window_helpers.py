@@ -36,6 +36,11 @@ def pixels(image: QImage) -> NDArray[np.int64]:
     return rows[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).astype(int)
 
 
+def named(parent, kind, name):
+    """The control of a kind that has this name for screen readers."""
+    return next(child for child in parent.findChildren(kind) if child.accessibleName() == name)
+
+
 @contextmanager
 def shown_widget(app, widget, size=(320, 400)):
     """A widget on screen."""
@@ -48,13 +53,18 @@ def shown_widget(app, widget, size=(320, 400)):
     app.processEvents()
 
 
+def status_messages(document) -> list[tuple[str, bool]]:
+    """What the status line says from now on, and whether that is trouble."""
+    messages: list[tuple[str, bool]] = []
+    document.message_shown.connect(lambda text, trouble: messages.append((text, trouble)))
+    return messages
+
+
 @contextmanager
 def open_painted_document(folder, segments=PAINTED_TRACK, seconds=10.0):
     """A document in which Ada's track over ten seconds is open."""
     path = cached_project(make_painted_project, folder / "study.forcelab", tuple(segments), seconds)
     document = Document("Ada")
-    document.told = []  # what was said in the status line
-    document.message_shown.connect(lambda text, trouble: document.told.append((text, trouble)))
     document.open_project(path)
     document.open_demonstration("01")
     yield document

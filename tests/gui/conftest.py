@@ -5,7 +5,7 @@ import threading
 import time
 
 import pytest
-from window_helpers import PATIENCE
+from window_helpers import PATIENCE, status_messages
 
 
 @pytest.fixture(scope="session")
@@ -29,6 +29,12 @@ def keys(app):
     from forcelab.gui.shortcuts import Keys
 
     return Keys()
+
+
+@pytest.fixture
+def messages(document):
+    """What the status line says from now on, and whether that is trouble."""
+    return status_messages(document)
 
 
 @pytest.fixture

@@ -6,6 +6,7 @@ import PySide6
 import pytest
 from PySide6.QtCore import QUrl, qVersion
 from PySide6.QtWidgets import QApplication, QLabel
+from window_helpers import status_messages
 
 from forcelab.gui import dialogs, settings
 from forcelab.gui import help as help_module
@@ -81,7 +82,7 @@ def test_wide_output_is_broken_and_tables_stand_apart(app):
 
 def test_where_no_manual_is_installed_it_is_said(app, monkeypatch):
     monkeypatch.setattr(help_module, "manual", lambda: "")
-    document, messages = Document("Ada"), []
-    document.message_shown.connect(lambda sentence, trouble: messages.append((sentence, trouble)))
+    document = Document("Ada")
+    messages = status_messages(document)
     dialogs.show_manual(document, None)
     assert messages == [("The manual is not installed here.", True)]

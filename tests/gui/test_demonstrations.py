@@ -3,10 +3,8 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -33,7 +31,6 @@ from forcelab.labels import Segment, Track
 from forcelab.project import DemonstrationInfo, NewDemonstration, Project
 from forcelab.text import natural_order
 
-MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
 LONG = "a demonstration whose name " + "is very long indeed " * 12 + "and ends so"
 
 #: Asks for a second what is chosen while another thread makes and searches for garbage.
@@ -63,12 +60,6 @@ document.close()
 """
 
 
-@pytest.fixture
-def tmp_path():
-    with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
-        yield Path(folder)
-
-
 def incoming(name: str, task: str, seed: int, **labelled: float) -> NewDemonstration:
     """A demonstration of 10 s of which each author has labelled so many."""
     times = np.arange(100) / 10
@@ -78,6 +69,11 @@ def incoming(name: str, task: str, seed: int, **labelled: float) -> NewDemonstra
     )
     demonstration = Demonstration(name, task, times, signals, (Channel("fz", "N"),))
     return NewDemonstration(demonstration, tracks, f"/data/{name}.csv"[:80])
+
+
+def info(id_: str, name: str, task: str = "foam", **labelled: float) -> DemonstrationInfo:
+    """What the list is told of a demonstration of 9 s; of each author, the seconds labelled."""
+    return DemonstrationInfo(id_, name, task, 9, (), 1.0, 9.0, labelled, True, "")
 
 
 def study(path):
@@ -91,7 +87,7 @@ def study(path):
                 incoming(LONG, "a task with a rather long name of its own for once", 4),
             ]
         )
-        block = next(one.id for one in added if one.name == "block")
+        block = next(info.id for info in added if info.name == "block")
         project.tracks.edit(
             block, "net", (), (Segment(0.0, 1.0, "grab"),), "predicted", kind="predict"
         )
@@ -120,16 +116,12 @@ def listing(document):
     listing.deleteLater()
 
 
-@pytest.fixture
-def messages(document):
-    """What the status line says, and whether that is trouble."""
-    reported = []
-    document.message_shown.connect(lambda *what: reported.append(what))
-    return reported
-
-
 def id_of(document: Document, name: str) -> str:
     return next(info.id for info in document.infos if info.name == name)
+
+
+def open_named(document: Document, name: str) -> bool:
+    return document.open_demonstration(id_of(document, name))
 
 
 def shown(listing: DemonstrationList) -> dict[str, list[str]]:
@@ -148,8 +140,13 @@ def click(listing: DemonstrationList, at: QModelIndex | str, modifier=Qt.NoModif
     QTest.mouseClick(listing.view.viewport(), Qt.MouseButton.LeftButton, modifier, where, delay=1)
 
 
+def chosen_rows(listing: DemonstrationList) -> list[DemonstrationRow]:
+    selected, index_of = listing.view.selectionModel().isSelected, listing.model.index_of
+    return [row for row in listing.model.rows if selected(index_of(row.info.id))]
+
+
 def chosen(listing: DemonstrationList) -> list[str]:
-    return [row.info.name for row in listing._chosen()]
+    return [row.info.name for row in chosen_rows(listing)]
 
 
 def entries(
@@ -182,7 +179,7 @@ def test_the_model_is_as_qt_wants_it(listing, document):
     )
     listing.search.setText("pen")
     listing.search.setText("")
-    document.open_demonstration(id_of(document, "pen-2"))
+    open_named(document, "pen-2")
     document.close()
     assert listing.model.rowCount() == 0
 
@@ -213,13 +210,13 @@ def test_zero_and_hundred_percent_are_nothing_and_everything(share, reported):
 
 
 def test_painting_past_the_end_is_not_more_than_everything():
-    info = DemonstrationInfo("0" * 32, "x", "t", 2, (), 1.0, 10.0, {"anna": 10.7}, False, "")
-    assert rows_of([info], [], "anna")[0].share == 1.0
-    assert rows_of([info], [], "bert")[0].others == (("anna", 1.0),)
+    infos = [info("0" * 32, "x", anna=9.7)]
+    assert rows_of(infos, [], "anna")[0].share == 1.0
+    assert rows_of(infos, [], "bert")[0].others == (("anna", 1.0),)
 
 
 def test_what_is_painted_is_soon_in_the_list(listing, document, until):
-    document.open_demonstration(id_of(document, "pen-10"))
+    open_named(document, "pen-10")
     store = document.project.demonstrations
     store.infos = lambda: pytest.fail("the whole list was read")
     assert document.editor.paint(0.0, 2.0, "grab")
@@ -228,7 +225,7 @@ def test_what_is_painted_is_soon_in_the_list(listing, document, until):
     until(lambda: row(listing, "pen-10").share == 0.0)
     assert document.editor.paint(0.0, 3.0, "grab")
     document.refresh_info()
-    document.open_demonstration(id_of(document, "pen-2"))
+    open_named(document, "pen-2")
     document.listing_changed.emit()
     assert row(listing, "pen-10").share == pytest.approx(0.3)
     del store.infos
@@ -298,19 +295,19 @@ def test_each_task_is_sorted_as_one_wishes_and_so_the_next_time(listing, documen
 
 def test_what_the_coder_labelled_last_comes_first_with_its_task(listing, document):
     sort(listing, "edit")
-    document.open_demonstration(id_of(document, "pen-10"))
+    open_named(document, "pen-10")
     before = shown(listing)
     document.editor.paint(1.0, 2.0, "grab")
     document.refresh_info()
     assert shown(listing) == before  # nothing moves below the hand
-    document.open_demonstration(id_of(document, "sponge"))
+    open_named(document, "sponge")
     after = shown(listing)
     assert next(iter(after)) == "stylus"
     assert after["stylus"] == ["pen-10", "pen-2"]
     project, pen = document.project, id_of(document, "pen-2")
     project.tracks.edit(pen, "bert", project.tracks.get(pen, "bert").segments, (), "erased")
     document.refresh_listing()
-    document.open_demonstration(id_of(document, "block"))
+    open_named(document, "block")
     assert shown(listing)["stylus"] == ["pen-10", "pen-2"]  # what others do does not count
 
 
@@ -335,31 +332,31 @@ def test_next_and_previous_stay_among_what_is_shown(listing, document, messages)
 def test_the_next_one_to_label_is_found_wherever_it_is(listing, document, messages):
     names = [row.info.name for row in listing.model.rows]
     assert names == [LONG, "block", "sponge", "pen-2", "pen-10"]  # anna began block and pen-2
-    document.open_demonstration(id_of(document, "block"))
-    opened = []
+    open_named(document, "block")
+    names_opened = []
     for _ in range(3):
         listing.open_to_label()
-        opened.append(document.demonstration.name)
-    assert opened == ["sponge", "pen-10", LONG]  # and from the end it begins anew
+        names_opened.append(opened(document))
+    assert names_opened == ["sponge", "pen-10", LONG]  # and from the end it begins anew
     listing.menu.set_done([id_of(document, LONG), id_of(document, "pen-10")], True)
     listing.menu.assign([id_of(document, "pen-2")], "anna")  # begun, but somebody waits for it
     listing.open_to_label()
     listing.open_to_label()
-    assert document.demonstration.name == "pen-2"
+    assert opened(document) == "pen-2"
     listing.search.setText("pen")
     listing.open_to_label()
-    assert document.demonstration.name == "pen-2"
+    assert opened(document) == "pen-2"
     assert messages[-1][0] == "No other demonstration in the list is left to label."
 
 
 def test_going_on_by_a_key_with_ctrl_chooses_that_one_alone(listing, document):
-    document.open_demonstration(id_of(document, "block"))
+    open_named(document, "block")
     screen = listing.window().windowHandle()
     QTest.keyPress(screen, Qt.Key.Key_Control, Qt.KeyboardModifier.ControlModifier)
     listing.open_to_label()
     listing.open_to_label()
     QTest.keyRelease(screen, Qt.Key.Key_Control)
-    assert chosen(listing) == [document.demonstration.name]
+    assert chosen(listing) == [opened(document)]
 
 
 def test_another_thread_may_search_for_garbage_meanwhile(path):
@@ -374,40 +371,39 @@ def test_several_are_chosen_and_put_right_at_once(listing, document, until):
     click(listing, "pen-2", Qt.ControlModifier)
     click(listing, "pen-10", Qt.ControlModifier)
     assert document.id == first  # to choose is not to open
-    rows = listing._chosen()
+    rows = chosen_rows(listing)
     assert chosen(listing) == ["sponge", "pen-2", "pen-10"]
-    assert listing._count.isVisible()
-    assert listing._count.text() == "3 chosen"
+    (count,) = [label for label in listing.findChildren(QLabel) if label.text() == "3 chosen"]
+    assert count.isVisible()
     reads = []
     document.listing_changed.connect(lambda: reads.append(None))
     entries(listing, rows)["Mark 3 as done"].trigger()
     assert len(reads) == 1  # read once for all of them
-    assert {
-        one.demonstration for one in document.project.coding.assignments("anna") if one.done
-    } == {row.info.id for row in rows}
+    assigned = document.project.coding.assignments("anna")
+    assert {a.demonstration for a in assigned if a.done} == {row.info.id for row in rows}
     assert chosen(listing) == ["sponge", "pen-2", "pen-10"]
-    again = entries(listing, listing._chosen())
+    again = entries(listing, chosen_rows(listing))
     assert "Mark 3 as done" not in again
     again["Withdraw 3 assignments (anna)"].trigger()
     assert not document.project.coding.assignments("anna")
     assert listing.menu.set_task([row.info.id for row in rows], "marker")
     assert [info.task for info in document.infos if info.name.startswith("pen")] == ["marker"] * 2
     click(listing, "block")
-    assert document.demonstration.name == "block"
+    assert opened(document) == "block"
     assert chosen(listing) == ["block"]
-    assert listing._count.isHidden()
+    assert count.isHidden()
 
 
 def test_what_is_opened_is_chosen_alone(listing, document):
-    document.open_demonstration(id_of(document, "block"))
+    open_named(document, "block")
     listing.view.collapse(listing.model.index(2, 0))
     listing.choose_all()
-    assert len(listing._chosen()) == 5
+    assert len(chosen_rows(listing)) == 5
     assert listing.view.isExpanded(listing.model.index(2, 0))  # what is chosen is seen
     listing.open_next()
     assert chosen(listing) == ["sponge"]
     listing.search.setText("pen")
-    assert listing._chosen() == ()  # nothing of it seems chosen that is not shown
+    assert chosen(listing) == []  # nothing of it seems chosen that is not shown
 
 
 def test_filters_show_what_is_left_to_do(listing, document):
@@ -436,7 +432,7 @@ def show(listing: DemonstrationList, what: str) -> None:
 
 def test_what_is_half_labelled_is_never_lost(listing, document, until):
     show(listing, "unlabelled")
-    document.open_demonstration(id_of(document, "pen-10"))
+    open_named(document, "pen-10")
     document.editor.paint(0.0, 2.0, "grab")
     until(lambda: row(listing, "pen-10").share > 0)
     document.refresh_info()
@@ -444,7 +440,7 @@ def test_what_is_half_labelled_is_never_lost(listing, document, until):
     current = listing.model.at(listing.view.currentIndex())
     assert isinstance(current, DemonstrationRow)
     assert current.info.name == "pen-10"
-    document.open_demonstration(id_of(document, "sponge"))
+    open_named(document, "sponge")
     assert "stylus" not in shown(listing)
     show(listing, "begun")
     assert shown(listing) == {"foam": ["sponge"], "stylus": ["pen-2", "pen-10"]}
@@ -456,7 +452,7 @@ def test_what_is_half_labelled_is_never_lost(listing, document, until):
 
 
 def test_a_filtered_list_highlights_only_what_is_open(listing, document):
-    document.open_demonstration(id_of(document, "pen-2"))
+    open_named(document, "pen-2")
     for name in ("block", "sponge"):
         listing.view.setCurrentIndex(listing.model.index_of(id_of(document, name)))
         listing.search.setText("foam")
@@ -503,7 +499,8 @@ def test_who_assigns_is_told_that_it_is_done(
     listing, document, messages, monkeypatch, names, reported
 ):
     monkeypatch.setattr(QInputDialog, "getItem", lambda *_: ("bert", True))
-    listing.menu._ask_assign([id_of(document, name) for name in names])
+    menu = entries(listing, [row(listing, name) for name in names])
+    next(entry for text, entry in menu.items() if text.startswith("Assign ")).trigger()
     assert (reported, False) in messages
     assert len(document.project.coding.assignments("bert")) == len(names)
 
@@ -526,7 +523,7 @@ def test_what_the_menu_does_is_in_the_project(listing, document, messages, tmp_p
     assert document.demonstration.video is not None
     assert row(listing, "pencil").info.has_video
     assert menu.set_done([id_], True)
-    assert [one.done is not None for one in project.coding.assignments("anna")] == [True]
+    assert [a.done is not None for a in project.coding.assignments("anna")] == [True]
     assert menu.set_done([id_], False)
     assert menu.unassign([id_], "anna")
     assert project.coding.assignments() == ()
@@ -536,7 +533,7 @@ def test_a_demonstration_changes_its_task_and_comes_back(listing, document):
     def titles() -> dict[str, QAction]:
         return entries(listing, [row(listing, "pen-2")])
 
-    document.open_demonstration(id_of(document, "pen-2"))
+    open_named(document, "pen-2")
     assert not any("Back" in title for title in titles())
     assert listing.menu.set_task([document.id], "foam")
     assert shown(listing)["foam"] == ["block", "pen-2", "sponge"]
@@ -561,7 +558,7 @@ def test_what_was_imported_by_mistake_is_removed(listing, document, messages):
 def test_several_are_removed_at_once_or_none_of_them(listing, document, messages, monkeypatch):
     names = ("pen-2", "pen-10", "block")
     rows = [row(listing, name) for name in names]
-    ids = [one.info.id for one in rows]
+    ids = [row.info.id for row in rows]
     document.open_demonstration(ids[1])
     action = entries(listing, rows)["Remove 3 from the project…"]
     questions = []
@@ -575,16 +572,16 @@ def test_several_are_removed_at_once_or_none_of_them(listing, document, messages
     action.trigger()
     assert "the labels of bert (on 1)" in questions[0].text.text()
     assert "bert" in questions[0].others.text()
-    assert {one.id for one in document.infos} >= set(ids)
+    assert {info.id for info in document.infos} >= set(ids)
     tracks, head = document.project.tracks, document.project.tracks.head
     with monkeypatch.context() as stale:  # bert has gone on labelling one of them meanwhile
         stale.setattr(tracks, "head", lambda *at: head(*at) - (at == (ids[0], "bert")))
         action.trigger()
     assert len(questions) == 2
-    assert {one.id for one in document.infos} >= set(ids)
+    assert {info.id for info in document.infos} >= set(ids)
     assert document.id == ids[1]
     action.trigger()
-    assert not {one.id for one in document.infos} & set(ids)
+    assert not {info.id for info in document.infos} & set(ids)
     assert document.id == ""
     assert messages[-1][0] == "3 demonstrations were removed."
 
@@ -619,7 +616,7 @@ def test_what_cannot_be_done_is_said(listing, document, messages, tmp_path):
 
 
 def test_every_row_has_a_menu(listing, document):
-    document.open_demonstration(id_of(document, "pen-2"))
+    open_named(document, "pen-2")
     assert list(entries(listing, [row(listing, "block")])) == [
         "Open",
         "Mark as done",
@@ -665,7 +662,7 @@ def test_a_project_that_may_only_be_read_offers_only_to_open(app, path, monkeypa
 
 
 def test_what_another_window_does_shows_and_leaves_the_cursor_where_it_is(listing, document, path):
-    document.open_demonstration(id_of(document, "pen-2"))
+    open_named(document, "pen-2")
     listing.view.setCurrentIndex(listing.model.index_of(id_of(document, "sponge")))
     resets = []
     listing.model.modelReset.connect(lambda: resets.append(1))
@@ -710,7 +707,7 @@ def test_where_there_is_nothing_it_says_what_to_do(listing, document, tmp_path):
 def test_every_row_is_painted_within_its_box(app, listing, document, choice, width):
     theme.use_theme(app, choice)
     document.project.coding.assign(id_of(document, "block"), "anna")
-    document.open_demonstration(id_of(document, "pen-2"))
+    open_named(document, "pen-2")
     listing.resize(width, 400)
     image = listing.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
     index = listing.model.index_of(id_of(document, "pen-2"))
@@ -731,12 +728,7 @@ def test_a_tool_tip_of_a_name_that_looks_like_markup_shows_it(listing, document)
 
 
 def test_a_thousand_demonstrations_are_shown_at_once(app, listing, document):
-    infos = [
-        DemonstrationInfo(
-            f"{i:032x}", f"pen-{i}", f"task {i // 200}", 9, (), 1.0, 9.0, {"anna": 3.0}, True, ""
-        )
-        for i in range(1000)
-    ]
+    infos = [info(f"{i:032x}", f"pen-{i}", f"task {i // 200}", anna=3.0) for i in range(1000)]
     document.infos = tuple(infos)
     begun = time.process_time()
     document.listing_changed.emit()
@@ -749,7 +741,7 @@ def test_a_thousand_demonstrations_are_shown_at_once(app, listing, document):
 
 def test_words_are_found_in_name_task_and_id_in_any_order():
     infos = [
-        DemonstrationInfo(f"{i:032x}", name, task, 9, (), 1.0, 9.0, {}, True, "")
+        info(f"{i:032x}", name, task)
         for i, (name, task) in enumerate([("Grüße 1", "LEGO"), ("two", "LEGO"), ("GRÜSSE", "foam")])
     ]
     rows = rows_of(infos, [], "anna")
@@ -762,7 +754,7 @@ def test_words_are_found_in_name_task_and_id_in_any_order():
 def test_a_number_that_is_searched_finds_names_and_not_by_chance_ids():
     """A coder of 400 who looks for participant 12 is shown that one, not 45 strangers beside it."""
     infos = [
-        DemonstrationInfo(id_, name, "foam", 9, (), 1.0, 9.0, {}, True, "")
+        info(id_, name)
         for id_, name in [("12" * 16, "P03"), ("ab12cd" + "0" * 26, "P04"), ("7" * 32, "P12")]
     ]
     rows = rows_of(infos, [], "anna")
@@ -779,9 +771,9 @@ def test_an_index_that_is_nowhere_is_nothing(app):
 
 
 def test_what_was_painted_just_before_another_one_is_opened_stays_told(document, listing):
-    document.open_demonstration(id_of(document, "pen-10"))
+    open_named(document, "pen-10")
     document.editor.paint(0.0, 5.0, "grab")
-    document.open_demonstration(id_of(document, "block"))
+    open_named(document, "block")
     document.refresh_info()  # as the window does a moment later
     assert row(listing, "pen-10").share == pytest.approx(0.5, abs=0.01)
 
@@ -791,4 +783,4 @@ def test_another_one_is_opened_where_the_open_one_was_removed_elsewhere(document
     document.open_demonstration(gone)
     with Project.open(path) as other:
         other.demonstrations.remove_all({gone: {}})
-    assert document.open_demonstration(id_of(document, "block"))
+    assert open_named(document, "block")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from factories import cached_project, demonstration_result, run_result
 from PySide6.QtCore import QObject
+from window_helpers import status_messages
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import ForcelabError, StoreBusyError
@@ -58,9 +59,8 @@ class Heard(QObject):
 
     def __init__(self, document):
         super().__init__()
-        self.sentences = []
+        self.messages = status_messages(document)
         self.events = []
-        document.message_shown.connect(lambda text, trouble: self.sentences.append((text, trouble)))
         document.tracks_changed.connect(lambda: self.events.append("tracks_changed"))
 
 
@@ -99,7 +99,7 @@ def test_what_stands_in_the_way_is_said_and_nothing_changes(document):
     assert not document.editor.paint(3, 3, "hold")
     assert not document.editor.split(8)
     assert not document.editor.move_edge(0, "start", 2.5)
-    assert [trouble for _, trouble in listener.sentences] == [True] * 3
+    assert [trouble for _, trouble in listener.messages] == [True] * 3
     assert "tracks_changed" not in listener.events
     assert stored(document) == (Segment(1, 2, "grab"),)
 
@@ -109,7 +109,7 @@ def test_an_edit_from_elsewhere_is_not_written_over_but_shown(document):
         other.tracks.edit(document.id, "Ada", document.editor.segments, (), "emptied")
     listener = Heard(document)
     assert not document.editor.paint(1, 3, "hold")
-    assert listener.sentences[-1][1]
+    assert listener.messages[-1][1]
     assert document.editor.segments == ()
     assert document.editor.paint(1, 3, "hold")
     assert stored(document) == (Segment(1, 3, "hold"),)
@@ -155,9 +155,9 @@ def test_a_busy_store_is_told_where_others_tracks_are_asked_for(document, monkey
     monkeypatch.setattr(document.project.coding, "is_blind", busy)
     listener = Heard(document)
     assert document.other_authors() == ()
-    assert listener.sentences == [("Kept busy.", True)]
+    assert listener.messages == [("Kept busy.", True)]
     assert not document.set_done()
-    assert listener.sentences[1:].count(("Kept busy.", True)) == len(listener.sentences) - 1 > 0
+    assert listener.messages[1:].count(("Kept busy.", True)) == len(listener.messages) - 1 > 0
     monkeypatch.undo()
     assert document.project.coding.assignments() == ()
     assert document.other_authors() == ("Ben",)
@@ -287,7 +287,7 @@ def test_a_coder_cannot_take_a_models_name(document):
     listener = Heard(document)
     document.set_author("model LEGO")
     assert document.author == "Ada"
-    assert listener.sentences[-1][1]
+    assert listener.messages[-1][1]
     document.set_author("Ben")
     assert document.editor.segments == (Segment(3, 4, "pull"),)
     assert set(document.other_tracks) == {"Ada"}

@@ -7,7 +7,16 @@ import pytest
 from factories import foam_demonstration
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QComboBox, QMessageBox, QPushButton
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDoubleSpinBox,
+    QLabel,
+    QListWidget,
+    QMessageBox,
+    QPushButton,
+    QScrollArea,
+)
+from window_helpers import named
 
 from forcelab.formats.optoforce_packets import KINDS
 from forcelab.gui import import_dialog, settings
@@ -53,15 +62,37 @@ def dialog(open_on):
     return open_on(FOAM, FOAM.with_name("none.csv"))
 
 
+def file_list(dialog):
+    return named(dialog, QListWidget, "Files to import")
+
+
+def files(dialog):
+    """The paths that are listed."""
+    return [file_list(dialog).item(row).text() for row in range(file_list(dialog).count())]
+
+
+def import_button(dialog):
+    return next(button for button in dialog.findChildren(QPushButton) if button.isDefault())
+
+
+def report(dialog):
+    return dialog.findChild(QScrollArea).widget().text()
+
+
+def warns_of_no_task(dialog):
+    labels = dialog.findChildren(QLabel)
+    return any(label.isVisible() and "Enter the task" in label.text() for label in labels)
+
+
 def test_delete_leaves_a_file_out_and_the_first_import_is_opened(document, dialog, until):
-    dialog._files.setCurrentRow(1)
-    dialog._files.setFocus()
-    dialog._files.actions()[0].trigger()
-    assert dialog._files.count() == 1
-    QTest.mouseClick(dialog._go, Qt.MouseButton.LeftButton)
+    file_list(dialog).setCurrentRow(1)
+    file_list(dialog).setFocus()
+    file_list(dialog).actions()[0].trigger()
+    assert file_list(dialog).count() == 1
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
     until(lambda: document.id)
     assert document.demonstration.name == "foam-01"
-    assert "1 demonstration imported" in dialog._report_label.text()
+    assert "1 demonstration imported" in report(dialog)
 
 
 def test_counts_become_newtons_with_a_calibration_that_is_chosen(
@@ -71,10 +102,10 @@ def test_counts_become_newtons_with_a_calibration_that_is_chosen(
     file = asset("calibrations/3-axis-40N.toml")
     monkeypatch.setattr(import_dialog, "ask_file", lambda *_: file)
     dialog = open_on(tmp_path / "raw.bin")
-    named = {button.accessibleName(): button for button in dialog.findChildren(QPushButton)}
-    QTest.mouseClick(named["Choose the calibration file"], Qt.MouseButton.LeftButton)
+    choose = named(dialog, QPushButton, "Choose the calibration file")
+    QTest.mouseClick(choose, Qt.MouseButton.LeftButton)
     assert dialog.calibration.text() == str(file)
-    dialog._go.click()
+    import_button(dialog).click()
     until(lambda: document.id)
     assert {channel.unit for channel in document.demonstration.channels} == {"N"}
 
@@ -82,25 +113,25 @@ def test_counts_become_newtons_with_a_calibration_that_is_chosen(
 def test_a_typed_task_moves_nothing(app, open_on):
     dialog = open_on(FOAM)
     app.processEvents()
-    assert dialog._taskless.isVisible()
-    before = dialog._go.y(), dialog.columns.height()
-    dialog._task.setCurrentText("foam")
+    assert warns_of_no_task(dialog)
+    before = import_button(dialog).y(), dialog.columns.height()
+    named(dialog, QComboBox, "Task").setCurrentText("foam")
     app.processEvents()
-    assert not dialog._taskless.isVisible()
-    assert (dialog._go.y(), dialog.columns.height()) == before
+    assert not warns_of_no_task(dialog)
+    assert (import_button(dialog).y(), dialog.columns.height()) == before
 
 
 def test_what_is_added_during_an_import_is_imported_after_it(document, open_on, tmp_path, until):
     later = tmp_path / "later.csv"
     later.write_text("t,fx\n" + "".join(f"{row / 50},{row % 9}\n" for row in range(99)))
     dialog = open_on(FOAM)
-    dialog._go.click()
+    import_button(dialog).click()
     dialog.add_files([later])
-    assert not dialog._go.isEnabled()  # one at a time
-    until(lambda: "1 demonstration imported" in dialog._report_label.text())
-    assert dialog._chosen() == [str(later)]
+    assert not import_button(dialog).isEnabled()  # one at a time
+    until(lambda: "1 demonstration imported" in report(dialog))
+    assert files(dialog) == [str(later)]
     QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
-    until(lambda: dialog._chosen() == [])
+    until(lambda: files(dialog) == [])
     assert {info.name for info in document.infos} >= {"foam-01", "later"}
 
 
@@ -112,60 +143,60 @@ def test_without_files_enter_asks_for_them_and_then_imports_them(
     dialog = open_on()
     for _ in range(2):
         QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
-    until(lambda: "1 demonstration imported" in dialog._report_label.text())
+    until(lambda: "1 demonstration imported" in report(dialog))
     assert len(questions) == 1
     dialog.add_files([tmp_path / "next.csv"])
-    assert dialog._report.isHidden()  # it told of what is imported already
+    assert dialog.findChild(QScrollArea).isHidden()  # it told of what is imported already
 
 
 def test_glitches_are_told(dialog, tmp_path, until):
-    dialog._files.clear()
+    file_list(dialog).clear()
     rows = [f"{i / 100},{3e12 if i == 20 else i % 7}" for i in range(200)]
     (tmp_path / "torn.csv").write_text("\n".join(["time,fx", *rows]))
     dialog.add_files([tmp_path / "torn.csv"])
-    dialog._go.click()
-    until(lambda: "1 demonstration imported" in dialog._report_label.text())
-    assert "torn.csv: 1 sample is a glitch" in dialog._report_label.text()
+    import_button(dialog).click()
+    until(lambda: "1 demonstration imported" in report(dialog))
+    assert "torn.csv: 1 sample is a glitch" in report(dialog)
 
 
 def test_files_that_cannot_be_read_are_left_out_and_selected(document, dialog, tmp_path, until):
     notes = tmp_path / "notes.csv"
     notes.write_text("nothing to see")
     dialog.add_files([notes])
-    _, *wrong = dialog._chosen()
-    dialog._go.click()
+    _, *wrong = files(dialog)
+    import_button(dialog).click()
     until(lambda: document.id)
     assert document.demonstration.name == "foam-01"
-    assert dialog._chosen() == wrong
-    assert [item.text() for item in dialog._files.selectedItems()] == wrong
-    lines = dialog._report_label.text()
+    assert files(dialog) == wrong
+    assert [item.text() for item in file_list(dialog).selectedItems()] == wrong
+    lines = report(dialog)
     assert "1 demonstration imported" in lines
     assert all(name in lines for name in wrong)
     guard_typing()  # as in the program
-    QTest.keyClick(dialog._files, Qt.Key.Key_Delete)
-    assert dialog._chosen() == []
+    QTest.keyClick(file_list(dialog), Qt.Key.Key_Delete)
+    assert files(dialog) == []
 
 
 def test_the_next_import_does_not_land_in_the_last_task(document, open_on, tmp_path, until):
     first = open_on(FOAM)
-    first._task.setCurrentText("foam")
-    first._go.click()
+    named(first, QComboBox, "Task").setCurrentText("foam")
+    import_button(first).click()
     until(lambda: document.id)
-    assert first._task.currentText() == ""
+    assert named(first, QComboBox, "Task").currentText() == ""
     later = tmp_path / "pull.csv"
     later.write_text("t,fx\n" + "".join(f"{row / 50},{row % 9}\n" for row in range(99)))
     second = open_on(later)  # while a demonstration of the task is open
-    assert second._task.currentText() == ""
-    assert second._task.findText("foam") >= 0
-    second._go.click()
+    assert named(second, QComboBox, "Task").currentText() == ""
+    assert named(second, QComboBox, "Task").findText("foam") >= 0
+    import_button(second).click()
     until(lambda: len(document.infos) == 2)
     assert {info.name: info.task for info in document.infos} == {"foam-01": "foam", "pull": ""}
 
 
 def test_with_every_file_left_out_there_is_nothing_to_import(dialog):
-    dialog._files.selectAll()
-    dialog._files.actions()[0].trigger()
-    assert not dialog._go.isEnabled()
+    file_list(dialog).selectAll()
+    file_list(dialog).actions()[0].trigger()
+    assert not import_button(dialog).isEnabled()
 
 
 def test_a_rate_that_is_given_is_no_longer_asked_for(open_on, tmp_path):
@@ -175,10 +206,10 @@ def test_a_rate_that_is_given_is_no_longer_asked_for(open_on, tmp_path):
     heading = dialog.columns.heading
     assert "give the sample rate" in heading.text()
     assert heading.styleSheet()
-    dialog._rate.setValue(200.0)
+    named(dialog, QDoubleSpinBox, "Sample rate of files without times").setValue(200.0)
     assert heading.text() == "Columns of plain.csv, and what each is read as:"
     assert not heading.styleSheet()
-    dialog._rate.setValue(0.0)
+    named(dialog, QDoubleSpinBox, "Sample rate of files without times").setValue(0.0)
     assert "give the sample rate" in heading.text()
 
 
@@ -207,17 +238,18 @@ def test_files_are_looked_for_where_the_last_ones_were_chosen(dialog, tmp_path, 
 
     monkeypatch.setattr("PySide6.QtWidgets.QFileDialog.getOpenFileNames", choose)
     settings.remember_project(tmp_path / "study.forcelab")
-    dialog._choose()
-    dialog._choose()
+    (pick,) = [b for b in dialog.findChildren(QPushButton) if b.text() == "Choose files…"]
+    pick.click()
+    pick.click()
     assert questions == [tmp_path, FOAM.parent]
 
 
 def test_labels_are_the_files_own_unless_a_coder_is_chosen(document, dialog, until):
-    dialog._files.item(1).setSelected(True)
-    dialog._remove()
-    assert dialog._author.currentText() == "coder"
-    assert dialog._author.findText("Ann") > 0
-    dialog._go.click()
+    file_list(dialog).item(1).setSelected(True)
+    file_list(dialog).actions()[0].trigger()
+    assert named(dialog, QComboBox, "Coder for unsigned labels").currentText() == "coder"
+    assert named(dialog, QComboBox, "Coder for unsigned labels").findText("Ann") > 0
+    import_button(dialog).click()
     until(lambda: document.id)
     assert [author.name for author in document.project.coding.authors()] == ["coder"]
 
@@ -235,21 +267,21 @@ def test_a_task_that_differs_by_case_alone_is_asked_about(
         box.buttons()[answer].click()
 
     monkeypatch.setattr(QMessageBox, "exec", press)
-    dialog._files.item(1).setSelected(True)
-    dialog._remove()
-    dialog._task.setCurrentText(" Foam ")
-    dialog._go.click()
-    until(lambda: "1 demonstration imported" in dialog._report_label.text())
+    file_list(dialog).item(1).setSelected(True)
+    file_list(dialog).actions()[0].trigger()
+    named(dialog, QComboBox, "Task").setCurrentText(" Foam ")
+    import_button(dialog).click()
+    until(lambda: "1 demonstration imported" in report(dialog))
     assert questions == [("'foam' already exists.", ["Use 'foam'", "Add 'Foam'"])]
     assert sorted(document.project.demonstrations.tasks()) == list(tasks)
 
 
 def test_a_missing_task_is_warned_of_plainly(dialog):
-    assert dialog._taskless.isVisible()
-    assert dialog._go.text() == "Import without a task"
-    dialog._task.setCurrentText("stylus")
-    assert not dialog._taskless.isVisible()
-    assert dialog._go.text() == "Import"
+    assert warns_of_no_task(dialog)
+    assert import_button(dialog).text() == "Import without a task"
+    named(dialog, QComboBox, "Task").setCurrentText("stylus")
+    assert not warns_of_no_task(dialog)
+    assert import_button(dialog).text() == "Import"
 
 
 GERMAN = "Uhrzeit;Paket;Kraft_x;Taster\n" + "".join(
@@ -267,11 +299,11 @@ def german(open_on, tmp_path):
 
 
 def read_as(dialog):
-    return {one.name: one.use for one in dialog.columns.uses}
+    return {column.name: column.use for column in dialog.columns.uses}
 
 
 def choose(dialog, name, use):
-    row = [one.name for one in dialog.columns.uses].index(name)
+    row = [column.name for column in dialog.columns.uses].index(name)
     box = dialog.columns.table.cellWidget(row, 2).findChild(QComboBox)
     box.setCurrentIndex(box.findData(use))
     box.activated.emit(box.currentIndex())
@@ -292,14 +324,14 @@ def test_the_columns_are_shown_as_they_will_be_read(german):
         "Kraft_x": "signal",
         "Taster": "signal",
     }
-    german._files.selectAll()
-    german._remove()
+    file_list(german).selectAll()
+    file_list(german).actions()[0].trigger()
     assert not german.columns.isVisible()
 
 
 def test_a_column_that_is_left_out_is_no_channel(document, german, until):
     choose(german, "Taster", "left out")
-    german._go.click()
+    import_button(german).click()
     until(lambda: document.id)
     assert [channel.name for channel in document.demonstration.channels] == ["Kraft_x"]
     assert document.demonstration.duration == pytest.approx(3.0)
@@ -308,7 +340,7 @@ def test_a_column_that_is_left_out_is_no_channel(document, german, until):
 def test_what_is_taken_for_a_counter_can_be_made_a_signal(document, german, until):
     choose(german, "Paket", "signal")
     assert read_as(german)["Paket"] == "signal"
-    german._go.click()
+    import_button(german).click()
     until(lambda: document.id)
     assert "Paket" in [channel.name for channel in document.demonstration.channels]
 
@@ -316,8 +348,8 @@ def test_what_is_taken_for_a_counter_can_be_made_a_signal(document, german, unti
 def test_without_its_times_a_table_goes_by_its_counter_and_rate(document, german, until):
     choose(german, "Uhrzeit", "left out")
     assert "counts its samples" in german.columns.heading.text()
-    german._rate.setValue(100.0)
-    german._go.click()
+    named(german, QDoubleSpinBox, "Sample rate of files without times").setValue(100.0)
+    import_button(german).click()
     until(lambda: document.id)
     assert document.demonstration.duration == pytest.approx(1.5)
 
@@ -330,10 +362,10 @@ def test_a_choice_that_cannot_be_is_told_at_once_and_can_be_taken_back(german):
 
 
 def test_enter_imports_and_opens_no_other_dialog(document, german, until, monkeypatch):
-    monkeypatch.setattr(german, "_choose", lambda: pytest.fail("asked for files"))
-    german._task.setFocus()
-    QTest.keyClicks(german._task, "Stift")
-    QTest.keyClick(german._task, Qt.Key.Key_Return)
+    monkeypatch.setattr(import_dialog, "ask_files", lambda *_: pytest.fail("asked for files"))
+    named(german, QComboBox, "Task").setFocus()
+    QTest.keyClicks(named(german, QComboBox, "Task"), "Stift")
+    QTest.keyClick(named(german, QComboBox, "Task"), Qt.Key.Key_Return)
     until(lambda: document.id)
     assert document.demonstration.task == "Stift"
 
@@ -344,19 +376,19 @@ def test_every_remark_is_shown_once_for_all_files(open_on, tmp_path, until):
         files.append(tmp_path / f"trial {number}.csv")
         files[-1].write_text(GERMAN.replace("0,1;", f"0,{number};"))
     dialog = open_on(*files)
-    dialog._go.click()
-    until(lambda: "8 demonstrations imported" in dialog._report_label.text())
-    named = "trial 0.csv, trial 1.csv, trial 2.csv and 5 more: "
-    assert f"{named}Column Paket was left out: counting samples.\n" in dialog._report_label.text()
-    assert dialog._report_label.text().count("Paket") == 1
+    import_button(dialog).click()
+    until(lambda: "8 demonstrations imported" in report(dialog))
+    together = "trial 0.csv, trial 1.csv, trial 2.csv and 5 more: "
+    assert f"{together}Column Paket was left out: counting samples.\n" in report(dialog)
+    assert report(dialog).count("Paket") == 1
 
 
 def test_a_remark_names_no_option_of_the_command_line(german, until):
-    path = Path(german._chosen()[0])
+    path = Path(files(german)[0])
     path.write_text(path.read_text().replace("Paket", "Wert"))
-    german._go.click()
-    until(lambda: "1 demonstration imported" in german._report_label.text())
-    assert "if it is a signal, import it as one (Read as: signal)" in german._report_label.text()
+    import_button(german).click()
+    until(lambda: "1 demonstration imported" in report(german))
+    assert "if it is a signal, import it as one (Read as: signal)" in report(german)
 
 
 def test_the_columns_of_a_file_that_is_clicked_are_shown(german, tmp_path):
@@ -364,7 +396,7 @@ def test_the_columns_of_a_file_that_is_clicked_are_shown(german, tmp_path):
     path.write_text("t,Druck\n" + "".join(f"{row / 50},{row % 9}\n" for row in range(99)))
     german.add_files([path])
     assert "Paket" in read_as(german)
-    german._files.setCurrentRow(1)
+    file_list(german).setCurrentRow(1)
     assert read_as(german) == {"t": "times", "Druck": "signal"}
 
 
@@ -383,16 +415,16 @@ def test_a_field_of_a_bag_that_is_no_force_can_be_made_a_signal(
         ros=ros,
     )
     dialog = open_on(bag)
-    uses = {one.name: one.use for one in dialog.columns.uses}
+    uses = read_as(dialog)
     assert uses["/ft.header.stamp"] == "times"
     assert uses["/ft.wrench"] == "signal"
     assert uses["/tip.point"] == "left out"
-    choices = {one.name: one.choices for one in dialog.columns.uses}
+    choices = {column.name: column.choices for column in dialog.columns.uses}
     assert choices["/tip.point"] == ("signal", "left out")
     assert "Columns of" in dialog.columns.heading.text()
     dialog.columns.wish("/tip.point", "signal")
-    assert {one.name: one.use for one in dialog.columns.uses}["/tip.point"] == "signal"
-    QTest.mouseClick(dialog._go, Qt.MouseButton.LeftButton)
+    assert read_as(dialog)["/tip.point"] == "signal"
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
     until(lambda: document.id)
     names = [channel.name for channel in document.demonstration.channels]
     assert names == ["fx", "fy", "fz", "tx", "ty", "tz", "point.x", "point.y", "point.z"]
@@ -403,9 +435,9 @@ def test_a_file_that_tells_its_rate_is_asked_for_none(document, open_on, tmp_pat
     rows = "".join(f"{i // 10 + 1},{i % 10},{i % 7 / 4}\n" for i in range(200))
     file.write_text("Devices\n1000\n,,Plate\nFrame,Sub Frame,Fz\n,,N\n" + rows)
     dialog = open_on(file)
-    assert [one.use for one in dialog.columns.uses] == ["counter", "counter", "signal"]
+    assert [column.use for column in dialog.columns.uses] == ["counter", "counter", "signal"]
     assert "give" not in dialog.columns.heading.text()
-    dialog._go.click()
+    import_button(dialog).click()
     until(lambda: document.id)
     assert document.demonstration.duration == pytest.approx(0.2, abs=0.002)
 
@@ -417,14 +449,14 @@ def test_stamps_that_run_backwards_are_taken_where_they_may_jitter(
     rows = "".join(f"{i / 100 - (0.012 if i % 4 == 3 else 0):.6f},{i % 7}\n" for i in range(200))
     file.write_text("time [s],fz [N]\n" + rows)
     dialog = open_on(file)
-    dialog._go.click()
-    until(lambda: "time runs backwards" in dialog._report_label.text())
-    assert "(Timestamps may jitter by)" in dialog._report_label.text()
+    import_button(dialog).click()
+    until(lambda: "time runs backwards" in report(dialog))
+    assert "(Timestamps may jitter by)" in report(dialog)
     dialog.jitter.setValue(20)
-    dialog._go.click()
+    import_button(dialog).click()
     until(lambda: document.id)
     assert len(document.demonstration.times) == 200
-    assert "spread evenly between their neighbours" in dialog._report_label.text()
+    assert "spread evenly between their neighbours" in report(dialog)
 
 
 def test_a_repaired_import_takes_its_actions_out_of_the_open_task(
@@ -438,9 +470,9 @@ def test_a_repaired_import_takes_its_actions_out_of_the_open_task(
 
     def import_into(task, file):
         dialog = open_on(file)
-        dialog._task.setCurrentText(task)
-        dialog._go.click()
-        until(dialog._report_label.text)
+        named(dialog, QComboBox, "Task").setCurrentText(task)
+        import_button(dialog).click()
+        until(lambda: report(dialog))
 
     import_into("foam", labelled("block", "squeeze", 0))
     assert document.vocabulary.names == ("squeeze",)

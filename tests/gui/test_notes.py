@@ -10,6 +10,7 @@ from factories import PAINTED_TRACK, cached_project, make_painted_project
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QMenu
+from window_helpers import status_messages
 
 from forcelab.gui import theme
 from forcelab.gui.demonstration_list import NoteDialog
@@ -244,8 +245,7 @@ def test_who_codes_blind_learns_nothing_of_the_notes_of_others(window, path, unt
 
 
 def test_what_could_not_be_stored_is_said_and_stays_typed(window, path, until, monkeypatch):
-    messages = []
-    window.document.message_shown.connect(lambda *what: messages.append(what))
+    messages = status_messages(window.document)
     window.document.project._db.execute("PRAGMA busy_timeout = 20")
     QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
     dialog, edit = the_dialog(window, until)
@@ -268,8 +268,7 @@ def test_what_could_not_be_stored_is_said_and_stays_typed(window, path, until, m
 
 
 def test_without_a_demonstration_there_is_nothing_to_note_on(window):
-    messages = []
-    window.document.message_shown.connect(lambda *what: messages.append(what))
+    messages = status_messages(window.document)
     window.document.close()
     window.demonstrations.ask_note()
     assert messages == [("Open a demonstration first; a note belongs to one.", True)]

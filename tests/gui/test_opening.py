@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtWidgets import QCommandLinkButton, QInputDialog, QMessageBox, QWidget
-from window_helpers import open_painted_document
+from window_helpers import open_painted_document, status_messages
 
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
@@ -101,12 +101,10 @@ def test_a_new_project_does_not_label_as_the_coder_of_another(make, tmp_path, mo
     document.close()
 
 
-def test_a_key_offers_the_coders(app, document, make, tmp_path):
-    reported = []
-    document.message_shown.connect(lambda text, _: reported.append(text))
+def test_a_key_offers_the_coders(app, document, make, messages, tmp_path):
     choice = AuthorChoice(document)
     choice.choose()  # there is no project, and so the choice is not on screen
-    assert reported == ["Open a project first."]
+    assert messages == [("Open a project first.", True)]
     make(document).open(tmp_path / "study.forcelab")
     choice.show()
     choice.choose()
@@ -131,10 +129,9 @@ def test_who_is_to_label_blind_is_found_under_the_name_that_was_assigned_to(
     choice._chosen(choice._box.count() - 1)
     assert questions == ["'Bert' already exists."]
     assert document.author == "Bert"
-    messages = []
-    document.message_shown.connect(lambda text, _: messages.append(text))
+    messages = status_messages(document)
     make(document, author="bert").open(path)
-    assert messages == ["'bert' is a new coder beside 'Bert'."]
+    assert messages == [("'bert' is a new coder beside 'Bert'.", False)]
     choice.deleteLater()
 
 

@@ -4,8 +4,9 @@ import time
 
 import numpy as np
 import pytest
-from factories import cached_project
+from factories import cached_project, remove_demonstration
 from PySide6.QtWidgets import QWidget
+from window_helpers import status_messages
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration
@@ -102,8 +103,7 @@ def test_a_project_whose_list_cannot_be_read_leaves_the_open_one(window, path, m
 
 def test_a_demonstration_that_cannot_be_read_leaves_the_open_one(window, monkeypatch):
     document = window()
-    messages = []
-    document.message_shown.connect(lambda sentence, trouble: messages.append((sentence, trouble)))
+    messages = status_messages(document)
     monkeypatch.setattr(document.project.tracks, "of", broken)
     assert not document.open_demonstration("brick")
     assert messages == [("The disk is gone.", True)]
@@ -201,15 +201,12 @@ def test_a_name_and_a_clock_given_elsewhere_are_taken_over(window, path, tmp_pat
 
 def test_what_was_removed_elsewhere_is_put_down_and_said(window, path):
     document = window()
-    messages = []
-    document.message_shown.connect(lambda sentence, _: messages.append(sentence))
+    messages = status_messages(document)
     with Project.open(path) as other:
-        other.demonstrations.remove_all(
-            {document.id: {"Ada": other.tracks.head(document.id, "Ada")}}
-        )
+        remove_demonstration(other, document.id)
     document.refresh()
     assert document.demonstration is None
-    assert messages == ["'pen' was removed elsewhere."]
+    assert messages == [("'pen' was removed elsewhere.", False)]
 
 
 def test_blindness_given_elsewhere_hides_labels_and_their_actions(window, path):

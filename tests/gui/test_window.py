@@ -1,10 +1,9 @@
 """The whole window: what it leaves out, what it remembers."""
 
 import time
-from dataclasses import replace
 
 import pytest
-from factories import foam_demonstration, make_foam_project
+from factories import add_foam_demonstration, make_foam_project, remove_demonstration
 from PySide6 import __version_info__ as version_info
 from PySide6.QtCore import QEvent, QMimeData, QObject, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import (
@@ -12,13 +11,11 @@ from PySide6.QtGui import (
     QDragEnterEvent,
     QDragMoveEvent,
     QDropEvent,
-    QHelpEvent,
     QPalette,
     QStatusTipEvent,
 )
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
-    QApplication,
     QComboBox,
     QCommandLinkButton,
     QDialog,
@@ -71,6 +68,11 @@ def windows(app, until):
         window.close()
 
 
+@pytest.fixture
+def window(windows, study):
+    return windows(LaunchOptions(project=study))
+
+
 def test_it_is_complete_while_a_training_goes_on_behind_it(windows, study, until):
     """Otherwise no picture of it could be made for minutes."""
     from forcelab.gui.review.trainer import TRAINING
@@ -94,10 +96,8 @@ def test_it_is_complete_while_a_training_goes_on_behind_it(windows, study, until
 @pytest.mark.parametrize(
     "step", ["capture.release", "label.release", "label.remember_layout", "jobs.close"]
 )
-def test_a_fault_in_one_step_of_closing_leaves_nothing_open(
-    windows, study, monkeypatch, until, step
-):
-    window, faults = windows(LaunchOptions(project=study)), []
+def test_a_fault_in_one_step_of_closing_leaves_nothing_open(window, monkeypatch, until, step):
+    faults = []
     monkeypatch.setattr("sys.excepthook", lambda _, error, __: faults.append(str(error)))
     part, verb = step.split(".")
     part = getattr(window, part)
@@ -144,8 +144,7 @@ def drag_border(page, dock, by, until):
     until(lambda: page._widths[dock] == before + abs(by))
 
 
-def test_lists_take_their_widths_back_once_a_small_window_is_enlarged(windows, study, until):
-    window = windows(LaunchOptions(project=study))
+def test_lists_take_their_widths_back_once_a_small_window_is_enlarged(window, until):
     window.resize(1440, 900)
     window.commands["reset_layout"].trigger()
     wide = [WIDEST, *[window.label._widths[window.label._docks["actions"]]] * 2]
@@ -158,8 +157,7 @@ def test_lists_take_their_widths_back_once_a_small_window_is_enlarged(windows, s
     until(lambda: list_widths(window) == wide)
 
 
-def test_lists_keep_the_widths_that_they_were_dragged_to(windows, study, until):
-    window = windows(LaunchOptions(project=study))
+def test_lists_keep_the_widths_that_they_were_dragged_to(window, until):
     window.resize(1440, 900)
     until(lambda: len(list_widths(window)) == 3)
     actions = window.label._docks["actions"]
@@ -173,9 +171,8 @@ def test_lists_keep_the_widths_that_they_were_dragged_to(windows, study, until):
 
 
 def test_lists_of_a_window_that_was_closed_while_small_are_wide_when_it_is_enlarged(
-    windows, study, until
+    window, windows, study, until
 ):
-    window = windows(LaunchOptions(project=study))
     window.resize(1440, 900)
     until(lambda: len(list_widths(window)) == 3)
     drag_border(window, window._dock, 60, until)
@@ -195,8 +192,7 @@ def click_on(window, control):
     QTest.mouseClick(window.windowHandle(), Qt.MouseButton.LeftButton, pos=spot)
 
 
-def test_a_click_on_what_is_switched_off_says_why(windows, study, until):
-    window = windows(LaunchOptions(project=study))
+def test_a_click_on_what_is_switched_off_says_why(window, until, hovered):
     window.show_workspace("capture")
     page = window.capture.workspace
     until(page.zero_button.isVisible)
@@ -215,29 +211,20 @@ def test_a_click_on_what_is_switched_off_says_why(windows, study, until):
     train = window.review.workspace.bar.train
     until(train.isVisible)
     for obstacle in ("A training goes on.", ""):
-        QToolTip.showText(QPoint(0, 0), "")
         set_enabled_with_reason(train, obstacle)
         assert train.isEnabled() == (not obstacle)
-        spot = QPoint(5, 5)
-        QApplication.sendEvent(
-            train, QHelpEvent(QEvent.Type.ToolTip, spot, train.mapToGlobal(spot))
-        )
-        assert (QToolTip.text() == "A training goes on.") == bool(obstacle)
+        assert (hovered(train) == "A training goes on.") == bool(obstacle)
 
 
-def test_a_menu_says_why_an_entry_is_switched_off(windows, study, until):
-    window = windows(LaunchOptions(project=study))
+def test_a_menu_says_why_an_entry_is_switched_off(window, hovered):
     split = window.commands["split"]
-    (menu,) = [one for one in split.associatedObjects() if isinstance(one, QMenu)]
+    (menu,) = [object_ for object_ in split.associatedObjects() if isinstance(object_, QMenu)]
     view = "This acts on the demonstration in view; go to Label or Review."
     for workspace, reason in (("capture", view), ("label", "")):
         window.show_workspace(workspace)
         menu.popup(window.mapToGlobal(QPoint(0, 0)))
         spot = menu.actionGeometry(split).center()
-        QToolTip.showText(QPoint(0, 0), "no reason")
-        questions = QHelpEvent(QEvent.Type.ToolTip, spot, menu.mapToGlobal(spot))
-        QApplication.sendEvent(menu, questions)
-        assert QToolTip.text() == (reason or "no reason")
+        assert hovered(menu, spot) == reason
         QToolTip.showText(QPoint(0, 0), "no reason")
         QTest.mouseClick(menu, Qt.MouseButton.LeftButton, pos=spot)
         assert (QToolTip.text() == view) == bool(reason)
@@ -245,8 +232,7 @@ def test_a_menu_says_why_an_entry_is_switched_off(windows, study, until):
     assert split.isEnabled()
 
 
-def test_redo_of_the_history_says_why_it_is_switched_off(windows, study, until):
-    window = windows(LaunchOptions(project=study))
+def test_redo_of_the_history_says_why_it_is_switched_off(window, until):
     history = window.label.history
     window.label._docks["history"].raise_()
     until(history.undo.isVisible)
@@ -324,10 +310,7 @@ def test_panels_stay_hidden_until_they_are_put_back(windows, study):
 
 def test_the_demonstration_of_last_time_is_opened(windows, study):
     with Project.open(study) as project:
-        other = foam_demonstration()
-        project.demonstrations.add(
-            type(other)("02", "foam", other.times, other.signals + 1, other.channels)
-        )
+        add_foam_demonstration(project, "02")
     first = windows(LaunchOptions(project=study))
     assert first.document.demonstration.name == "01"
     first.commands["next_demonstration"].trigger()
@@ -431,9 +414,8 @@ def dropped(window, paths):
     return answers[0]
 
 
-def test_a_drop_is_answered_with_copy(windows, study, monkeypatch, tmp_path):
+def test_a_drop_is_answered_with_copy(window, monkeypatch, tmp_path):
     """Who is answered with "move" deletes the files."""
-    window = windows(LaunchOptions(project=study))
     monkeypatch.setattr(window.opening, "ask_import", lambda _: None)
     dialog = ImportDialog(window.document, window.jobs, window)
     for target in (window, dialog):
@@ -443,9 +425,8 @@ def test_a_drop_is_answered_with_copy(windows, study, monkeypatch, tmp_path):
     dialog.deleteLater()
 
 
-def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, until, monkeypatch):
+def test_files_that_are_dropped_are_imported_and_folders_opened(window, study, until, monkeypatch):
     """After the drop: a dialog within it crashes the program when files are dropped there, too."""
-    window = windows(LaunchOptions(project=study))
     questions = []
     monkeypatch.setattr(window.opening, "ask_import", questions.append)
     monkeypatch.setattr(window.opening, "open", questions.append)
@@ -467,22 +448,20 @@ def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, 
 
 def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, study):
     with Project.open(study) as project:
-        second = project.demonstrations.add(
-            replace(foam_demonstration(), name="02", times=foam_demonstration().times + 1)
-        )
+        second = add_foam_demonstration(project, "02")
     window = windows(LaunchOptions(project=study))
     document, bar = window.document, window.statusBar()
     document.editor.paint(1.0, 2.0, "grab")
     assert "grab" in bar.currentMessage()
-    assert document.open_demonstration(second.id)
+    assert document.open_demonstration(second)
     assert bar.currentMessage() == ""
     for verb, reported in (("undo", "nothing to undo"), ("next_segment", "no segment after")):
-        document.open_demonstration(second.id)
+        document.open_demonstration(second)
         window.commands[verb].trigger()
         assert reported in bar.currentMessage()
         document.open_demonstration(document.infos[0].id)
         assert bar.currentMessage() == ""
-    document.open_demonstration(second.id)
+    document.open_demonstration(second)
     document.show_message("This is the last demonstration of the list.")
     document.open_demonstration(document.infos[0].id)
     assert "last demonstration" in bar.currentMessage()
@@ -490,9 +469,7 @@ def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, st
 
 def test_ctrl_a_chooses_all_demonstrations_listed_wherever_the_keyboard_is(windows, study):
     with Project.open(study) as project:
-        project.demonstrations.add(
-            replace(foam_demonstration(), name="02", times=foam_demonstration().times + 1)
-        )
+        add_foam_demonstration(project, "02")
     window = windows(LaunchOptions(project=study))
     window.activateWindow()
     assert QTest.qWaitForWindowActive(window)
@@ -505,8 +482,7 @@ def test_ctrl_a_chooses_all_demonstrations_listed_wherever_the_keyboard_is(windo
     assert window.demonstrations.search.selectedText() == "02"  # where one types it is the text
 
 
-def test_what_a_menu_s_entry_does_is_not_said_like_trouble(windows, study, app):
-    window = windows(LaunchOptions(project=study))
+def test_what_a_menu_s_entry_does_is_not_said_like_trouble(window, app):
     bar = window.statusBar()
     bar.say("It went wrong.", trouble=True)
     app.sendEvent(window, QStatusTipEvent("New project"))
@@ -514,8 +490,7 @@ def test_what_a_menu_s_entry_does_is_not_said_like_trouble(windows, study, app):
     assert bar.palette().color(QPalette.ColorRole.WindowText) == QColor(colours().text)
 
 
-def test_what_the_status_line_says_follows_a_change_of_theme(windows, study, app):
-    window = windows(LaunchOptions(project=study))
+def test_what_the_status_line_says_follows_a_change_of_theme(window, app):
     bar = window.statusBar()
     try:
         for trouble in (False, True):
@@ -530,9 +505,8 @@ def test_what_the_status_line_says_follows_a_change_of_theme(windows, study, app
         theme.use_theme(app, "light")
 
 
-def test_what_belongs_to_the_window_is_dressed_as_it_is(windows, study, app):
+def test_what_belongs_to_the_window_is_dressed_as_it_is(window, app):
     """A sheet of the application would cost each part a dressing whenever it is put somewhere."""
-    window = windows(LaunchOptions(project=study))
     try:
         for choice in ("dark", "light"):
             window.commands[f"theme_{choice}"].trigger()
@@ -622,9 +596,8 @@ def test_actions_are_listed_where_there_is_a_demonstration(windows, study, tmp_p
         assert (view.list.isVisible(), view.nothing.isVisible()) == (listed, not listed)
 
 
-def test_back_in_label_the_keyboard_paints(windows, study, app):
+def test_back_in_label_the_keyboard_paints(window, app):
     """Not: chooses another coder, whose box was next in the order of Tab."""
-    window = windows(LaunchOptions(project=study))
     window.show_workspace("review")
     app.processEvents()
     window.show_workspace("label")
@@ -632,8 +605,7 @@ def test_back_in_label_the_keyboard_paints(windows, study, app):
     assert window.focusWidget() is window.label.tracks
 
 
-def test_who_goes_through_a_list_of_the_review_stays_in_it(windows, study, app):
-    window = windows(LaunchOptions(project=study))
+def test_who_goes_through_a_list_of_the_review_stays_in_it(window, app):
     window.show_workspace("review")
     window.activateWindow()
     queue = window.review.workspace.queue.list
@@ -648,11 +620,8 @@ def test_who_goes_through_a_list_of_the_review_stays_in_it(windows, study, app):
 
 
 @pytest.mark.parametrize("name", ["Coder", "Which demonstrations are shown"])
-def test_a_click_on_a_list_to_choose_from_leaves_the_keyboard_on_the_track(
-    windows, study, app, name
-):
+def test_a_click_on_a_list_to_choose_from_leaves_the_keyboard_on_the_track(window, app, name):
     """Not: Space opens the list again, and a letter labels as another coder."""
-    window = windows(LaunchOptions(project=study))
     window.label.tracks.setFocus()
     box = next(box for box in window.findChildren(QComboBox) if box.accessibleName() == name)
     QTest.mouseClick(box, Qt.MouseButton.LeftButton)
@@ -664,22 +633,18 @@ def test_a_click_on_a_list_to_choose_from_leaves_the_keyboard_on_the_track(
 def test_when_the_open_demonstration_is_removed_the_keyboard_is_in_the_list(windows, study, app):
     """Not: types into the filter of the segments, which then hides those of the next one."""
     with Project.open(study) as other:
-        one = foam_demonstration()
-        other.demonstrations.add(replace(one, name="the other one", signals=one.signals + 1))
+        add_foam_demonstration(other, "02")
     window = windows(LaunchOptions(project=study))
     document = window.document
     with Project.open(study) as other:
-        other.demonstrations.remove_all(
-            {document.id: {name: other.tracks.head(document.id, name) for name in ("Ben",)}}
-        )
+        remove_demonstration(other, document.id)
     document.refresh()
     app.processEvents()
     assert document.demonstration is None
     assert window.focusWidget() is window.demonstrations.view
 
 
-def test_choose_all_means_the_list_that_the_keyboard_is_in(windows, study, app, until):
-    window = windows(LaunchOptions(project=study))
+def test_choose_all_means_the_list_that_the_keyboard_is_in(window, app, until):
     window.activateWindow()
     assert QTest.qWaitForWindowActive(window)
     chosen = window.demonstrations.view.selectionModel()
@@ -697,8 +662,7 @@ def test_choose_all_means_the_list_that_the_keyboard_is_in(windows, study, app, 
         chosen.clear()
 
 
-def test_a_list_that_was_closed_is_there_to_search_and_to_choose_in(windows, study, app):
-    window = windows(LaunchOptions(project=study))
+def test_a_list_that_was_closed_is_there_to_search_and_to_choose_in(window, app):
     for command, place in (("search", "search"), ("choose_all", "view")):
         window.demonstrations.parentWidget().close()
         window.commands[command].trigger()

@@ -7,6 +7,7 @@ import pytest
 from factories import FOAM_ACTIONS, make_foam_project
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from window_helpers import status_messages
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
@@ -130,33 +131,31 @@ def test_the_lists_stay_as_wide_when_there_is_no_video(window, until):
 
 
 def test_what_is_not_done_yet_is_said_in_blind_coding(window, answers):
-    document, messages = window.document, []
-    document.message_shown.connect(lambda sentence, _: messages.append(sentence))
+    document, messages = window.document, status_messages(window.document)
     document.project.coding.assign(document.id, "Ann")
     document.reread()
     window.commands["copy_from"].trigger()
-    assert "hidden until you are done" in messages[-1]
+    assert "hidden until you are done" in messages[-1][0]
     answers("Mark as done")
     window.commands["done"].trigger()
-    assert "others are shown" in messages[-1]
+    assert "others are shown" in messages[-1][0]
     assert not document.coding_blind
 
 
 def test_saving_says_that_everything_is_saved(window):
-    messages = []
-    window.document.message_shown.connect(lambda sentence, _: messages.append(sentence))
+    messages = status_messages(window.document)
     QTest.keyClick(window.label.tracks, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
-    assert messages == ["Everything is saved already: each change is, as it is made."]
+    sentence = "Everything is saved already: each change is, as it is made."
+    assert messages == [(sentence, False)]
 
 
 def test_what_is_not_assigned_is_marked_as_done_without_a_question(window, answers):
-    document, messages = window.document, []
-    document.message_shown.connect(lambda sentence, _: messages.append(sentence))
+    document, messages = window.document, status_messages(window.document)
     document.set_author("Nora")
     questions = answers("Mark as done")
     window.commands["done"].trigger()
     assert questions == []
-    assert messages[-1] == "Marked as done."
+    assert messages[-1] == ("Marked as done.", False)
     assert [one.done is not None for one in document.project.coding.assignments("Nora")] == [True]
     document.set_author("Ann")
 
@@ -193,7 +192,6 @@ def test_help_and_the_keys_tell_of_what_works_and_of_nothing_else(window):
 
 
 def test_where_nothing_is_painted_no_dialog_asks_for_gaps(window):
-    messages = []
-    window.document.message_shown.connect(lambda sentence, _: messages.append(sentence))
+    messages = status_messages(window.document)
     window.commands["fill_gaps"].trigger()  # a dialog would wait here for ever
-    assert "You have no segments" in messages[-1]
+    assert "You have no segments" in messages[-1][0]

@@ -7,6 +7,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox, QTabWidget
+from window_helpers import status_messages
 
 from forcelab.capture.journal import read_journal
 from forcelab.capture.save import save
@@ -144,12 +145,11 @@ def test_keys_for_what_capture_hides_do_nothing_while_it_is_in_front(window, rec
     document.editor.paint(0.0, 0.01, "grab")
     window.show_workspace("capture")
     recording.live_view.setFocus()
-    said = []
-    document.message_shown.connect(lambda *told: said.append(told))
+    messages = status_messages(document)
     pressed(Qt.Key.Key_H, Qt.KeyboardModifier.ShiftModifier)
     pressed(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert [segment.action for segment in document.editor.segments] == ["grab"]
-    assert not said
+    assert not messages
     window.show_workspace("label")
     QTest.keyClick(window.label.tracks, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert not document.editor.segments

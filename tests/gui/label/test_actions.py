@@ -99,7 +99,7 @@ def test_a_known_action_is_explained(view):
     assert "Starts:" in tip
 
 
-def test_a_new_action_changes_no_other(view, document):
+def test_a_new_action_changes_no_other(view, document, messages):
     before = document.vocabulary.actions
     QTest.keyClicks(view.entry, "  press   down ")
     QTest.keyClick(view.entry, Qt.Key.Key_Return)
@@ -109,7 +109,7 @@ def test_a_new_action_changes_no_other(view, document):
     assert view.entry.text() == ""
     assert view.model.rowCount() == 4
     assert not view.add("grab")
-    assert "already" in document.told[-1][0]
+    assert "already" in messages[-1][0]
     assert not view.add("  ")
 
 
@@ -124,15 +124,15 @@ def test_colour_and_name_change_one_action_only(view, document):
     assert stored(document) == document.vocabulary
 
 
-def test_an_action_that_has_segments_stays(view, document):
+def test_an_action_that_has_segments_stays(view, document, messages):
     document.set_author("Ben")  # it is Ada who used it
     document.open_demonstration("02")
     assert not view.remove("hold")
-    sentence, trouble = document.told[-1]
+    sentence, trouble = messages[-1]
     assert trouble
     assert "segments of 'hold' in demonstrations of foam" in sentence
     assert not view.rename("hold", "keep")
-    assert "Ben has no segment of it" in document.told[-1][0]
+    assert "Ben has no segment of it" in messages[-1][0]
     view.add("twist")
     document.set_action("twist")
     assert view.remove("twist")
@@ -141,7 +141,7 @@ def test_an_action_that_has_segments_stays(view, document):
 
 
 @pytest.mark.parametrize("used", [False, True])
-def test_who_codes_blind_does_not_learn_by_removing_what_others_use(view, document, used):
+def test_who_codes_blind_does_not_learn_by_removing_what_others_use(view, document, used, messages):
     id_ = document.project.demonstrations.id_of("02")
     view.add("twist")
     if used:
@@ -152,7 +152,7 @@ def test_who_codes_blind_does_not_learn_by_removing_what_others_use(view, docume
     told = (
         "'twist' stays in the list, as others may use it: Ada codes demonstrations of foam blind."
     )
-    assert document.told[-1][0].startswith(told)
+    assert messages[-1][0].startswith(told)
     document.project.coding.set_done(id_, "Ada")
     assert view.remove("twist") is not used
 

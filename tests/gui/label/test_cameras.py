@@ -115,9 +115,7 @@ def test_a_new_clock_of_the_first_camera_leaves_the_choice(document):
     assert cameras.video.clock == ClockMap(0.25)
 
 
-def test_damaged_stamps_leave_the_first_video(document, folder):
-    messages = []
-    document.message_shown.connect(lambda sentence, trouble: messages.append((sentence, trouble)))
+def test_damaged_stamps_leave_the_first_video(document, folder, messages):
     two = document.project.demonstrations.load("two")
     stamps = folder / "demonstrations" / two.id / STAMPS
     whole = stamps.read_bytes()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from window_helpers import open_foam_document, stored_rows
+from window_helpers import open_foam_document, status_messages, stored_rows
 
 from forcelab.gui import document as document_module
 from forcelab.gui.commands import COMMANDS
@@ -37,13 +37,6 @@ def tracks(document):
 def do(document, tracks):
     handlers = commands.handlers(document, tracks, Player(document), tracks)
     return lambda name: handlers[name]()
-
-
-@pytest.fixture
-def messages(document):
-    sentences = []
-    document.message_shown.connect(lambda sentence, trouble: sentences.append((sentence, trouble)))
-    return sentences
 
 
 def test_every_handler_is_a_command_of_the_table(document, tracks):
@@ -311,15 +304,13 @@ def test_of_several_authors_enter_copies_from_the_same_one_as_last(app):
         assert copied(Qt.Key.Key_Return) == (ben,)
         assert copied(Qt.Key.Key_Down, Qt.Key.Key_Return) == (ines,)
         assert copied(Qt.Key.Key_Return) == (ines,)
-        told = []
-        document.message_shown.connect(lambda sentence, _: told.append(sentence))
-        document.view.seek(
-            4.0
-        )  # where nobody has a segment: no menu of which nothing can be chosen
+        messages = status_messages(document)
+        document.view.seek(4.0)  # where nobody has a segment: a menu would offer nothing
         tracks.menu = None
         copy()
         assert tracks.menu is None
-        assert told == ["No other track has a segment at the cursor; mark a range to copy."]
+        sentence = "No other track has a segment at the cursor; mark a range to copy."
+        assert messages == [(sentence, True)]
         tracks.close()
 
 

@@ -104,14 +104,14 @@ def test_double_click_goes_to_that_point_and_back(document, view, seed):
         assert [standing for _, standing in rows(view)] == [UNDONE] * row + [DONE] * (8 - row)
 
 
-def test_enter_is_a_double_click_and_what_was_left_behind_is_said(document, view):
+def test_enter_is_a_double_click_and_what_was_left_behind_is_said(document, view, messages):
     paint(document, 2)
     document.editor.undo_everywhere()
     paint(document, 1, first=5)
     view.refresh()
     view.list.setCurrentIndex(view.model.index(1))
     QTest.keyClick(view.list, Qt.Key.Key_Return)
-    assert "undone before a later edit" in document.told[-1][0]
+    assert "undone before a later edit" in messages[-1][0]
     assert len(document.editor.segments) == 2
     view.list.setCurrentIndex(view.model.index(2))
     QTest.keyClick(view.list, Qt.Key.Key_Return)

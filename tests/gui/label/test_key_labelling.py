@@ -401,19 +401,17 @@ def test_a_key_that_is_held_on_x11_paints_one_segment(document, monkeypatch, unt
     desk.window.deleteLater()
 
 
-def test_a_key_says_what_to_do_where_there_is_no_action(document, desk):
-    said = []
-    document.message_shown.connect(lambda sentence, trouble: said.append((sentence, trouble)))
+def test_a_key_says_what_to_do_where_there_is_no_action(document, desk, messages):
     desk.press(Qt.Key.Key_Space)
-    assert said == []
+    assert messages == []
     desk.press(Qt.Key.Key_9)
-    told = "No action has the key 9; the list of actions shows their keys."
-    assert said == [(told, True)]
+    sentence = "No action has the key 9; the list of actions shows their keys."
+    assert messages == [(sentence, True)]
     for segment in reversed(document.editor.segments):
         document.editor.delete(document.editor.index_of(segment))
     document.set_vocabulary(Vocabulary())
     desk.press(GRAB)
     assert document.stroke is None
-    assert said[-1][1]
-    assert "add one under Actions" in said[-1][0]
-    assert said[-1][0] == document.local_message  # which is not said of the next demonstration
+    assert messages[-1][1]
+    assert "add one under Actions" in messages[-1][0]
+    assert messages[-1][0] == document.local_message  # which is not said of the next demonstration

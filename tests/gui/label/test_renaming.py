@@ -54,7 +54,7 @@ def rename(view, name, new, press=None):
     return asked
 
 
-def test_an_action_in_use_is_renamed_at_once_and_keeps_its_look_and_key(view, document):
+def test_an_action_in_use_is_renamed_at_once_and_keeps_its_look_and_key(view, document, messages):
     hold = document.vocabulary["hold"]
     document.set_action("hold")
     document.select(1)
@@ -65,7 +65,7 @@ def test_an_action_in_use_is_renamed_at_once_and_keeps_its_look_and_key(view, do
     assert document.vocabulary.names == ("grab", "grip", "release")
     assert (document.action, document.selected) == ("grip", 1)
     sentence = "'hold' is now 'grip' in 1 segment of Ada, in 1 demonstration of foam."
-    assert document.told[-1] == (sentence, False)
+    assert messages[-1] == (sentence, False)
     document.editor.undo_everywhere()
     assert document.editor.segments == PAINTED_TRACK
     assert "hold" in document.vocabulary
@@ -107,22 +107,22 @@ def test_other_tasks_are_asked_about(view, document, press, also):
     assert ("grip" in project.actions.vocabulary("sponge")) is also
 
 
-def test_who_codes_blind_is_not_told_who_else_labelled(view, document):
+def test_who_codes_blind_is_not_told_who_else_labelled(view, document, messages):
     document.project.tracks.edit(document.id, "Ben", (), PAINTED_TRACK[:1], "painted")
     document.project.coding.assign(document.id, "Ada", blind=True)
     document.reread()
     (asked,) = rename(view, "grab", "hold", "Merge")
-    for told in (asked, document.told[-1][0]):
+    for told in (asked, messages[-1][0]):
         assert "Ben" not in told
         assert "'grab' stays in the list, as others may use it." in told
     assert document.project.tracks.get(document.id, "Ben").segments == PAINTED_TRACK[:1]
 
 
-def test_what_is_only_predicted_is_not_renamed(view, document):
+def test_what_is_only_predicted_is_not_renamed(view, document, messages):
     document.other_tracks = {}
     document.vocabulary = document.vocabulary.with_actions("slip")
     assert rename(view, "slip", "slide") == []
-    assert document.told[-1] == (
+    assert messages[-1] == (
         "'slip' is only predicted; it disappears when you train again.",
         True,
     )
@@ -200,7 +200,9 @@ def of(document, id_):
     return [segment.action for segment in document.project.tracks.get(id_, "Ada").segments]
 
 
-def test_a_renaming_is_undone_and_redone_in_every_demonstration_as_one_step(document, other):
+def test_a_renaming_is_undone_and_redone_in_every_demonstration_as_one_step(
+    document, other, messages
+):
     before = document.vocabulary
     assert document.rename_action("hold", "grip")
     assert document.editor.undo_everywhere()
@@ -208,21 +210,23 @@ def test_a_renaming_is_undone_and_redone_in_every_demonstration_as_one_step(docu
     assert of(document, other) == ["hold", "hold"]
     assert document.vocabulary == document.project.actions.vocabulary("foam") == before
     what = "rename of hold to grip (3 segments in 2 demonstrations)"
-    assert document.told[-1] == (f"Undone: {what}", False)
+    assert messages[-1] == (f"Undone: {what}", False)
     assert document.editor.redo_everywhere()
     assert actions(document) == ["grab", "grip", "grab", "release"]
     assert of(document, other) == ["grip", "grip"]
     assert "hold" not in document.project.actions.vocabulary("foam")
-    assert document.told[-1] == (f"Redone: {what}", False)
+    assert messages[-1] == (f"Redone: {what}", False)
 
 
-def test_where_something_was_edited_since_a_renaming_stays_and_that_is_told(document, other):
+def test_where_something_was_edited_since_a_renaming_stays_and_that_is_told(
+    document, other, messages
+):
     document.rename_action("hold", "grip")
     paint(document.project, other, "grab")
     document.editor.undo_everywhere()
     assert document.editor.segments == PAINTED_TRACK
     assert of(document, other) == ["grip", "grip", "grab"]
-    assert document.told[-1][0] == (
+    assert messages[-1][0] == (
         "Undone: rename of hold to grip (1 segment); not in '02', where something else was edited "
         "since"
     )
@@ -232,7 +236,7 @@ def test_where_something_was_edited_since_a_renaming_stays_and_that_is_told(docu
     assert of(document, other) == ["hold", "hold"]
 
 
-def test_going_back_past_a_renaming_tells_where_else_it_was_undone(app, document, other):
+def test_going_back_past_a_renaming_tells_where_else_it_was_undone(app, document, other, messages):
     document.rename_action("hold", "grip")
     document.editor.delete(0)
     with shown_widget(app, HistoryView(document), (320, 400)) as history:
@@ -240,7 +244,7 @@ def test_going_back_past_a_renaming_tells_where_else_it_was_undone(app, document
         history.go_to(2)
     assert document.editor.segments == PAINTED_TRACK
     assert of(document, other) == ["hold", "hold"]
-    assert "rename of hold to grip (3 segments in 2 demonstrations)" in document.told[-1][0]
+    assert "rename of hold to grip (3 segments in 2 demonstrations)" in messages[-1][0]
 
 
 def test_other_tasks_have_their_actions_again_when_a_renaming_is_undone(document, other):

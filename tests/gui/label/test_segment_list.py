@@ -179,11 +179,11 @@ def test_numbers_are_typed_over(document, table):
     ],
 )
 def test_what_is_no_time_for_it_is_refused_in_a_sentence(
-    document, table, row, which, typed, sentence
+    document, table, row, which, typed, sentence, messages
 ):
     assert not edited(table, row, which, typed)
     assert document.editor.segments == PAINTED_TRACK
-    (told, trouble) = document.told[-1]
+    (told, trouble) = messages[-1]
     assert trouble
     assert sentence in told
 

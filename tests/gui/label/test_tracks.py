@@ -2,13 +2,14 @@
 
 import gc
 import weakref
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QContextMenuEvent, QKeyEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QInputDialog
 from window_helpers import PanelMouse, open_foam_document, stored_rows
 
 from forcelab.gui.figures import text
@@ -33,8 +34,8 @@ def document(app):
         yield document
 
 
-@pytest.fixture
-def panel(document):
+@contextmanager
+def open_panel(document):
     panel = TrackPanel(document)
     panel.resize(88 + 1000 + 8, 100)
     panel.show()
@@ -45,21 +46,26 @@ def panel(document):
 
 
 @pytest.fixture
+def panel(document):
+    with open_panel(document) as panel:
+        yield panel
+
+
+@pytest.fixture
 def hand(panel):
     return PanelMouse(panel)
 
 
-def test_a_drag_with_a_brush_paints(document, hand):
+def entries(menu):
+    return {action.text(): action for action in menu.actions()}
+
+
+@pytest.mark.parametrize(("start", "end"), [(3.5, 4.25), (4.25, 3.5)], ids=["on", "backwards"])
+def test_a_drag_with_a_brush_paints(document, hand, start, end):
     document.set_action("hold")
-    hand.drag(3.5, 4.25)
+    hand.drag(start, end)
     assert (3.5, 4.25, "hold") in stored_rows(document)
     assert len(document.editor.history()) == 2
-
-
-def test_a_drag_backwards_paints_the_same(document, hand):
-    document.set_action("hold")
-    hand.drag(4.25, 3.5)
-    assert (3.5, 4.25, "hold") in stored_rows(document)
 
 
 @pytest.mark.parametrize("pixels", [1, 3, 8, 12, 15])
@@ -219,21 +225,20 @@ def test_without_a_brush_a_drag_marks_a_range_and_asks_what_with(document, hand,
     hand.drag(3.5, 4.25)
     assert document.view.range == pytest.approx((3.5, 4.25))
     assert stored_rows(document) == TIMES
-    entries = {action.text(): action for action in panel.menu.actions()}
-    entries["&3  release"].trigger()
+    entries(panel.menu)["&3  release"].trigger()
     assert (3.5, 4.25, "release") in stored_rows(document)
     assert document.view.range is None
 
 
-def test_what_to_do_with_a_marked_range_is_said_and_an_action_can_be_new(document, hand, panel):
-    messages = []
-    document.message_shown.connect(lambda sentence, _: messages.append(sentence))
+def test_what_to_do_with_a_marked_range_is_said_and_an_action_can_be_new(
+    document, hand, panel, messages
+):
     hand.drag(3.5, 4.25)
-    assert messages == ["Choose an action for the marked range, here or under Actions."]
-    entries = {action.text(): action for action in panel.menu.actions()}
-    assert "Erase the range" not in entries, "there is nothing in it"
-    entries["Another action…"].trigger()
-    (dialog,) = [w for w in panel.children() if w.inherits("QInputDialog")]
+    sentence = "Choose an action for the marked range, here or under Actions."
+    assert messages == [(sentence, False)]
+    assert "Erase the range" not in entries(panel.menu), "there is nothing in it"
+    entries(panel.menu)["Another action…"].trigger()
+    dialog = panel.findChild(QInputDialog)
     dialog.setTextValue(" lift  up ")
     dialog.accept()
     assert (3.5, 4.25, "lift up") in stored_rows(document)
@@ -247,19 +252,15 @@ def test_the_first_drag_of_all_paints_though_there_is_no_action_yet(app):
         document.open_project(path)
         assert document.open_demonstration(name)
         assert not document.vocabulary.names
-        panel = TrackPanel(document)
-        panel.resize(88 + 1000 + 8, 100)
-        panel.show()
-        PanelMouse(panel).drag(3.5, 4.25)
-        entries = {action.text(): action for action in panel.menu.actions()}
-        entries["grab"].trigger()
-        assert stored_rows(document) == [(3.5, 4.25, "grab")]
-        PanelMouse(panel).drag(5.0, 5.5)
-        (more,) = [a.menu() for a in panel.menu.actions() if a.text() == "More actions"]
-        assert "grab" not in [action.text() for action in more.actions()]
-        next(action for action in more.actions() if action.text() == "hold").trigger()
-        assert stored_rows(document) == [(3.5, 4.25, "grab"), (5.0, 5.5, "hold")]
-        panel.close()
+        with open_panel(document) as panel:
+            PanelMouse(panel).drag(3.5, 4.25)
+            entries(panel.menu)["grab"].trigger()
+            assert stored_rows(document) == [(3.5, 4.25, "grab")]
+            PanelMouse(panel).drag(5.0, 5.5)
+            more = entries(entries(panel.menu)["More actions"].menu())
+            assert "grab" not in more
+            more["hold"].trigger()
+            assert stored_rows(document) == [(3.5, 4.25, "grab"), (5.0, 5.5, "hold")]
 
 
 def test_esc_while_marking_brings_the_former_range_back(document, hand, panel):
@@ -396,12 +397,11 @@ def menu_of(panel, time, y=20):
     reason = QContextMenuEvent.Reason.Mouse
     event = QContextMenuEvent(reason, place, panel.mapToGlobal(place))
     QApplication.sendEvent(panel, event)
-    entries = {}
-    for action in panel.menu.actions():
+    found = entries(panel.menu)
+    for title, action in entries(panel.menu).items():
         if action.menu() is not None:
-            entries |= {f"{action.text()}/{sub.text()}": sub for sub in action.menu().actions()}
-        entries[action.text()] = action
-    return entries
+            found |= {f"{title}/{below}": sub for below, sub in entries(action.menu()).items()}
+    return found
 
 
 @pytest.mark.parametrize(
@@ -436,10 +436,10 @@ def test_a_menu_of_actions_without_any_says_so(document, panel, hovered):
     document.set_vocabulary(Vocabulary())
     document.vocabulary = Vocabulary()
     document.view.set_range(3.5, 4.5)
-    entries = menu_of(panel, 4.0)
+    offered = menu_of(panel, 4.0)
     for entry in ("Fill this gap with", "Fill the range with"):
-        assert not entries[entry].isEnabled()
-        spot = panel.menu.actionGeometry(entries[entry]).center()
+        assert not offered[entry].isEnabled()
+        spot = panel.menu.actionGeometry(offered[entry]).center()
         assert hovered(panel.menu, spot) == "The task has no actions."
 
 
@@ -457,7 +457,7 @@ def test_the_menu_asks_for_a_segment_to_be_played(panel):
 
 def test_the_longest_gap_is_asked_for_and_filled(document, panel):
     menu_of(panel, 4.0)["Fill short gaps…"].trigger()
-    (dialog,) = [w for w in panel.children() if w.inherits("QInputDialog")]
+    dialog = panel.findChild(QInputDialog)
     dialog.setDoubleValue(2.5)
     dialog.accept()
     assert stored_rows(document) == [TIMES[0], (2.0, 4.0, "hold"), (4.0, 6.0, "release")]
@@ -468,8 +468,7 @@ def test_the_menu_key_opens_the_menu_of_the_cursor(document, panel):
     where = QPoint(0, 0)
     event = QContextMenuEvent(QContextMenuEvent.Reason.Keyboard, where, where)
     QApplication.sendEvent(panel, event)
-    entries = {action.text(): action for action in panel.menu.actions()}
-    entries["Split here"].trigger()
+    entries(panel.menu)["Split here"].trigger()
     assert (1.0, 1.5, "grab") in stored_rows(document)
 
 

@@ -77,11 +77,11 @@ def test_a_time_is_typed_to_jump(bar, document, text, cursor):
     assert bar.time.text() == f"{document.view.cursor:.3f}"
 
 
-def test_what_is_no_time_is_said_and_taken_back(bar, document):
+def test_what_is_no_time_is_said_and_taken_back(bar, document, messages):
     document.view.seek(1.0)
     for text in ("soon", "nan", "inf"):
         typed(bar, text)
-        assert "is no time" in document.told[-1][0]
+        assert "is no time" in messages[-1][0]
         assert (document.view.cursor, bar.time.text()) == (1.0, "1.000")
 
 
@@ -163,9 +163,9 @@ def test_trouble_stays_when_others_paint_and_not_the_coder(app, bar, document, u
     until(lambda: bar.saved.text.startswith("Stored "))
 
 
-def test_a_mistake_is_no_trouble_of_the_store(bar, document):
+def test_a_mistake_is_no_trouble_of_the_store(bar, document, messages):
     assert not document.editor.move_edge(0, "start", 3.0)
-    assert document.told[-1][1]
+    assert messages[-1][1]
     assert bar.saved.trouble == ""
 
 

@@ -16,7 +16,6 @@ def shared_document(app, tmp_path_factory):
 @pytest.fixture
 def document(shared_document):
     shared_document.open_demonstration(shared_document.infos[0].id)
-    shared_document.told.clear()
     yield shared_document
     shared_document.review.set_run(None)
     for assignment in shared_document.project.coding.assignments():
@@ -67,3 +66,14 @@ def trainer(document, jobs, work, until, monkeypatch):
     yield trainer
     trainer.cancel()
     document.close()
+
+
+@pytest.fixture
+def train(trainer, until):
+    """Train to the end."""
+
+    def train():
+        assert trainer.train()
+        until(lambda: not trainer.training)
+
+    return train

@@ -11,6 +11,7 @@ from factories import MEMORY_FOLDER
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QMessageBox
+from window_helpers import status_messages
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
@@ -183,10 +184,9 @@ def test_who_looks_next_sees_at_once_nothing_that_he_codes_blind(app, until, vis
 
 def test_a_consensus_of_the_project_before_is_not_asked_of_the_next_one(app, until, tmp_path):
     both = {"Ann": ANN, "Ben": BEN}
-    said = []
     Project.create(tmp_path / "next.forcelab").close()
     with bench(app, until, both) as b:
-        b.document.message_shown.connect(lambda *told: said.append(told))
+        messages = status_messages(b.document)
         b.view.pages.setCurrentIndex(1)
         b.bar.buttons.begin.setFocus()
         b.view.hide()
@@ -196,7 +196,7 @@ def test_a_consensus_of_the_project_before_is_not_asked_of_the_next_one(app, unt
         app.processEvents()
         assert b.bar.isVisible()
         assert b.bar.consensus is None
-        assert said == []
+        assert messages == []
         assert not b.bar.buttons.tolerance.hasFocus()
 
 

@@ -148,17 +148,17 @@ def test_copied_text_is_what_is_shown(view):
 @pytest.mark.parametrize(
     ("suffix", "head"), [("svg", b"<?xml"), ("pdf", b"%PDF"), ("png", b"\x89P")]
 )
-def test_the_matrix_is_saved_as_a_figure(view, document, until, tmp_path, suffix, head):
+def test_the_matrix_is_saved_as_a_figure(view, document, until, tmp_path, suffix, head, messages):
     view.save(tmp_path / f"matrix.{suffix}")
-    until(lambda: document.told)
-    assert document.told == [(f"Saved 'matrix.{suffix}'.", False)]
+    until(lambda: messages)
+    assert messages == [(f"Saved 'matrix.{suffix}'.", False)]
     assert (tmp_path / f"matrix.{suffix}").read_bytes().startswith(head)
 
 
-def test_a_wrong_suffix_is_told(view, document, until, tmp_path):
+def test_a_wrong_suffix_is_told(view, document, until, tmp_path, messages):
     view.save(tmp_path / "matrix.doc")
-    until(lambda: document.told)
-    assert document.told[-1] == (
+    until(lambda: messages)
+    assert messages[-1] == (
         "A figure is saved as .svg, .pdf or .png, not as 'matrix.doc'; change the suffix.",
         True,
     )

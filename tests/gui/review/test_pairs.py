@@ -1,17 +1,14 @@
 """Timeline pairs in the window: what is painted where, and where clicks and keys lead."""
 
-import os
-import tempfile
 from dataclasses import replace
-from datetime import datetime, timezone
-from pathlib import Path
 
 import numpy as np
 import pytest
-from factories import cached_project
+from factories import FOAM_ACTIONS, cached_project, unscored_run_result
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QRegion
 from PySide6.QtTest import QTest
+from window_helpers import status_messages
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import settings, theme
@@ -29,12 +26,10 @@ from forcelab.project.tracks import TrackStore
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
 from forcelab.review.differences import Interval
-from forcelab.review.run_result import DemonstrationResult, RunResult, action_styles
+from forcelab.review.run_result import DemonstrationResult, action_styles
 from forcelab.vocabulary import Vocabulary
 
-MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
-ACTIONS = ("grab", "hold", "release")
-VOCABULARY = Vocabulary().with_actions(*ACTIONS)
+VOCABULARY = Vocabulary().with_actions(*FOAM_ACTIONS)
 #: What Ann sees, and what is predicted: wrong from 3 to 4 s, missed from 8 to 9 s, unsure in hold.
 HUMAN = (Segment(1.0, 4.0, "grab"), Segment(4.0, 7.0, "hold"), Segment(7.0, 9.0, "release"))
 PREDICTED = (Segment(1.0, 3.0, "grab"), Segment(3.0, 7.0, "hold"), Segment(7.0, 8.0, "release"))
@@ -45,31 +40,24 @@ def certainty():
     times = np.arange(0, 10, 0.01)
     probabilities = np.zeros((len(times), 3))
     for segment in PREDICTED:
-        column = ACTIONS.index(segment.action)
+        column = FOAM_ACTIONS.index(segment.action)
         sure = UNSURE if segment.action == "hold" else 1.0
         inside = (times >= segment.start) & (times < segment.end)
         probabilities[inside, column] = sure
         probabilities[inside, (column + 1) % 3] = 1.0 - sure
-    return ProbabilityTrace.from_probabilities(times, probabilities, ACTIONS)
+    return ProbabilityTrace.from_probabilities(times, probabilities, FOAM_ACTIONS)
 
 
 def reviewed(id_, name, **changes):
     stages = {"raw": (Segment(1.0, 2.0, "hold"),), "filtered": PREDICTED}
-    given = {
+    values = {
         "human": HUMAN,
         "stages": stages,
         "probability_trace": certainty(),
         "end": 10.0,
         **changes,
     }
-    return DemonstrationResult(id_, name, "foam", 0.0, given.pop("end"), **given)
-
-
-def run_result(*tested, **changes):
-    when = datetime(2024, 5, 6, tzinfo=timezone.utc)
-    given = {"settings": Settings(), "apart": False, "actions": ACTIONS, "labels": (), **changes}
-    base = {"number": 1, "time": when, "title": "foam", "tasks": ("foam",), "test_task": None}
-    return RunResult(author="Ann", tested=tested, **base, **given)
+    return DemonstrationResult(id_, name, "foam", 0.0, values.pop("end"), **values)
 
 
 def project(path):
@@ -79,21 +67,21 @@ def project(path):
         for number in (1, 2, 10):
             times = np.arange(100) / 10
             signals = np.sin(times + number)[:, np.newaxis]
-            made = Demonstration(f"d {number}", "foam", times, signals, (Channel("fz", "N"),))
-            project.demonstrations.add(made)
-            project.tracks.edit(made.id, "Ann", (), HUMAN, "made")
-            project.tracks.edit(made.id, "Bob", (), HUMAN[:1], "made")
+            demonstration = Demonstration(
+                f"d {number}", "foam", times, signals, (Channel("fz", "N"),)
+            )
+            project.demonstrations.add(demonstration)
+            project.tracks.edit(demonstration.id, "Ann", (), HUMAN, "made")
+            project.tracks.edit(demonstration.id, "Bob", (), HUMAN[:1], "made")
 
 
 @pytest.fixture
-def study():
+def study(tmp_path):
     """A document of that project."""
-    with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
-        path = cached_project(project, Path(folder) / "study.forcelab")
-        document = Document("Ann")
-        document.open_project(path)
-        yield document
-        document.close()
+    document = Document("Ann")
+    document.open_project(cached_project(project, tmp_path / "study.forcelab"))
+    yield document
+    document.close()
 
 
 @pytest.fixture
@@ -101,13 +89,15 @@ def shown(app, study, until):
     """Makes a view of a run, waits until it is drawn, and closes it in the end."""
     jobs, views = Jobs(), []
 
-    def show(made=None, *, size=(1000, 500), look="light"):
+    def show(run=None, *, size=(1000, 500), look="light"):
         theme.use_theme(app, look)
         view = PairsView(study, jobs)
         views.append(view)
         view.resize(*size)
         view.show()
-        study.review.set_run(made or run_result(*(reviewed(i.id, i.name) for i in study.infos)))
+        study.review.set_run(
+            run or unscored_run_result(reviewed(i.id, i.name) for i in study.infos)
+        )
         settle(view)
         return view
 
@@ -202,7 +192,7 @@ def test_the_legend_is_in_the_order_of_the_keys(shown, study):
     made[0] = reviewed(study.infos[0].id, "d 1", human=(Segment(0.1, 0.4, "slip"), *HUMAN))
     study.open_demonstration(study.infos[0].id)
     study.editor.paint(0.1, 0.4, "slip")
-    view = shown(run_result(*made))
+    view = shown(unscored_run_result(made))
     assert view.legend.accessibleDescription() == "1 grab, 2 hold, 3 release, 4 slip"
     study.set_vocabulary(study.vocabulary.rebound("grab", "7"))
     assert view.legend.accessibleDescription() == "2 hold, 3 release, 4 slip, 7 grab"
@@ -231,7 +221,7 @@ def test_an_action_kept_apart_by_its_task_has_the_key_of_that_task_alone():
 def test_a_legend_of_many_actions_leaves_room_for_the_pairs(shown, study):
     names = tuple(f"action number {i} of a long name" for i in range(24))
     human = tuple(Segment(0.4 * i, 0.4 * (i + 1), name) for i, name in enumerate(names))
-    made = run_result(reviewed(study.infos[0].id, "d 1", human=human), actions=names)
+    made = unscored_run_result([reviewed(study.infos[0].id, "d 1", human=human)], names)
     view = shown(made, size=(520, 400))
     assert view.legend.height() > view.height() / 2  # it could not stand there in full
     assert view.area.height() > view.height() / 3
@@ -239,7 +229,7 @@ def test_a_legend_of_many_actions_leaves_room_for_the_pairs(shown, study):
 
 
 def test_only_visible_rows_are_painted_and_none_twice(shown):
-    many = run_result(*(reviewed(f"id {i}", f"d {i}") for i in range(200)))
+    many = unscored_run_result(reviewed(f"id {i}", f"d {i}") for i in range(200))
     view = shown(many, size=(600, 300))
     area = view.area
     page = area.viewport().height()
@@ -257,7 +247,9 @@ def test_only_visible_rows_are_painted_and_none_twice(shown):
 
 
 def test_rows_of_two_hundred_demonstrations_end_where_the_list_ends(shown):
-    view = shown(run_result(*(reviewed(f"id {i}", f"d {i}") for i in range(200))), size=(600, 300))
+    view = shown(
+        unscored_run_result(reviewed(f"id {i}", f"d {i}") for i in range(200)), size=(600, 300)
+    )
     bar, layout = view.area.verticalScrollBar(), view.area.arrangement
     assert bar.maximum() + view.area.viewport().height() == pytest.approx(layout.height, abs=1)
     assert layout.row_at(layout.height - 1) == 199
@@ -319,7 +311,7 @@ def test_arrows_go_over_rows_and_disagreements_and_enter_goes_there(shown, study
 
 
 def test_a_tooltip_tells_the_three_most_probable_actions_and_takes_no_name_for_markup(shown):
-    made = run_result(reviewed("x", "<b>odd</b> & name"))
+    made = unscored_run_result([reviewed("x", "<b>odd</b> & name")])
     view = shown(made)
     found = view.area.hit_at(spot(view, 0, 5.5, "predicted", 0.5))
     words = hit_tooltip(view.area.entries[0], found)
@@ -336,7 +328,7 @@ def test_rows_are_ordered_and_filtered(shown, study):
     made = [reviewed(i.id, i.name) for i in study.infos]
     made[1] = reviewed(study.infos[1].id, study.infos[1].name, stages=wrong)
     made.append(reviewed("x", "longest", end=12.0))
-    view = shown(run_result(*made))
+    view = shown(unscored_run_result(made))
 
     def names():
         return [entry.reviewed.name for entry in view.area.entries]
@@ -357,7 +349,7 @@ def test_an_order_that_is_chosen_is_read_from_its_top(shown, study):
     many = [reviewed(f"{number:032x}", f"x {number}") for number in range(30)]
     many[7] = reviewed(many[7].id, "x 7", stages=wrong)
     last = reviewed(study.infos[0].id, study.infos[0].name, end=11.0)
-    view = shown(run_result(*many, last), size=(1000, 300))
+    view = shown(unscored_run_result([*many, last]), size=(1000, 300))
     study.open_demonstration(study.infos[0].id)
     bar = view.area.verticalScrollBar()
     bar.setValue(bar.maximum())
@@ -369,13 +361,13 @@ def test_an_order_that_is_chosen_is_read_from_its_top(shown, study):
 def test_names_stand_as_in_the_list_of_demonstrations(shown, study):
     names = ["Z", "Ü", "100% & more", "stylus 10", "stylus 9", "a"]
     rows = [reviewed(f"{number:032x}", name) for number, name in enumerate(names)]
-    ordered = [entry.reviewed.name for entry in shown(run_result(*rows)).area.entries]
+    ordered = [entry.reviewed.name for entry in shown(unscored_run_result(rows)).area.entries]
     assert ordered == ["100% & more", "a", "stylus 9", "stylus 10", "Z", "Ü"]
 
 
 def test_stretched_rows_take_the_whole_width(shown, study):
     ids = [info.id for info in study.infos]
-    view = shown(run_result(reviewed(ids[0], "a"), reviewed(ids[1], "b", end=20.0)))
+    view = shown(unscored_run_result([reviewed(ids[0], "a"), reviewed(ids[1], "b", end=20.0)]))
     layout = view.area.arrangement
     assert layout.boxes(0).human.width() == pytest.approx(layout.boxes(1).human.width() / 2)
     view.tools.stretched.setChecked(True)
@@ -404,7 +396,7 @@ def test_further_rows_are_those_chosen_and_are_remembered(shown):
 
 def test_proposals_stand_below_with_the_prediction_alone(shown, study):
     first, second, third = (reviewed(i.id, i.name) for i in study.infos)
-    view = shown(run_result(second, third, proposals=(first,)))
+    view = shown(unscored_run_result([second, third], proposals=(first,)))
     assert [entry.id for entry in view.area.entries] == [second.id, third.id, first.id]
     entry = view.area.entries[2]
     assert entry.pair.human is None
@@ -416,7 +408,7 @@ def test_proposals_stand_below_with_the_prediction_alone(shown, study):
 
 def test_the_accuracy_is_that_of_the_run_until_the_track_is_edited(shown, study):
     scores = {"filtered": {"demonstrations": [{"accuracy": 0.123}] * 3}}
-    view = shown(run_result(*(reviewed(i.id, i.name) for i in study.infos), scores=scores))
+    view = shown(unscored_run_result([reviewed(i.id, i.name) for i in study.infos], scores=scores))
     assert view.area.entries[0].share == 0.123
     study.open_demonstration(view.area.entries[0].id)
     study.editor.paint(3.0, 4.0, "hold")
@@ -450,7 +442,7 @@ def test_an_edit_reads_and_paints_the_open_row_alone(shown, study, monkeypatch):
 def test_tracks_are_spelt_as_they_were_trained(shown, study):
     merged = Settings(merge=MergeMap({"grab": "hold"}))
     made = [reviewed(i.id, i.name, human=()) for i in study.infos]
-    view = shown(run_result(*made, settings=merged, apart=True))
+    view = shown(unscored_run_result(made, settings=merged, apart=True))
     actions = [segment.action for segment in view.area.entries[0].human]
     assert actions == ["hold_foam", "hold_foam", "release_foam"]
 
@@ -465,9 +457,11 @@ def test_without_a_run_it_says_what_to_do(shown, study):
         "Press F5 to train; human and predicted timelines then appear here in pairs."
     )
     assert not view.area.isVisible()
-    study.review.set_run(run_result())
+    study.review.set_run(unscored_run_result())
     assert "tested no demonstration" in view.pages.note.text()
-    study.review.set_run(run_result(remarks=("Nothing could be tested: there is only still.",)))
+    study.review.set_run(
+        unscored_run_result(remarks=("Nothing could be tested: there is only still.",))
+    )
     assert view.pages.note.text() == "Nothing could be tested: there is only still."
 
 
@@ -513,7 +507,7 @@ def test_nothing_is_made_for_a_hidden_view(shown, study):
     view = shown()
     view.hide()
     painted = view.area.pictures.painted
-    study.review.set_run(run_result(reviewed(study.infos[0].id, "d 1")))
+    study.review.set_run(unscored_run_result([reviewed(study.infos[0].id, "d 1")]))
     QTest.qWait(10)
     assert len(view.area.entries) == 3
     view.show()
@@ -549,17 +543,16 @@ def test_the_export_has_the_pairs_that_are_shown(shown, until, tmp_path, suffix)
 def test_the_export_goes_on_in_the_background_and_says_when_it_is_done(
     shown, study, until, tmp_path
 ):
-    view, said = shown(), []
-    study.message_shown.connect(lambda words, trouble: said.append((words, trouble)))
+    view, messages = shown(), status_messages(study)
     view.export_to(tmp_path / "pairs.svg")
-    until(lambda: said)
-    assert said == [("Saved 'pairs.svg'.", False)]
+    until(lambda: messages)
+    assert messages == [("Saved 'pairs.svg'.", False)]
     view.export_to(tmp_path / "none" / "pairs.svg")
-    until(lambda: len(said) == 2)
-    assert said[1][1]
+    until(lambda: len(messages) == 2)
+    assert messages[1][1]
     view.tools.search.setText("nothing like it")
     view.export_to(tmp_path / "pairs.svg")
-    assert "no timeline pair" in said[2][0]
+    assert "no timeline pair" in messages[2][0]
 
 
 # What was found while using it
@@ -583,7 +576,9 @@ class Painted(QObject):
 def test_a_row_that_was_skipped_is_painted_wholly_though_a_part_of_it_is_seen_first(
     shown, until, monkeypatch
 ):
-    view = shown(run_result(*(reviewed(f"id {i}", f"d {i}") for i in range(6))), size=(600, 420))
+    view = shown(
+        unscored_run_result(reviewed(f"id {i}", f"d {i}") for i in range(6)), size=(600, 420)
+    )
     area = view.area
     monkeypatch.setattr(pairs_list, "PAINT_BUDGET", -1.0)
     area.repaint_all()
@@ -634,12 +629,16 @@ def test_an_action_has_the_colour_of_the_task_that_is_tested(shown, study):
     foam = study.project.actions.vocabulary("foam")
     other = Vocabulary().with_actions("hold", "push", "grab")
     study.project.actions.set_vocabulary("LEGO", other)
-    both = action_styles(study.project, replace(run_result(), tasks=("LEGO",), test_task="foam"))
+    both = action_styles(
+        study.project, replace(unscored_run_result(), tasks=("LEGO",), test_task="foam")
+    )
     assert all(both[name].look == foam[name].look for name in foam.names)
     # Its colour is taken already: it keeps it, with a texture.
     assert both["push"].colour == other["push"].colour
     assert both["push"].look != foam["hold"].look
-    apart = action_styles(study.project, replace(run_result(), tasks=("foam", "LEGO"), apart=True))
+    apart = action_styles(
+        study.project, replace(unscored_run_result(), tasks=("foam", "LEGO"), apart=True)
+    )
     assert apart["grab_foam"].colour == foam["grab"].colour
     assert apart["hold_LEGO"].colour == other["hold"].colour
 
@@ -649,7 +648,7 @@ def test_the_first_move_of_the_cursor_takes_away_what_stood_there(shown, study, 
     study.open_demonstration(study.infos[0].id)
     study.view.seek(3.0)
     others = [reviewed(f"id {i}", f"e {i}") for i in range(9)]
-    view = shown(run_result(reviewed(study.id, "d 1"), *others), size=(600, 300))
+    view = shown(unscored_run_result([reviewed(study.id, "d 1"), *others]), size=(600, 300))
     area = view.area
     area.verticalScrollBar().setValue(scrolled)
     app.processEvents()

@@ -7,7 +7,7 @@ from factories import PREDICTED_TRACK, grab_probabilities, run_result_of
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication
-from window_helpers import open_training_document
+from window_helpers import open_training_document, status_messages
 
 from forcelab.gui.document import ReviewState
 from forcelab.gui.review.proposals import ProposalsView
@@ -137,9 +137,7 @@ def test_what_is_coded_blind_is_not_listed(view, document, until):
     assert all(row.id != run.proposals[0].id for row in view.rows)
 
 
-def test_accepting_says_how_many_and_how_to_take_it_back(view, document, until):
-    said = []
-    document.message_shown.connect(lambda text, *_: said.append(text))
+def test_accepting_says_how_many_and_how_to_take_it_back(view, document, messages):
     document.review.set_run(run_result_of(document.project))
     third = document.review.run.proposals[0].id
     document.open_demonstration(third)
@@ -148,7 +146,7 @@ def test_accepting_says_how_many_and_how_to_take_it_back(view, document, until):
     assert view.accepting.here.isEnabled()
     view.accepting.here.click()
     assert document.editor.segments == PREDICTED_TRACK[1:2]
-    assert said[-1].startswith("1 predicted segment was accepted; Ctrl+Z")
+    assert messages[-1][0].startswith("1 predicted segment was accepted; Ctrl+Z")
     view.accepting.in_view.click()
     assert document.editor.segments == PREDICTED_TRACK
     document.editor.undo_everywhere()
@@ -260,14 +258,14 @@ def test_a_step_of_playback_looks_at_few_predictions_of_many(view, document, mon
 
 
 def test_who_codes_blind_is_not_told_to_train(document):
-    said = []
     document.review.set_run(run_result_of(document.project))
     third = document.review.run.proposals[0].id
     document.project.coding.assign(third, document.author, blind=True)
     document.open_demonstration(third)
-    document.message_shown.connect(lambda text, *_: said.append(text))
+    messages = status_messages(document)
     assert not document.review.accept_in_view()
-    assert said == ["Predictions are hidden until you are done; nothing accepted."]
+    sentence = "Predictions are hidden until you are done; nothing accepted."
+    assert messages == [(sentence, True)]
 
 
 def test_how_much_is_labelled_by_now_is_shown(view, document, until):

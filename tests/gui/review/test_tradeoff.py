@@ -118,8 +118,6 @@ class FakeMeasuring:
 @pytest.fixture
 def document(app):
     with open_training_document() as document:
-        document.told = []
-        document.message_shown.connect(lambda text, trouble: document.told.append((text, trouble)))
         yield document
 
 
@@ -131,7 +129,7 @@ def work(document):
 
 
 @pytest.fixture
-def controller(document, jobs, work, until, monkeypatch):
+def hidden_controller(document, jobs, work, until, monkeypatch):
     monkeypatch.setattr("forcelab.gui.review.training_preferences.DEFAULT_PRESET", "paper")
     monkeypatch.setattr(tradeoff, "COUNT_DELAY", 20)
     monkeypatch.setattr(tradeoff, "measure_task", work.measure)
@@ -145,24 +143,30 @@ def controller(document, jobs, work, until, monkeypatch):
     document.close()
 
 
+@pytest.fixture
+def controller(hidden_controller, until):
+    """Visible, with the measurement of the task read."""
+    hidden_controller.set_visible(True)
+    until(lambda: hidden_controller.measured is not None)
+    return hidden_controller
+
+
 # Measuring
 
 
-def test_nothing_is_read_while_it_is_hidden(controller, work, until):
-    controller.trainer.set_task("stylus")
+def test_nothing_is_read_while_it_is_hidden(hidden_controller, work, until):
+    hidden_controller.trainer.set_task("stylus")
     assert work.read == []
-    assert controller.measured is None
-    controller.trainer.set_task("foam")
-    controller.set_visible(True)
-    until(lambda: controller.measured is not None)
+    assert hidden_controller.measured is None
+    hidden_controller.trainer.set_task("foam")
+    hidden_controller.set_visible(True)
+    until(lambda: hidden_controller.measured is not None)
     assert work.read == [("foam", "Ann")]
-    assert controller.measured is work.kept["foam"]
-    assert controller.edits == 0
+    assert hidden_controller.measured is work.kept["foam"]
+    assert hidden_controller.edits == 0
 
 
 def test_another_task_shows_its_own_measurement(controller, work, until):
-    controller.set_visible(True)
-    until(lambda: controller.measured is not None)
     controller.trainer.set_task("stylus")
     assert controller.measured is None
     until(lambda: not controller.reading)
@@ -175,13 +179,11 @@ def test_measuring_tells_how_far_it_is_and_shows_what_came_of_it(controller, doc
     work.steps = [Progress(n, 3, f"{n} of 3") for n in range(3)]
     work.gate = False
     work.result = measured_of(document.project, number=2)
-    controller.set_visible(True)
-    until(lambda: controller.measured is not None)
-    told = []
-    controller.progressed.connect(lambda: told.append(controller.progress))
+    reported = []
+    controller.progressed.connect(lambda: reported.append(controller.progress))
     controller.measure()
     controller.measure()  # never two at once
-    until(lambda: told and told[-1] == work.steps[-1])
+    until(lambda: reported and reported[-1] == work.steps[-1])
     assert controller.running
     assert controller.measured.number == 1  # stays until the new one is there
     work.gate = True
@@ -192,8 +194,6 @@ def test_measuring_tells_how_far_it_is_and_shows_what_came_of_it(controller, doc
 
 def test_cancel_ends_the_work_and_keeps_what_is_shown(controller, work, until):
     work.gate = False
-    controller.set_visible(True)
-    until(lambda: controller.measured is not None)
     controller.measure()
     until(lambda: work.asked)
     controller.cancel()
@@ -205,8 +205,6 @@ def test_cancel_ends_the_work_and_keeps_what_is_shown(controller, work, until):
 def test_it_goes_on_while_another_workspace_is_in_front(controller, document, work, until):
     work.gate = False
     work.result = measured_of(document.project, number=2)
-    controller.set_visible(True)
-    until(lambda: controller.measured is not None)
     controller.measure()
     controller.set_visible(False)
     controller.trainer.changed.emit()
@@ -219,7 +217,6 @@ def test_it_goes_on_while_another_workspace_is_in_front(controller, document, wo
 
 def test_another_project_ends_it(controller, document, work, until):
     work.gate = False
-    controller.set_visible(True)
     controller.measure()
     until(lambda: work.asked)
     document.close()
@@ -228,42 +225,39 @@ def test_another_project_ends_it(controller, document, work, until):
     assert controller.measured is None
 
 
-def test_a_refusal_is_said(controller, document, work, until):
+def test_a_refusal_is_said(controller, document, work, until, messages):
     work.result = InputError("There is too little.")
-    controller.set_visible(True)
     controller.measure()
     until(lambda: not controller.running)
     assert controller.trouble == "There is too little."
-    assert ("There is too little.", True) in document.told
+    assert ("There is too little.", True) in messages
 
 
-def test_what_cannot_be_read_is_said(controller, work, until):
+def test_what_cannot_be_read_is_said(hidden_controller, work, until):
     work.kept["foam"] = InputError("It is damaged; measure again.")
-    controller.set_visible(True)
-    until(lambda: controller.trouble)
-    assert controller.trouble == "It is damaged; measure again."
-    assert not controller.reading
+    hidden_controller.set_visible(True)
+    until(lambda: hidden_controller.trouble)
+    assert hidden_controller.trouble == "It is damaged; measure again."
+    assert not hidden_controller.reading
 
 
 def test_edits_since_are_counted(controller, document, until):
-    controller.set_visible(True)
-    until(lambda: controller.measured is not None)
     with Project.open(document.project.path) as another:
         another.tracks.edit(document.id, "Ann", TRAINING_TRACK, TRAINING_TRACK[:1], "deleted")
     document.refresh()
     until(lambda: controller.edits == 1)
 
 
-def test_adopting_changes_what_is_trained_with_and_can_be_taken_back(controller, document, until):
-    controller.set_visible(True)
-    until(lambda: controller.measured is not None)
+def test_adopting_changes_what_is_trained_with_and_can_be_taken_back(
+    controller, document, messages
+):
     own = PAPER.replace(stride=7)  # not measured, so no point leads back to it
     controller.trainer.set_settings(own)
     assert controller.current is None
     controller.adopt(3)
     assert controller.current == 3
     assert controller.trainer.settings == PAPER.replace(classifier="logistic")
-    assert document.told[-1] == (
+    assert messages[-1] == (
         "'foam' is trained with “classifier: logistic” from now on.", False)  # fmt: skip
     assert controller.can_undo
     controller.undo()
@@ -274,22 +268,21 @@ def test_adopting_changes_what_is_trained_with_and_can_be_taken_back(controller,
     assert not controller.can_undo
 
 
-def test_adopted_settings_are_remembered_for_the_task(controller, until):
-    controller.set_visible(True)
-    until(lambda: controller.measured is not None)
+def test_adopted_settings_are_remembered_for_the_task(controller):
     controller.adopt(1)
     path = controller.document.project.path
     assert recall_preset(path, "foam") == ("fast", False)
     assert recall_preset(path, "stylus") == ("paper", False)
 
 
-def test_a_coder_who_is_blind_measures_on_his_own_labels_alone(controller, document):
+def test_a_coder_who_is_blind_measures_on_his_own_labels_alone(hidden_controller, document):
     document.set_author("Bo")
-    assert controller.author == "Ann"  # whoever looks at a project of others can measure at once
-    assert controller.labelled == 2
+    # Whoever looks at a project of others can measure at once.
+    assert hidden_controller.author == "Ann"
+    assert hidden_controller.labelled == 2
     document.project.coding.assign(document.infos[0].id, "Bo", blind=True)
-    assert controller.author == "Bo"
-    assert controller.labelled == 0
+    assert hidden_controller.author == "Bo"
+    assert hidden_controller.labelled == 0
 
 
 FAST = preset("paper").replace(classifier="naive-bayes", max_scale=32.0)
@@ -318,19 +311,15 @@ def test_the_latest_measurement_that_a_coder_may_see_is_found(measured_project):
     assert latest(measured_project, "Bo").author == "Ada"
     assert latest(measured_project, "Ada", "pen") is None
     with Project.open(measured_project) as project:
-        one = project.demonstrations.infos()[0].id
-        project.coding.assign(one, "Bo", blind=True)
-        assert project.coding.is_blind(one, "Bo")
+        id_ = project.demonstrations.infos()[0].id
+        project.coding.assign(id_, "Bo", blind=True)
+        assert project.coding.is_blind(id_, "Bo")
     # What a model makes of hidden labels says something about them.
     assert latest(measured_project, "Bo") is None
     assert latest(measured_project, "Ada") is not None
 
 
-def test_every_adopted_setting_can_be_taken_back_to_what_was_in_use_at_first(
-    controller, document, until
-):
-    controller.set_visible(True)
-    until(lambda: controller.measured is not None)
+def test_every_adopted_setting_can_be_taken_back_to_what_was_in_use_at_first(controller, document):
     first = controller.trainer.settings
     others = [place for place in range(4) if place != controller.current]
     for place in others:
@@ -343,23 +332,19 @@ def test_every_adopted_setting_can_be_taken_back_to_what_was_in_use_at_first(
     assert not controller.can_undo
 
 
-def test_nothing_is_shown_anew_while_it_is_hidden_though_labels_change(controller, document, until):
-    controller.set_visible(True)
-    until(lambda: controller.measured is not None)
-    told = []
-    controller.changed.connect(lambda: told.append(True))
+def test_nothing_is_shown_anew_while_it_is_hidden_though_labels_change(controller, document):
+    reported = []
+    controller.changed.connect(lambda: reported.append(True))
     controller.set_visible(False)
     document.refresh_listing()
-    assert told == []
+    assert reported == []
     controller.set_visible(True)
-    assert told
+    assert reported
 
 
 def test_what_comes_for_another_coder_than_asked_is_read_as_that_one_may_see_it(
     controller, document, work, until
 ):
-    controller.set_visible(True)
-    until(lambda: controller.measured is not None)
     work.result, work.gate = measured_of(document.project, number=2), False
     work.steps = [None]
     controller.measure()
@@ -501,6 +486,12 @@ def view(app, document, controller, until, monkeypatch):
         yield view
 
 
+def choose(box, index):
+    """As a click on an entry does."""
+    box.setCurrentIndex(index)
+    box.activated.emit(index)
+
+
 def table_of(view):
     model = view.table.model()
     return [
@@ -521,11 +512,9 @@ def test_the_table_has_every_figure_and_marks_use_and_front(view):
 
 
 def test_other_axes_draw_another_front(view):
-    view.time.setCurrentIndex(1)
-    view.time.activated.emit(1)
+    choose(view.time, 1)
     assert [row[0] for row in table_of(view)] == ["●", "", "", "◆"]
-    view.error.setCurrentIndex(2)
-    view.error.activated.emit(2)
+    choose(view.error, 2)
     assert [point.error for point in view.plot.points] == [40.0, 10.0, 60.0, 5.0]
 
 
@@ -569,7 +558,7 @@ def test_it_says_when_and_on_whose_labels_it_was_measured_and_what_was_edited_si
     assert state.text.endswith("the settings in use were not measured")
 
 
-def test_a_refused_setting_stays_in_the_table_with_its_reason(view, controller, document):
+def test_a_refused_setting_stays_in_the_table_with_its_reason(view, controller, document, messages):
     refused = Row("stride", "none", "foam", "labels", refusal="Too few samples; label more.")
     controller.show_measured(measured_of(document.project, extra=[refused]))
     assert table_of(view)[4][:3] == ["", "stride: none", "–"]
@@ -578,7 +567,7 @@ def test_a_refused_setting_stays_in_the_table_with_its_reason(view, controller, 
     before = controller.trainer.settings
     QTest.keyClick(view.table, Qt.Key.Key_Return)
     assert controller.trainer.settings == before
-    assert "Too few samples" in document.told[-1][0]
+    assert "Too few samples" in messages[-1][0]
 
 
 def test_progress_and_cancel_are_there_while_it_measures(view, controller, work, until):
@@ -622,8 +611,7 @@ def test_plot_and_table_stand_side_by_side_where_the_page_is_wide(app, view):
 
 
 def test_the_plot_is_saved_with_the_axes_that_are_shown(view, until, tmp_path):
-    view.error.setCurrentIndex(2)
-    view.error.activated.emit(2)
+    choose(view.error, 2)
     view.save_picture(tmp_path / "figure.svg")
     until((tmp_path / "figure.svg").exists)
     assert "median boundary error (ms)" in (tmp_path / "figure.svg").read_text("utf-8")

@@ -4,8 +4,13 @@ from dataclasses import replace
 from datetime import datetime, timezone
 
 import pytest
-from factories import run_result_of
-from window_helpers import FakeTrainingBackend, open_training_document, training_step
+from factories import add_run, remove_demonstration, run_result_of
+from window_helpers import (
+    FakeTrainingBackend,
+    open_training_document,
+    status_messages,
+    training_step,
+)
 
 from forcelab.errors import InputError
 from forcelab.gui import settings
@@ -17,7 +22,7 @@ from forcelab.gui.review.trainer import Trainer, default_author
 from forcelab.gui.review.training_backend import RunInfo
 from forcelab.gui.review.training_bar import TrainingBar
 from forcelab.labels import Segment
-from forcelab.project import Project, Provenance, Verdict
+from forcelab.project import Project, Verdict
 from forcelab.recognition import groups
 from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.presets import preset
@@ -50,11 +55,10 @@ def test_training_ends_with_the_run_in_the_document(trainer, document, work, unt
 
 
 def test_many_demonstrations_are_left_out_in_groups_unless_somebody_chose_otherwise(
-    trainer, work, until, monkeypatch
+    trainer, work, train, monkeypatch
 ):
     def asked():
-        trainer.train()
-        until(lambda: not trainer.training)
+        train()
         return work.asked[-1][2]
 
     assert asked().folds == 0
@@ -77,9 +81,8 @@ def test_never_are_two_trainings_under_way(trainer, work, until):
     assert len(work.asked) == 1
 
 
-def test_cancel_answers_at_once_and_the_old_result_stays(trainer, document, work, until):
-    trainer.train()
-    until(lambda: not trainer.training)
+def test_cancel_answers_at_once_and_the_old_result_stays(trainer, document, work, until, train):
+    train()
     old = document.review.run
     work.gate = False
     work.result = run_result_of(document.project, 2)
@@ -93,17 +96,14 @@ def test_cancel_answers_at_once_and_the_old_result_stays(trainer, document, work
     assert not trainer.trouble
 
 
-def test_a_refusal_is_a_sentence_and_the_old_result_stays(trainer, document, work, until):
-    trainer.train()
-    until(lambda: not trainer.training)
+def test_a_refusal_is_a_sentence_and_the_old_result_stays(trainer, document, work, train):
+    train()
     old = document.review.run
-    said = []
-    document.message_shown.connect(lambda sentence, trouble: said.append((sentence, trouble)))
+    messages = status_messages(document)
     work.result = InputError("Only 'grab' is labelled; label a second action.")
-    trainer.train()
-    until(lambda: not trainer.training)
+    train()
     assert trainer.trouble == "Only 'grab' is labelled; label a second action."
-    assert said == [(trainer.trouble, True)]  # seen in whichever workspace is in front
+    assert messages == [(trainer.trouble, True)]  # seen in whichever workspace is in front
     assert document.review.run is old
     trainer.dismiss()
     assert not trainer.trouble
@@ -118,17 +118,15 @@ def test_the_steps_are_told_as_they_come(trainer, work, until):
     assert trainer.step is None
 
 
-def test_edits_since_are_counted(trainer, document, work, until):
-    trainer.train()
-    until(lambda: not trainer.training)
+def test_edits_since_are_counted(trainer, document, work, until, train):
+    train()
     document.editor.paint(6.0, 7.0, "grab")
     document.editor.paint(7.0, 8.0, "hold")
     until(lambda: trainer.edits == 2)
 
 
-def test_edits_of_labels_that_are_hidden_are_not_counted(trainer, document, until):
-    trainer.train()
-    until(lambda: not trainer.training)
+def test_edits_of_labels_that_are_hidden_are_not_counted(trainer, document, train):
+    train()
     project, id_ = document.project, document.review.run.tested[0].id
     project.tracks.edit(id_, "Ann", project.tracks.get(id_, "Ann").segments, (), "began anew")
     project.coding.assign(id_, "Bob", blind=True)
@@ -178,12 +176,11 @@ def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_
     trainer, document, work, until
 ):
     project = document.project
-    made = Provenance(settings={}, seed=None, labels=[], versions={})
     trainer.pause.setInterval(1)
     trainer.set_automatic(True)
-    asked = project.runs.add("evaluate", made, result={})
+    asked = add_run(project)
     for number in range(6):
-        work.result = run_result_of(project, project.runs.add("evaluate", made, result={}))
+        work.result = run_result_of(project, add_run(project))
         document.editor.paint(6.0, 7.0 + number / 10, "grab")
         until(lambda: document.review.run is work.result and not trainer.training)
         if number == 1:
@@ -191,9 +188,9 @@ def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_
             project.coding.add_verdict(
                 Verdict(document.id, "Bea", "Ann", 6.0, 7.0, "grab", "hold", "human", judged)
             )
-    there = [run.id for run in project.runs.summaries()]
-    assert there[:2] == [asked, judged]
-    assert there[2:] == list(range(work.result.number - 2, work.result.number + 1))
+    stored = [run.id for run in project.runs.summaries()]
+    assert stored[:2] == [asked, judged]
+    assert stored[2:] == list(range(work.result.number - 2, work.result.number + 1))
     assert [verdict.run for verdict in project.coding.verdicts()] == [judged]
 
 
@@ -201,12 +198,11 @@ def test_a_run_that_somebody_asked_for_while_it_was_made_by_itself_stays(
     trainer, document, work, until
 ):
     project = document.project
-    made = Provenance(settings={}, seed=None, labels=[], versions={})
     trainer.pause.setInterval(1)
     trainer.set_automatic(True)
     for number in range(5):
         work.gate = number != 0
-        work.result = run_result_of(project, project.runs.add("evaluate", made, result={}))
+        work.result = run_result_of(project, add_run(project))
         document.editor.paint(6.0, 7.0 + number / 10, "grab")
         if number == 0:
             wanted = work.result.number
@@ -214,14 +210,13 @@ def test_a_run_that_somebody_asked_for_while_it_was_made_by_itself_stays(
             assert not trainer.train()  # Train is pressed
             work.gate = True
         until(lambda: document.review.run is work.result and not trainer.training)
-    there = [run.id for run in project.runs.summaries()]
-    assert there[0] == wanted
-    assert len(there) == 4  # the last three that came by themselves besides
+    stored = [run.id for run in project.runs.summaries()]
+    assert stored[0] == wanted
+    assert len(stored) == 4  # the last three that came by themselves besides
 
 
-def test_without_an_edit_nothing_is_trained_by_itself(trainer, document, work, until, app):
-    trainer.train()
-    until(lambda: not trainer.training)
+def test_without_an_edit_nothing_is_trained_by_itself(trainer, document, work, app, train):
+    train()
     trainer.pause.setInterval(1)
     trainer.set_automatic(True)
     document.open_demonstration(document.infos[1].id)  # tells of tracks, and is no edit
@@ -308,8 +303,7 @@ def test_a_run_of_another_task_that_is_chosen_turns_to_that_task(
 
 def test_of_two_runs_that_are_removed_at_once_both_go(trainer, document, until):
     project = document.project
-    made = Provenance(settings={}, seed=None, labels=(), versions={})
-    numbers = [project.runs.add("evaluate", made, result={}) for _ in range(2)]
+    numbers = [add_run(project) for _ in range(2)]
     document.review.set_run(run_result_of(project, numbers[0]))
     for number in numbers:
         trainer.remove_run(number)
@@ -321,18 +315,12 @@ def test_of_two_runs_that_are_removed_at_once_both_go(trainer, document, until):
 def test_a_removed_demonstration_leaves_the_review_at_once(trainer, document, work, until):
     project = document.project
     document.review.set_run(run_result_of(project, 4))
-    first, *others = [one.id for one in document.review.run.tested]
-    project.demonstrations.remove_all(
-        {
-            first: {
-                a: project.tracks.head(first, a) for a in project.demonstrations.info(first).authors
-            }
-        }
-    )
+    first, *others = [result.id for result in document.review.run.tested]
+    remove_demonstration(project, first)
     work.outcomes = {4: run_result_of(project, 4)}
     document.reread()
     until(lambda: document.review.run is work.outcomes[4])
-    assert [one.id for one in document.review.run.tested] == others
+    assert [result.id for result in document.review.run.tested] == others
     assert work.loaded == [4]
     document.refresh_listing()
     assert not trainer.jobs.busy  # nothing more is gone
@@ -348,11 +336,8 @@ def test_where_all_that_was_tested_is_removed_nothing_is_reviewed(
     monkeypatch.setattr(work, "load", gone)
     project = document.project
     document.review.set_run(run_result_of(project, 4))
-    for one in (*document.review.run.tested, *document.review.run.proposals):
-        heads = {
-            a: project.tracks.head(one.id, a) for a in project.demonstrations.info(one.id).authors
-        }
-        project.demonstrations.remove_all({one.id: heads})
+    for result in (*document.review.run.tested, *document.review.run.proposals):
+        remove_demonstration(project, result.id)
     document.reread()
     until(lambda: document.review.run is None)
     assert "removed" in trainer.trouble
@@ -391,20 +376,16 @@ def test_broken_settings_do_not_stand_in_the_way(trainer, document, work):
     assert again.choice == DataSelection(("foam",))
 
 
-def test_the_coders_own_labels_are_trained_on_where_there_are_some(trainer, document, work, until):
-    trainer.train()
-    until(lambda: not trainer.training)
+def test_the_coders_own_labels_are_trained_on_where_there_are_some(trainer, document, work, train):
+    train()
     assert work.asked[-1][2].author == "Ann"
-    said = []
-    document.message_shown.connect(lambda sentence, _: said.append(sentence))
+    messages = status_messages(document)
     document.set_author("Ben")  # has no labels: those of who labelled most, and it is said
-    trainer.train()
-    until(lambda: not trainer.training)
+    train()
     assert work.asked[-1][2].author == "Ann"
-    assert any("Ben" in sentence and "Ann" in sentence for sentence in said)
+    assert any("Ben" in text and "Ann" in text for text, _ in messages)
     trainer.set_choice(DataSelection(("foam",), author="Ann"))
-    trainer.train()
-    until(lambda: not trainer.training)
+    train()
     assert work.asked[-1][2].author == "Ann"
 
 
@@ -480,10 +461,12 @@ def test_what_was_trained_with_other_settings_is_not_said_to_be_up_to_date(
     line.set_elsewhere(True)
     document.review.set_run(work.result if has_recogniser else replace(work.result, recogniser=""))
     until(lambda: trainer.edits == 0)
-    told = "trained with other settings" if has_recogniser else "other settings, no recogniser kept"
+    words = (
+        "trained with other settings" if has_recogniser else "other settings, no recogniser kept"
+    )
     trainer.set_settings(preset("fast"))
-    assert line.text() == f"{'Recogniser' if has_recogniser else 'Run 1'}: {told}"
-    assert bar.freshness.text == told
+    assert line.text() == f"{'Recogniser' if has_recogniser else 'Run 1'}: {words}"
+    assert bar.freshness.text == words
     trainer.set_settings(preset("best"))
     assert "up to date" in line.text()
     assert "up to date" in bar.freshness.text
@@ -526,11 +509,12 @@ def test_who_alone_has_labelled_trains_on_a_single_demonstration(document):
     assert default_author(document, {"foam"}) == "Cleo"
 
 
-def test_what_was_trained_on_another_coder_is_not_up_to_date(trainer, document, work, until, app):
+def test_what_was_trained_on_another_coder_is_not_up_to_date(
+    trainer, document, work, until, app, train
+):
     line = TrainingIndicator(trainer)
     line.set_elsewhere(True)
-    trainer.train()
-    until(lambda: not trainer.training)
+    train()
     assert line.text() == "Recogniser: up to date"
     trainer.pause.setInterval(20)
     trainer.set_automatic(True)

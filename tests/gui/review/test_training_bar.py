@@ -5,7 +5,7 @@ from datetime import datetime, timezone
 from itertools import pairwise
 
 import pytest
-from factories import run_result_of
+from factories import add_run, run_result_of
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
@@ -17,7 +17,7 @@ from forcelab.gui.removal_dialog import Removal
 from forcelab.gui.review.training_backend import RunInfo, run_text
 from forcelab.gui.review.training_bar import TrainingBar
 from forcelab.labels import Segment
-from forcelab.project import Provenance, Verdict
+from forcelab.project import Verdict
 from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.settings import Settings
 
@@ -206,8 +206,8 @@ def test_the_runs_can_be_chosen(bar, trainer, work, document, until):
 def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
     bar, trainer, work, document, until, app
 ):
-    project, made = document.project, Provenance(settings={}, seed=None, labels=[], versions={})
-    numbers = [project.runs.add("evaluate", made, result={"n": n}) for n in range(3)]
+    project = document.project
+    numbers = [add_run(project, n=n) for n in range(3)]
     id_ = project.demonstrations.infos("foam")[0].id
     said = Verdict(id_, "Bob", "Ann", 0.0, 1.0, "grab", "hold", "model", run=numbers[2])
     project.coding.add_verdict(said)
