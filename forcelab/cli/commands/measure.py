@@ -33,7 +33,11 @@ from forcelab.jobs import Progress, finish
 from forcelab.measure.rows import FRONT, Table
 
 #: What is measured by which module, each loaded only when it is asked for.
-MODULES = ("contact", "cwt", "recognition")
+MODULES = {
+    "contact": "forcelab.measure.contact",
+    "cwt": "forcelab.measure.cwt",
+    "recognition": "forcelab.measure.recognition",
+}
 RECOGNITION, ALL = "recognition", "all"
 MEASURED = (*MODULES, ALL)
 
@@ -113,7 +117,7 @@ def _job(what: str, arguments: argparse.Namespace) -> Generator[Progress, None, 
     """What measures one thing."""
     if what == RECOGNITION:
         return _recognition(arguments)
-    job: Generator[Progress, None, Table] = import_module(f"forcelab.measure.{what}").tabulate(
+    job: Generator[Progress, None, Table] = import_module(MODULES[what]).tabulate(
         quick=arguments.quick
     )
     return job
