@@ -159,6 +159,23 @@ def training_step(epoch=1, loss=1.0, fold=1, folds=3, phase="fold", seconds_left
     )
 
 
+def play(work, trail=None):
+    """A job's steps of `work`, then its result once its gate is open; an exception is raised."""
+    try:
+        for step in work.steps:
+            if trail is not None:
+                trail.append(step)
+            yield step
+        while not work.gate:
+            time.sleep(0.001)
+            yield work.steps[-1] if work.steps else None
+        if isinstance(work.result, Exception):
+            raise work.result
+        return work.result
+    finally:
+        work.closed += 1
+
+
 class FakeTrainingBackend:
     """The trainer's work, as told: steps, then an outcome or an error."""
 
@@ -174,18 +191,7 @@ class FakeTrainingBackend:
 
     def train(self, path, given, name, trail):
         self.asked.append((path, *given(), name))
-        try:
-            for step in self.steps:
-                trail.append(step)
-                yield step
-            while not self.gate:
-                time.sleep(0.001)
-                yield self.steps[-1] if self.steps else None
-            if isinstance(self.result, Exception):
-                raise self.result
-            return self.result
-        finally:
-            self.closed += 1
+        return (yield from play(self, trail))
 
     def load(self, _path, number):
         self.loaded.append(number)

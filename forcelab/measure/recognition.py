@@ -514,7 +514,7 @@ def measure_and_store(
         data = load_dataset(project, [task], coder)
         measured = _with_own(variants, own)
         rows = yield from measure_variants(data.labelled, measured, size_text(task, data))
-        made = Provenance(
+        provenance = Provenance(
             settings={"choice": {"tasks": [task], "author": coder}},
             seed=None,
             labels=data.labels,
@@ -523,7 +523,7 @@ def measure_and_store(
         with interruptible():
             return project.runs.add(
                 KIND,
-                made,
+                provenance,
                 {
                     "digest": {
                         "title": task,

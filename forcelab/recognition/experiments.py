@@ -280,8 +280,7 @@ def train_tasks(
         labels = project.runs.existing_labels(
             used for used in found.labels if used.demonstration in recogniser.trained_on
         )
-        made = provenance(settings, selection, tasks, labels)
-        project.runs.add_recogniser(name, content, made)
+        project.runs.add_recogniser(name, content, provenance(settings, selection, tasks, labels))
     remarks = (
         dataset_unit_remarks([found], settings)
         + unused_merge_remarks(settings, found.spellings)

@@ -1,6 +1,5 @@
 """The page "Accuracy and speed": measuring, adopting settings, the plot, the table, its texts."""
 
-import time
 from dataclasses import replace
 from datetime import datetime, timezone
 from itertools import combinations
@@ -10,7 +9,7 @@ import pytest
 from factories import TRAINING_TRACK, synthetic_set
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtTest import QTest
-from window_helpers import FakeTrainingBackend, open_training_document, shown_widget
+from window_helpers import FakeTrainingBackend, open_training_document, play, shown_widget
 
 from forcelab.errors import InputError
 from forcelab.gui.figures.axes import covered_area
@@ -95,16 +94,7 @@ class FakeMeasuring:
 
     def measure(self, path, task, author, settings):
         self.asked.append((path, task, author, settings))
-        try:
-            yield from self.steps
-            while not self.gate:
-                time.sleep(0.001)
-                yield self.steps[-1] if self.steps else None
-            if isinstance(self.result, Exception):
-                raise self.result
-            return self.result
-        finally:
-            self.closed += 1
+        return (yield from play(self))
 
     def latest(self, _path, task, viewer):
         self.read.append((task, viewer))
