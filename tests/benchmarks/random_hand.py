@@ -1,13 +1,16 @@
 """A random hand in the window: what grows with keys, clicks, drags, wheel, menus and training.
 
 Run by hand: ``python tests/benchmarks/random_hand.py --actions 200000 --seconds 3600``. It prints a
-line a minute, and ends with status 1 if there was an exception, if memory is more than 150 MB above
-what it was after the first minute, or if threads or handles are left that were not there then.
+line a minute. After the first minute and at the end the window comes to rest in the same state: no
+menu, no dialog, no job, the same demonstration in Label. It ends with status 1 if there was an
+exception, or if the second time memory is more than 150 MB above the first, or more threads or
+handles are open.
 """
 
 from __future__ import annotations
 
 import argparse
+import gc
 import os
 import random
 import subprocess
@@ -17,9 +20,12 @@ import threading
 import time
 import traceback
 from collections import Counter
+from collections.abc import Callable
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
+from typing import NamedTuple
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt, QTimer, qInstallMessageHandler
 from PySide6.QtGui import (
@@ -35,6 +41,7 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QMenu, QWidget
 import forcelab as forcelab_package
 from forcelab.cli import main as forcelab
 from forcelab.gui import window as window_module
+from forcelab.project.database import FILE
 
 #: Megabytes that the window may have grown by since its first minute.
 ALLOWED = 150
@@ -53,12 +60,34 @@ def megabytes() -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
-def handles() -> int:
-    return len([*Path("/proc/self/fd").iterdir()])
+def handles() -> Counter[str]:
+    """What is open, by the name of the file, pipe or socket; numbers of the kernel left out."""
+    names: Counter[str] = Counter()
+    for handle in Path("/proc/self/fd").iterdir():
+        with suppress(FileNotFoundError):
+            names[handle.readlink().name.partition(":")[0]] += 1
+    # SQLite keeps a closed connection's handle of the store for the next one while any is open.
+    # Each connection that is open shows by its handle of the write-ahead log.
+    names[FILE] = min(names[FILE], 1)
+    return names
 
 
-def threads() -> int:
-    return len([*Path("/proc/self/task").iterdir()])
+def threads() -> Counter[str]:
+    """The threads by their names as the kernel has them."""
+    names: Counter[str] = Counter()
+    for task in Path("/proc/self/task").iterdir():
+        with suppress(FileNotFoundError):
+            names[(task / "comm").read_text("utf-8").strip()] += 1
+    return names
+
+
+class State(NamedTuple):
+    """What the window holds at rest."""
+
+    megabytes: float
+    threads: Counter[str]
+    handles: Counter[str]
+    classes: Counter[str]
 
 
 class Hand(QObject):
@@ -77,21 +106,19 @@ class Hand(QObject):
         load_packages()
         self.trained = self.began - TRAIN
         self.places = list(PLACES)
-        self.first: tuple[float, int, int] | None = None
-        self.last = self.first
-        self.classes = self.classes_first = Counter[str]()
+        self.first: State | None = None
+        self.last: State | None = None
         self.keys = [
             QKeySequence(key)[0]
             for name, command in window.commands.items()
             if name not in LEFT_OUT
             for key in command.shortcuts()
         ]
-        self.ending = False
-        self.go_on(0.0)
+        self.call_after(0.0, self.act)
 
-    def go_on(self, seconds: float) -> None:
-        """Act again then, by a timer of its own, which fires in the loop of a menu as well."""
-        QTimer.singleShot(int(1000 * seconds), self, self.act)
+    def call_after(self, seconds: float, call: Callable[[], object]) -> None:
+        """Call it then, by a timer of its own, which fires in the loop of a menu as well."""
+        QTimer.singleShot(int(1000 * seconds), self, call)
 
     def act(self) -> None:
         """One action, and a line a minute."""
@@ -99,12 +126,15 @@ class Hand(QObject):
         if now - self.minute >= 60:
             self.minute += 60
             self.report()
+            if self.first is None:
+                self.rest(self.begin_to_compare)
+                return
         if self.done >= self.actions or now - self.began >= self.seconds:
-            self.end()
+            self.rest(self.end)
             return
         # Even over the time, so that trainings and timers come in between as with people.
         due = self.began + self.done * self.seconds / self.actions
-        self.go_on(max(0.0, due - now))
+        self.call_after(max(0.0, due - now), self.act)
         if now < due:
             return
         self.done += 1
@@ -216,29 +246,46 @@ class Hand(QObject):
     # What it reports
 
     def report(self) -> None:
-        self.last = (megabytes(), threads(), handles())
-        self.classes = Counter(
-            o.metaObject().className() for o in self.window.findChildren(QObject)
-        )
-        if self.first is None:
-            self.first, self.classes_first = self.last, self.classes
+        """A line on what the window holds now."""
         print(
             f"{(time.monotonic() - self.began) / 60:5.1f} min {self.done:7d} actions "
-            f"{self.last[0]:6.0f} MB {self.classes.total():6d} QObjects "
-            f"{len(QApplication.allWidgets()):5d} widgets "
-            f"{self.last[1]:3d} threads {self.last[2]:3d} handles {len(self.troubles):3d} troubles",
+            f"{megabytes():6.0f} MB {len(self.window.findChildren(QObject)):6d} QObjects "
+            f"{len(QApplication.allWidgets()):5d} widgets {threads().total():3d} threads "
+            f"{handles().total():3d} handles {len(self.troubles):3d} troubles",
             flush=True,
         )
 
-    def end(self) -> None:
-        """Let what runs come to rest, and report once more."""
-        if not self.ending:
-            self.ending = True
-            self.window.review.trainer.cancel()
-            self.window.jobs.close()
-            self.go_on(5.0)
+    def rest(self, then: Callable[[], object]) -> None:
+        """Leave what is open, show the first demonstration in Label, and wait for the jobs."""
+        open_now = QApplication.activePopupWidget() or QApplication.activeModalWidget()
+        if open_now is not None:
+            QTest.keyClick(open_now, Qt.Key.Key_Escape)
+            self.call_after(0.1, lambda: self.rest(then))
             return
+        self.window.review.trainer.cancel()
+        self.window.show_workspace("label")
+        document = self.window.document
+        if document.infos:
+            document.open_demonstration(document.infos[0].id)
+        self.await_jobs(then)
+
+    def await_jobs(self, then: Callable[[], object]) -> None:
+        """Three seconds after the last job: by then timers have fired and threads have ended."""
+        busy = bool(self.window.jobs.busy)
+        self.call_after(*((0.5, lambda: self.await_jobs(then)) if busy else (3.0, then)))
+
+    def state(self) -> State:
+        gc.collect()
+        classes = Counter(o.metaObject().className() for o in self.window.findChildren(QObject))
+        return State(megabytes(), threads(), handles(), classes)
+
+    def begin_to_compare(self) -> None:
+        self.first = self.state()
+        self.act()
+
+    def end(self) -> None:
         self.report()
+        self.last = self.state()
         QApplication.exit(0)
 
 
@@ -301,15 +348,21 @@ def main() -> int:
         if hand.first is None or hand.last is None:
             print("It ended before its first minute.")
             return 1
-        more = (hand.classes - hand.classes_first).most_common(8)
-        print("more of:", ", ".join(f"{name} {count:+d}" for name, count in more))
-        grown = [after - before for before, after in zip(hand.first, hand.last, strict=True)]
+        threads_more = hand.last.threads.total() - hand.first.threads.total()
+        handles_more = hand.last.handles.total() - hand.first.handles.total()
+        megabytes_more = hand.last.megabytes - hand.first.megabytes
+        for name in ("classes", "threads", "handles"):
+            more = getattr(hand.last, name) - getattr(hand.first, name)
+            counts = ", ".join(f"{key} {count:+d}" for key, count in more.most_common(8))
+            print(f"more {name}: {counts or 'none'}")
         print(
-            f"{hand.done} actions: {grown[0]:+.0f} MB, {grown[1]:+.0f} threads, "
-            f"{grown[2]:+.0f} handles since the first minute, {len(troubles)} troubles"
+            f"{hand.done} actions: {megabytes_more:+.0f} MB, {threads_more:+d} threads, "
+            f"{handles_more:+d} handles since the first minute, {len(troubles)} troubles"
         )
         os.chdir("/")
-        return int(grown[0] > ALLOWED or grown[1] > 0 or grown[2] > 0 or bool(troubles))
+        return int(
+            megabytes_more > ALLOWED or threads_more > 0 or handles_more > 0 or bool(troubles)
+        )
 
 
 if __name__ == "__main__":
