@@ -27,7 +27,16 @@ from pathlib import Path
 from pkgutil import walk_packages
 from typing import NamedTuple
 
-from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt, QTimer, qInstallMessageHandler
+from PySide6.QtCore import (
+    QEvent,
+    QMimeDatabase,
+    QObject,
+    QPoint,
+    QPointF,
+    Qt,
+    QTimer,
+    qInstallMessageHandler,
+)
 from PySide6.QtGui import (
     QContextMenuEvent,
     QDesktopServices,
@@ -82,12 +91,13 @@ def threads() -> Counter[str]:
 
 
 class State(NamedTuple):
-    """What the window holds at rest."""
+    """What the window holds at rest: Qt's objects by their classes, Python's by their types."""
 
     megabytes: float
     threads: Counter[str]
     handles: Counter[str]
     classes: Counter[str]
+    objects: Counter[str]
 
 
 class Hand(QObject):
@@ -247,7 +257,8 @@ class Hand(QObject):
         """A line on what the window holds now."""
         print(
             f"{(time.monotonic() - self.began) / 60:5.1f} min {self.done:7d} actions "
-            f"{megabytes():6.0f} MB {len(self.window.findChildren(QObject)):6d} QObjects "
+            f"{megabytes():6.0f} MB {len(gc.get_objects()):7d} objects "
+            f"{len(self.window.findChildren(QObject)):6d} QObjects "
             f"{len(QApplication.allWidgets()):5d} widgets {threads().total():3d} threads "
             f"{handles().total():3d} handles {len(self.troubles):3d} troubles",
             flush=True,
@@ -275,7 +286,8 @@ class Hand(QObject):
     def state(self) -> State:
         gc.collect()
         classes = Counter(o.metaObject().className() for o in self.window.findChildren(QObject))
-        return State(megabytes(), threads(), handles(), classes)
+        objects = Counter(type(o).__name__ for o in gc.get_objects())
+        return State(megabytes(), threads(), handles(), classes, objects)
 
     def begin_to_compare(self) -> None:
         self.first = self.state()
@@ -296,12 +308,13 @@ def make_project(folder: Path) -> Path:
 
 
 def load_packages() -> None:
-    """Import all of forcelab, and what it imports of SciPy and scikit-learn when it trains."""
+    """Load all of forcelab, what it needs of scikit-learn when it trains, and Qt's file types."""
     for module in walk_packages(forcelab_package.__path__, "forcelab."):
         if not module.name.endswith("__main__"):
             import_module(module.name)
     for name in ("ensemble", "linear_model", "neural_network", "svm", "tree", "calibration"):
         import_module(f"sklearn.{name}")
+    QMimeDatabase().mimeTypeForName("text/csv")  # opens its table of types
 
 
 def main() -> int:
@@ -351,7 +364,7 @@ def main() -> int:
         threads_more = hand.last.threads.total() - hand.first.threads.total()
         handles_more = hand.last.handles.total() - hand.first.handles.total()
         megabytes_more = hand.last.megabytes - hand.first.megabytes
-        for name in ("classes", "threads", "handles"):
+        for name in ("classes", "objects", "threads", "handles"):
             more = getattr(hand.last, name) - getattr(hand.first, name)
             counts = ", ".join(f"{key} {count:+d}" for key, count in more.most_common(8))
             print(f"more {name}: {counts or 'none'}")

@@ -284,14 +284,17 @@ def swapped(items, seed):
     return items, places
 
 
-def evaluated(items, settings):
-    """Each demonstration as a recogniser of all others sees it."""
+def evaluated(items, settings, groups=5):
+    """Each demonstration as a recogniser of those of the other groups sees it."""
     examples = finish(prepare_all(items, settings))
     actions = actions_of(examples)
+    recognisers = [
+        finish(fit_examples([e for j, e in enumerate(examples) if j % groups != group], settings))
+        for group in range(groups)
+    ]
     tested = []
     for i, (item, example) in enumerate(zip(items, examples, strict=True)):
-        others = examples[:i] + examples[i + 1 :]
-        prediction = finish(fit_examples(others, settings)).predict_examples(example)
+        prediction = recognisers[i % groups].predict_examples(example)
         trace = ProbabilityTrace.from_probabilities(
             example.times, prediction.probabilities, prediction.actions
         )
