@@ -126,7 +126,8 @@ class Hand(QObject):
 
     def call_after(self, seconds: float, call: Callable[[], object]) -> None:
         """Call it then, by a timer of its own, which fires in the loop of a menu as well."""
-        QTimer.singleShot(int(1000 * seconds), self, call)
+        # Without a receiver: PySide would keep a weak reference to it for each call.
+        QTimer.singleShot(int(1000 * seconds), call)
 
     def act(self) -> None:
         """One action, and a line a minute."""
