@@ -52,8 +52,8 @@ class MergeMap:
 
     def unused(self, actions: Iterable[str]) -> tuple[str, ...]:
         """The spellings of the map that are none of these actions, sorted; perhaps mistyped."""
-        found = set(actions)
-        return tuple(source for source, _ in self._pairs if source not in found)
+        existing = set(actions)
+        return tuple(source for source, _ in self._pairs if source not in existing)
 
     def check_targets(self) -> None:
         """Refuse a new map that merges into no action; one of an old run is still read.
@@ -111,9 +111,9 @@ class MergeMap:
         """
         try:
             text = small_text(Path(path), "utf-8-sig")
-            found = cls.from_json(json.loads(text, object_pairs_hook=_distinct))
-            found.check_targets()
-            return found
+            merge_map = cls.from_json(json.loads(text, object_pairs_hook=_distinct))
+            merge_map.check_targets()
+            return merge_map
         except OSError as error:
             raise InputError(f"The merge map {path} cannot be read: {error.strerror}.") from error
         except InputError as error:

@@ -294,10 +294,10 @@ def from_codes(
         exact for segments whose edges lie on samples, that cross no gap, and whose touching
         neighbours differ.
     """
-    found = stretches(np.asarray(codes, dtype=np.int64), times, sample_ends(times))
+    runs = stretches(np.asarray(codes, dtype=np.int64), times, sample_ends(times))
     return tuple(
         Segment(start, end, actions[code])
         for code, start, end in zip(
-            found.codes.tolist(), found.starts.tolist(), found.ends.tolist(), strict=True
+            runs.codes.tolist(), runs.starts.tolist(), runs.ends.tolist(), strict=True
         )
     )

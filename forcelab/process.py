@@ -152,19 +152,19 @@ def run_in_process(
                 yield latest
                 continue
             try:
-                kind, what = receiver.recv()
+                kind, content = receiver.recv()
             except (EOFError, OSError) as error:
                 raise ForcelabError(ENDED.format("The process that did the work")) from error
             if kind == "progress":
-                latest = what
+                latest = content
                 yield latest
             elif kind == "result":
                 process.join(GRACE)
-                return what
+                return content
             elif kind == "refused":
-                raise what
+                raise content
             else:
-                text, trace = what
+                text, trace = content
                 raise RuntimeError(text) from _RemoteTracebackError(trace)
     finally:
         start.end()

@@ -70,9 +70,9 @@ def making(path: str | PathLike[str], jobs: int = 1) -> Generator[Progress, None
         Project.creating(path) as project,
         tempfile.TemporaryDirectory(dir=project.path) as scratch,  # goes where the project goes
     ):
-        given = yield from produce_demonstrations(orders, Path(scratch), jobs)
+        demonstrations = yield from produce_demonstrations(orders, Path(scratch), jobs)
         yield Progress(len(orders), len(orders), f"writing {path.name}")
-        project.demonstrations.add_all(given)
+        project.demonstrations.add_all(demonstrations)
         settings = preset("paper").replace(stride=10)
         yield from train_tasks(
             project, settings, DataSelection((RECOGNISED,), author=CODER), RECOGNISED

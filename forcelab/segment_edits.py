@@ -319,11 +319,11 @@ def paint_all(segments: Segments, proposed: Segments) -> tuple[Segments, Segment
     """
     done: list[Segment] = []
     painted = []
-    taken = 0
+    passed = 0
     for new in ordered(proposed):
-        while taken < len(segments) and segments[taken].start <= new.end + SLIVER:
-            done.append(segments[taken])
-            taken += 1
+        while passed < len(segments) and segments[passed].start <= new.end + SLIVER:
+            done.append(segments[passed])
+            passed += 1
         # All that the new one overlaps or touches stands at the end of what is done.
         first = len(done)
         while first and done[first - 1].end >= new.start - SLIVER:
@@ -333,7 +333,7 @@ def paint_all(segments: Segments, proposed: Segments) -> tuple[Segments, Segment
         if after != before:
             painted.append(new)
             done[first:] = after
-    done.extend(segments[taken:])
+    done.extend(segments[passed:])
     return tuple(done), tuple(painted)
 
 
@@ -351,12 +351,12 @@ def free_parts(segments: Segments, proposed: Segments) -> Segments:
     for new in proposed:
         start = new.start
         for index in range(bisect_right(segments, new.start, key=_end), len(segments)):
-            there = segments[index]
-            if there.start >= new.end:
+            existing = segments[index]
+            if existing.start >= new.end:
                 break
-            if there.start - start > SLIVER:
-                parts.append(Segment(start, there.start, new.action))
-            start = there.end
+            if existing.start - start > SLIVER:
+                parts.append(Segment(start, existing.start, new.action))
+            start = existing.end
         if new.end - start > SLIVER:
             parts.append(Segment(start, new.end, new.action))
     return tuple(parts)

@@ -38,11 +38,11 @@ def there_are(number: int) -> str:
     return f"there {'is' if number == 1 else 'are'} {number or 'none'}"
 
 
-def unknown_word(what: str, word: object, known: Collection[str]) -> str:
+def unknown_word(noun: str, word: object, known: Collection[str]) -> str:
     """The sentence on a word that is not among those to choose from."""
     near = get_close_matches(str(word), known, n=1)
     hint = f"did you mean '{near[0]}'? Choose" if near else "choose"
-    return f"There is no {what} '{word}'; {hint} from {', '.join(known)}."
+    return f"There is no {noun} '{word}'; {hint} from {', '.join(known)}."
 
 
 def tidy_name(name: str) -> str:

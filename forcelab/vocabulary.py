@@ -286,18 +286,18 @@ def joined(tasks: Mapping[str, Vocabulary], *, apart: bool = False) -> Vocabular
     apart : bool
         Whether actions get their task as a suffix, as ``grab_foam``.
     """
-    found: list[Action] = []
+    actions: list[Action] = []
     for task, vocabulary in tasks.items():
         for action in vocabulary:
             name = f"{action.name}_{task}" if apart else action.name
-            if any(other.name == name for other in found):
+            if any(other.name == name for other in actions):
                 continue
-            looks = {other.look for other in found}
+            looks = {other.look for other in actions}
             texture = next(t for t in count(action.texture) if (action.colour, t) not in looks)
-            keys = {other.key for other in found}
+            keys = {other.key for other in actions}
             key = action.key if action.key not in keys else _free_key(keys)
-            found.append(replace(action, name=name, key=key, texture=texture))
-    return Vocabulary(tuple(found))
+            actions.append(replace(action, name=name, key=key, texture=texture))
+    return Vocabulary(tuple(actions))
 
 
 def _free_key(keys: Collection[str]) -> str:

@@ -42,11 +42,11 @@ class DeviceLog:
     away: list[tuple[float, float]] = field(default_factory=list)
     _since: float | None = None
 
-    def event(self, what: object, at: float) -> None:
+    def event(self, record: object, at: float) -> None:
         """It was unplugged or plugged in again."""
-        if what == UNPLUGGED and self._since is None:
+        if record == UNPLUGGED and self._since is None:
             self._since = at
-        elif what == PLUGGED:
+        elif record == PLUGGED:
             self.breaks.append(len(self.samples))
             if self._since is not None:
                 self.away.append((self._since, at))
@@ -143,9 +143,9 @@ def align(streams: Sequence[DeviceStream], names: Sequence[str]) -> AlignedChann
     if lead < 0 and not even and streams and len(streams[0].host) > 1:
         lead = 0
     if lead < 0:
-        which = f" of {names[even[0] if even else 0]}" if names else ""
+        of_device = f" of {names[even[0] if even else 0]}" if names else ""
         raise InputError(
-            f"Fewer than two samples{which} were recorded; look at its channels live first."
+            f"Fewer than two samples{of_device} were recorded; look at its channels live first."
         )
     first = streams[lead]
     host = _make_increasing(first.host)
@@ -197,48 +197,50 @@ def resample(
 
     Shape (n, c); written into `out` if that is given.
     """
-    own, values = stream.host, stream.values
+    host_times, values = stream.host, stream.values
     if out is None:
         out = np.empty((len(host), values.shape[1]))
     out[:] = np.nan
-    if len(own) == 0:
+    if len(host_times) == 0:
         return out
-    own = _make_increasing(own)
+    host_times = _make_increasing(host_times)
     if stream.holds:
-        after = np.searchsorted(own, host, side="right")
+        after = np.searchsorted(host_times, host, side="right")
         if stream.before:
             after = np.maximum(after, 1)
         known = after > 0
         out[known] = values[after[known] - 1]
         for gone, back in stream.away:
             # Until it has something to say again, for what it held may have changed unseen.
-            later = own[own >= back]
-            out[(host >= gone) & (host < (later[0] if len(later) else np.inf))] = np.nan
+            times_after = host_times[host_times >= back]
+            out[(host >= gone) & (host < (times_after[0] if len(times_after) else np.inf))] = np.nan
         return out
-    if len(own) == 1:
+    if len(host_times) == 1:
         return out
-    apart = (_MISSING_PERIODS if stream.even else GAP_PERIODS) * float(np.median(np.diff(own)))
+    apart = (_MISSING_PERIODS if stream.even else GAP_PERIODS) * float(
+        np.median(np.diff(host_times))
+    )
     for first in range(0, len(host), _STAMPS_AT_ONCE):
         part = slice(first, first + _STAMPS_AT_ONCE)
-        _interpolate(host[part], own, values, apart, out[part])
+        _interpolate(host[part], host_times, values, apart, out[part])
     return out
 
 
 def _interpolate(
     host: NDArray[np.float64],
-    own: NDArray[np.float64],
+    host_times: NDArray[np.float64],
     values: NDArray[np.float64],
     apart: float,
     out: NDArray[np.float64],
 ) -> None:
     """Interpolate between neighbours that are not too far apart (s), into an array."""
-    after = np.searchsorted(own, host, side="right")
-    after = np.where(host == own[-1], len(own) - 1, after)
-    inside = (after > 0) & (after < len(own))
+    after = np.searchsorted(host_times, host, side="right")
+    after = np.where(host == host_times[-1], len(host_times) - 1, after)
+    inside = (after > 0) & (after < len(host_times))
     right = after[inside]
     left = right - 1
-    step = own[right] - own[left]
-    share = (host[inside] - own[left]) / step
+    step = host_times[right] - host_times[left]
+    share = (host[inside] - host_times[left]) / step
     mixed = values[left] + share[:, None] * (values[right] - values[left])
     mixed[step > apart] = np.nan
     exact = share == 0.0

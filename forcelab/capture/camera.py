@@ -92,12 +92,12 @@ class DropCounter:
         """Frames a second as measured; 0 while not known."""
         return 1.0 / median(self._steps) if self._steps else 0.0
 
-    def count(self, arrived: float, own: float = 0.0) -> None:
+    def count(self, arrived: float, stamp: float = 0.0) -> None:
         """Count a frame: when it arrived (s, host's clock), and the camera's own stamp (s) or 0."""
         self.frames += 1
-        stamped = self._own > 0 and own > self._own
-        step = own - self._own if stamped else arrived - self._arrived
-        self._arrived, self._own = arrived, own
+        stamped = self._own > 0 and stamp > self._own
+        step = stamp - self._own if stamped else arrived - self._arrived
+        self._arrived, self._own = arrived, stamp
         if not step > 0:
             return
         if len(self._steps) >= _KNOWN:
@@ -281,13 +281,13 @@ class Capture(Protocol):
 class OpenCvCamera:
     """A camera that can be opened again, by its number such as ``"0"`` or its device."""
 
-    def __init__(self, which: str) -> None:
-        self.which = which
-        self._link = persistent_link(which)
+    def __init__(self, name: str) -> None:
+        self.which = name
+        self._link = persistent_link(name)
         self._capture: Any = None
         if not self.reopen():
             raise InputError(
-                f"The camera {which} cannot be opened; plug it in, close what else uses it, and "
+                f"The camera {name} cannot be opened; plug it in, close what else uses it, and "
                 f"{LIST_HINT}."
             )
 
@@ -296,13 +296,13 @@ class OpenCvCamera:
         from forcelab.video.codecs import opencv
 
         self.release()
-        which = self.which
+        path = self.which
         if self._link is not None:
             if not self._link.exists():
                 return False
-            which = str(self._link.resolve())
-        number = which.removeprefix("/dev/video")
-        capture = opencv().VideoCapture(int(number) if number.isdigit() else which)
+            path = str(self._link.resolve())
+        number = path.removeprefix("/dev/video")
+        capture = opencv().VideoCapture(int(number) if number.isdigit() else path)
         if not capture.isOpened():
             return False
         self._capture = capture
@@ -439,14 +439,14 @@ class CameraReader:
                 self._no_picture(arrived)
                 self._stop.wait(_PAUSE)
                 continue
-            own = self._capture.get(_POSITION_MS) / 1000.0
+            stamp = self._capture.get(_POSITION_MS) / 1000.0
             encoded = self._encode(picture) if self._journal is not None else None
             with self._lock:
                 self._picture_arrived(arrived)
-                self._count.count(arrived, own)
+                self._count.count(arrived, stamp)
                 self._latest = (arrived, picture)
                 if encoded is not None and self._journal is not None:
-                    self._write(encoded, arrived, own)
+                    self._write(encoded, arrived, stamp)
 
     def _no_picture(self, now: float) -> None:
         """No picture came; say so once it has been long, and look for the camera."""
@@ -489,7 +489,7 @@ class CameraReader:
         jpeg: bytes = data.tobytes()
         return jpeg
 
-    def _write(self, jpeg: bytes, arrived: float, own: float) -> None:
+    def _write(self, jpeg: bytes, arrived: float, stamp: float) -> None:
         """Write a frame, and its stamps into the journal."""
         try:
             if self._writer is None and self._path is not None and self._size is not None:
@@ -508,7 +508,7 @@ class CameraReader:
                 )
             return
         self._refused = False
-        stamps = [arrived, own if own > 0 else None, written]
+        stamps = [arrived, stamp if stamp > 0 else None, written]
         self._journal.note(RecordKind.FRAME, self._number, frames=[stamps])
 
     def _finish_video(self) -> None:

@@ -72,13 +72,13 @@ def initial_pace(
     steps = np.diff(y)
     slopes = steps / np.diff(x)
     slope = float(np.median(slopes[-_RECENT:]))
-    alike = np.abs(slopes - slope) <= 0.5 * slope
-    clear = alike.mean() > _CLEAR  # with a backlog among them, the middle one says nothing
-    wrong = abs(slope - promised)
-    if wrong > _SLIGHT * promised:
-        persists = clear and steps[alike].sum() >= _PERSISTS
+    agreeing = np.abs(slopes - slope) <= 0.5 * slope
+    clear = agreeing.mean() > _CLEAR  # with a backlog among them, the middle one says nothing
+    deviation = abs(slope - promised)
+    if deviation > _SLIGHT * promised:
+        persists = clear and steps[agreeing].sum() >= _PERSISTS
         return (slope, False) if persists else (promised, True)
-    return (slope if clear and np.ptp(x) * wrong > LATE * len(x) else promised), False
+    return (slope if clear and np.ptp(x) * deviation > LATE * len(x) else promised), False
 
 
 def missing_samples(ticks: int, seconds: float, period: float) -> int:

@@ -67,10 +67,10 @@ def fit_timestamps(
     A short stretch, as after plugging in, has the rate of the longest one: it is the same crystal,
     and only its offset is to be found, for which one sample that was read at once is enough.
     """
-    known = np.empty(0, dtype=np.int64) if breaks is None else breaks
-    rate = _rate(arrived, ticks, known, configured, counted)
-    jumps = _jumps(arrived, ticks, rate, known)
-    firsts = np.unique(np.concatenate([[0], known, jumps]).astype(np.int64))
+    known_breaks = np.empty(0, dtype=np.int64) if breaks is None else breaks
+    rate = _rate(arrived, ticks, known_breaks, configured, counted)
+    jumps = _jumps(arrived, ticks, rate, known_breaks)
+    firsts = np.unique(np.concatenate([[0], known_breaks, jumps]).astype(np.int64))
     firsts = firsts[firsts < len(ticks)]
     lasts = np.append(firsts[1:], len(ticks))
     host = np.empty(len(ticks))
@@ -78,15 +78,15 @@ def fit_timestamps(
     offset = slope = np.nan
     for longest in np.argsort(firsts - lasts, kind="stable").tolist():
         piece = slice(int(firsts[longest]), int(lasts[longest]))
-        lasting = rate * float(ticks[piece][-1] - ticks[piece][0])
-        own = rate
-        if lasting > 2 * _SHORT:
-            own = _guess(arrived[piece], ticks[piece], 2, about=rate, near=_NEARER)[0]
-        host[piece], square, used = _fit_stretch(arrived[piece], ticks[piece], own)
+        duration = rate * float(ticks[piece][-1] - ticks[piece][0])
+        piece_rate = rate
+        if duration > 2 * _SHORT:
+            piece_rate = _guess(arrived[piece], ticks[piece], 2, about=rate, near=_NEARER)[0]
+        host[piece], square, used = _fit_stretch(arrived[piece], ticks[piece], piece_rate)
         squares, windows = squares + square, windows + used
         if np.isnan(slope):
             offset, slope = _fit_line(host[piece], ticks[piece], rate)
-            rate = slope if lasting > 2 * _SHORT else rate
+            rate = slope if duration > 2 * _SHORT else rate
     return Timestamps(host, firsts, offset, slope, float(np.sqrt(squares / max(windows, 1))))
 
 
@@ -165,10 +165,13 @@ def _guess(
     steps = ticks[begin + apart] - ticks[begin]
     slopes = (arrived[begin + apart] - arrived[begin])[steps > 0] / steps[steps > 0]
     slopes = slopes[slopes > 0]
-    like = slopes[np.abs(slopes - about) < near * about]
+    plausible = slopes[np.abs(slopes - about) < near * about]
     # Of those of another pace, which only end so near, the middle one would lie at the edge.
-    if len(like) > _SOME * len(begin) and abs(np.median(like) - about) < 0.5 * near * about:
-        slopes = like
+    if (
+        len(plausible) > _SOME * len(begin)
+        and abs(np.median(plausible) - about) < 0.5 * near * about
+    ):
+        slopes = plausible
     return (float(np.median(slopes)), apart * rough) if len(slopes) else (1e-3, 0.0)
 
 
@@ -176,14 +179,14 @@ def _jumps(
     arrived: NDArray[np.float64],
     ticks: NDArray[np.int64],
     rate: float,
-    known: NDArray[np.int64],
+    breaks: NDArray[np.int64],
 ) -> NDArray[np.int64]:
     """Samples before which the counter jumped, or stood still while time went on."""
     steps = np.diff(ticks)
     off = np.diff(arrived) - rate * steps
     threshold = max(STEP, 0.6 * rate)
     back = np.flatnonzero(steps <= 0) + 1
-    edges = np.unique(np.concatenate([[0], known, back, [len(ticks)]]))
+    edges = np.unique(np.concatenate([[0], breaks, back, [len(ticks)]]))
     behind = arrived - rate * (ticks - ticks[0])
     jumps: list[int] = []
     # Where the counter went on by one, what comes early is the rest of a backlog.
@@ -261,8 +264,8 @@ def _smooth(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArra
 def _moments(values: NDArray[np.float64], fade: float) -> tuple[NDArray[np.float64], ...]:
     """Sums of ``fade^|m| m^p values[k + m]`` over m for p = 0, 1, 2, each of shape (n,)."""
     past = _past(values, fade)
-    coming = [sums[::-1] for sums in _past(values[::-1], fade)]
-    return past[0] + coming[0] - values, coming[1] - past[1], past[2] + coming[2]
+    future = [sums[::-1] for sums in _past(values[::-1], fade)]
+    return past[0] + future[0] - values, future[1] - past[1], past[2] + future[2]
 
 
 def _past(values: NDArray[np.float64], fade: float) -> tuple[NDArray[np.float64], ...]:

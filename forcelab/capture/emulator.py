@@ -269,15 +269,15 @@ class VirtualPort(Closable):
             now = time.monotonic()
             self._serve_requests()
             events = self._poll_events(0.0)
-            listened = self._master is not None and not events & select.POLLHUP
-            since = min(since, now) if listened else math.inf
+            has_listener = self._master is not None and not events & select.POLLHUP
+            since = min(since, now) if has_listener else math.inf
             if not self._started and (not self._waits or now - since >= OPENING):
                 self._started = True
                 self._begin(now)
             if self._started and self._master is not None and now >= self._held_until:
-                self._deliver(self._due(now), listened)
+                self._deliver(self._due(now), has_listener)
             until = begun + self.burst * (int((now - begun) / self.burst) + 1)
-            if listened:
+            if has_listener:
                 self._listen(until)
             else:
                 self._closing.wait(max(until - time.monotonic(), 0.0))
@@ -313,11 +313,11 @@ class VirtualPort(Closable):
                 return  # the reader left just now
             answer = self._answer(received)
             if answer:
-                self._deliver(answer, listened=True)
+                self._deliver(answer, has_listener=True)
 
-    def _deliver(self, data: bytes, listened: bool) -> None:
+    def _deliver(self, data: bytes, has_listener: bool) -> None:
         """Write as much as the reader has room for; the rest waits, up to a limit."""
-        if not listened:
+        if not has_listener:
             self._backlog = b""
             if data:
                 self._mark_lost()
@@ -599,8 +599,8 @@ class VirtualOptoForce(VirtualSampler):
         if with_checksum(message[:-2]) != message:
             return b""
         speed, filtered, zero = message[4:7]
-        good = filtered <= FILTERS
-        if good:
+        valid = filtered <= FILTERS
+        if valid:
             self.configured.append((speed, filtered, zero))
             now = time.monotonic()
             rate = 1000.0 / speed if speed else 0.0
@@ -611,4 +611,4 @@ class VirtualOptoForce(VirtualSampler):
             elif zero == ZERO and self._runs:
                 passed = (now - self._runs[0].start) * self._pace
                 self._zero = self._source(np.array([passed]))[0]
-        return with_checksum(bytes((170, 0, 80, 1, 0 if good else 1)))
+        return with_checksum(bytes((170, 0, 80, 1, 0 if valid else 1)))

@@ -417,8 +417,8 @@ class OptoForce(PortDevice):
         calibration = self._calibration
         if self._offset is not None and self._zeroed != self.connections:
             ones = np.ones(len(self._offset))
-            known = calibration or Calibration("counts", ones, ones)
-            calibration = Tare(known.source, known.positive, known.negative, self._offset)
+            sheet = calibration or Calibration("counts", ones, ones)
+            calibration = Tare(sheet.source, sheet.positive, sheet.negative, self._offset)
         self._stream.calibration = calibration
 
     def _send_configuration(self, message: bytes) -> None:

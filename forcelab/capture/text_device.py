@@ -444,9 +444,9 @@ class TextDevice(LineDevice):
             self.measured = self._counter is None
             self.rate = first.rate() if self._counter is None else 1.0 / self._counter.period
 
-    def _remark_junk(self, number: int, good: bool) -> None:
+    def _remark_junk(self, number: int, parsed: bool) -> None:
         """Remark it when nothing but junk comes; single junk lines are only counted."""
-        self._junk = 0 if good else self._junk + number
+        self._junk = 0 if parsed else self._junk + number
         if self._junk >= MOST_JUNK:
             self._messages.put_once(
                 "junk",
@@ -487,11 +487,11 @@ class _FirstLines:
         counter = SampleCounter.from_stamps(times[:LEARNING_LINES])
         if counter is None:
             return None
-        ticks, known = counter.feed(times), np.isfinite(times)
-        span, steps = float(np.ptp(times[known])), int(np.ptp(ticks[known]))
+        ticks, finite = counter.feed(times), np.isfinite(times)
+        span, steps = float(np.ptp(times[finite])), int(np.ptp(ticks[finite]))
         # Stamps in whole milliseconds tell the period of fast devices by all of them only.
-        even = 0.8 < span / (steps * counter.period) < 1.25
-        return SampleCounter(span / steps if even else counter.period)
+        plausible = 0.8 < span / (steps * counter.period) < 1.25
+        return SampleCounter(span / steps if plausible else counter.period)
 
     def rate(self) -> float:
         """Lines a second by their arrivals; 0 where too few came.

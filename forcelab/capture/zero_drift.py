@@ -91,9 +91,9 @@ class ZeroDrift:
         quiet = (moved <= _QUIET * self._noise) & (noise <= _QUIET * self._noise)
         for i in np.flatnonzero(quiet).tolist():
             self._add_level(i, float(level[i]))
-        known = np.isfinite(self._zero)
-        off = np.abs(values - np.where(known, self._zero, 0.0)).max(axis=0)
-        self._largest = np.where(known, np.maximum(self._largest, off), self._largest)
+        has_zero = np.isfinite(self._zero)
+        off = np.abs(values - np.where(has_zero, self._zero, 0.0)).max(axis=0)
+        self._largest = np.where(has_zero, np.maximum(self._largest, off), self._largest)
 
     def _add_level(self, channel: int, level: float) -> None:
         """Take in a quiet level of a channel."""

@@ -128,12 +128,12 @@ def build_parser(argv: Sequence[str]) -> Parser:
 
 def command_modules() -> dict[str, str]:
     """The module of each command, in the order of the manual."""
-    found = {
+    modules = {
         info.name.rstrip("_"): f"{commands.__name__}.{info.name}"
         for info in iter_modules(commands.__path__)
     }
-    known = [name for name in ORDER if name in found]
-    return {name: found[name] for name in (*known, *sorted(found.keys() - set(known)))}
+    ordered = [name for name in ORDER if name in modules]
+    return {name: modules[name] for name in (*ordered, *sorted(modules.keys() - set(ordered)))}
 
 
 def _summary(module: str) -> str:
@@ -200,8 +200,8 @@ def _open_streams() -> None:
     """
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
-            nowhere = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - until the end
-            setattr(sys, name, nowhere)
+            sink = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - until the end
+            setattr(sys, name, sink)
     register_error("escaped", _escaped)
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="escaped")

@@ -53,7 +53,7 @@ class Parser(argparse.ArgumentParser):
         Where there may be none of the last words, those behind an option are taken too, which
         argparse does not do: ``remove lab.forcelab --yes pull-03``.
         """
-        self._given = list(sys.argv[1:] if args is None else args)
+        self._arguments = list(sys.argv[1:] if args is None else args)
         parsed, words = super().parse_known_args(args, namespace)
         if (unknown := self._unknown(words)) is not None:
             self.error(unknown)
@@ -79,23 +79,25 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """End with status 2."""
         if message.startswith("the following arguments are required"):
-            message = self._unknown(self._given) or message  # it was perhaps given, but mistyped
-        wrong = _NO_CHOICE.search(message)
-        if wrong is not None:
-            message = message.replace(wrong[0], _no_choice(wrong[1], wrong[2]))
+            message = (
+                self._unknown(self._arguments) or message
+            )  # it was perhaps given, but mistyped
+        refusal = _NO_CHOICE.search(message)
+        if refusal is not None:
+            message = message.replace(refusal[0], _no_choice(refusal[1], refusal[2]))
             message = message.removeprefix("argument COMMAND: ")
-        for theirs, ours in _PLAINER:
-            message = theirs.sub(ours, message)
+        for pattern, replacement in _PLAINER:
+            message = pattern.sub(replacement, message)
         self.exit(2, f"{self.prog}: {message}; see '{self.prog} --help'.\n")
 
     def _unknown(self, words: Sequence[str]) -> str | None:
         """What is wrong with the first word that looks like an option and is none."""
-        known = list(self._option_string_actions)
+        options = list(self._option_string_actions)
         for word in words:
             name = word.partition("=")[0]
             looks_like_option = re.match(r"--?[^\W\d]", name)
-            if looks_like_option and not any(option.startswith(name) for option in known):
-                near = get_close_matches(name, known, n=1)
+            if looks_like_option and not any(option.startswith(name) for option in options):
+                near = get_close_matches(name, options, n=1)
                 cure = f"; did you mean '{near[0]}'" if near else ""
                 return f"'{word}' means nothing here{cure}"
         return None
@@ -103,10 +105,10 @@ class Parser(argparse.ArgumentParser):
 
 def _no_choice(word: str, choices: str) -> str:
     """The sentence for a word that is none of the choices."""
-    known = [choice.strip("' ") for choice in choices.split(",")]
-    near = get_close_matches(word, known, n=1)
+    allowed = [choice.strip("' ") for choice in choices.split(",")]
+    near = get_close_matches(word, allowed, n=1)
     return f"there is no '{word}'; " + (
-        f"did you mean '{near[0]}'" if near else f"choose from {', '.join(known)}"
+        f"did you mean '{near[0]}'" if near else f"choose from {', '.join(allowed)}"
     )
 
 
@@ -118,12 +120,12 @@ def add_demonstration(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
 
 
-def add_task(parser: argparse._ActionsContainer, help_: str, **more: Any) -> None:
-    parser.add_argument("--task", metavar="TASK", type=name_of, help=help_, **more)
+def add_task(parser: argparse._ActionsContainer, help_: str, **options: Any) -> None:
+    parser.add_argument("--task", metavar="TASK", type=name_of, help=help_, **options)
 
 
-def add_author(parser: argparse._ActionsContainer, help_: str, **more: Any) -> None:
-    parser.add_argument("--author", metavar="NAME", type=name_of, help=help_, **more)
+def add_author(parser: argparse._ActionsContainer, help_: str, **options: Any) -> None:
+    parser.add_argument("--author", metavar="NAME", type=name_of, help=help_, **options)
 
 
 def path_of(text: str) -> Path:

@@ -24,13 +24,13 @@ def hint_at_new_names(path: Path, project: Project | None = None) -> Iterator[No
         before = {} if project is None else _names(project)
         yield
         after = _names(project or opened.enter_context(Project.open(path)))
-    for what, names in after.items():
-        old = before.get(what, [])
+    for kind, names in after.items():
+        old = before.get(kind, [])
         for at, name in enumerate(names):
             # Of two that came together the second one is told of.
             others = old or names[:at]
             if name not in old and (similar := name_alike(name, others)) is not None:
-                print(printable(f"'{name}' is a new {what} beside '{similar}'."), file=sys.stderr)
+                print(printable(f"'{name}' is a new {kind} beside '{similar}'."), file=sys.stderr)
 
 
 def _names(project: Project) -> dict[str, list[str]]:

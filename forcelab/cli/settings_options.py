@@ -35,15 +35,17 @@ _UNITS = {"Hz": "HZ", "s": "SECONDS", "samples": "SAMPLES", "of the shortest": "
 
 def add_settings(parser: argparse.ArgumentParser) -> None:
     """Options that choose demonstrations and change a preset, for training and evaluating alike."""
-    which = parser.add_argument_group("which demonstrations")
-    add_task(which, "task to use; given several times, the tasks are joined", action="append")
-    add_author(which, "the coder whose labels to use, where there are several")
-    which.add_argument(
+    demonstrations = parser.add_argument_group("which demonstrations")
+    add_task(
+        demonstrations, "task to use; given several times, the tasks are joined", action="append"
+    )
+    add_author(demonstrations, "the coder whose labels to use, where there are several")
+    demonstrations.add_argument(
         "--apart",
         action="store_true",
         help="joined tasks keep their actions apart: grab becomes grab_TASK",
     )
-    which.add_argument(
+    demonstrations.add_argument(
         "--merge",
         metavar="MAP.json",
         type=Path,
@@ -125,8 +127,8 @@ def _value(field: SettingField, text: Any) -> Any:
     try:
         return _NUMBERS[field.kind](text)
     except ValueError as error:
-        what = "a whole number" if field.kind == "whole" else "a number"
-        raise UsageError(f"--{field.name} takes {what} or 'off', not '{text}'.") from error
+        expected = "a whole number" if field.kind == "whole" else "a number"
+        raise UsageError(f"--{field.name} takes {expected} or 'off', not '{text}'.") from error
 
 
 def choice_from(arguments: argparse.Namespace) -> DataSelection:

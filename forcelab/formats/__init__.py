@@ -86,7 +86,7 @@ _LATE: Final = (
 @cache
 def all_formats() -> tuple[Format, ...]:
     """All readable formats, in the order in which they are tried; other packages may add some."""
-    found = {known.name: known for known in (*_EARLY, *_LATE)}
+    formats = {format_.name: format_ for format_ in (*_EARLY, *_LATE)}
     added: list[Format] = []
     for entry in entry_points(group=ENTRY_POINTS):
         try:
@@ -96,18 +96,18 @@ def all_formats() -> tuple[Format, ...]:
                 f"The format '{entry.name}' of another package cannot be loaded ({error}); update "
                 f"or uninstall that package."
             ) from error
-        if not isinstance(extra, Format) or extra.name in found:
+        if not isinstance(extra, Format) or extra.name in formats:
             raise InputError(
                 f"'{entry.value}' brings no new format under '{ENTRY_POINTS}'; update or uninstall "
                 f"its package."
             )
-        found[extra.name] = extra
+        formats[extra.name] = extra
         added.append(extra)
     return (*_EARLY, *added, *_LATE)
 
 
 def format_names() -> tuple[str, ...]:
-    return tuple(known.name for known in all_formats())
+    return tuple(format_.name for format_ in all_formats())
 
 
 def identify(path: str | os.PathLike[str]) -> Format:
@@ -116,10 +116,10 @@ def identify(path: str | os.PathLike[str]) -> Format:
     with _naming_file(path):
         head = _head(path)
         announced = announced_kind(head)
-        for known in all_formats():
-            worthwhile = head.startswith(known.starts) if known.starts else not announced
-            if worthwhile and _module(known).sniff(path, head):
-                return known
+        for format_ in all_formats():
+            worthwhile = head.startswith(format_.starts) if format_.starts else not announced
+            if worthwhile and _module(format_).sniff(path, head):
+                return format_
         kind = seems_to_be(head)
         if kind.endswith("video"):
             raise InputError(
@@ -127,7 +127,7 @@ def identify(path: str | os.PathLike[str]) -> Format:
                 f"recording first, then attach the video to it (forcelab attach; in the window "
                 f"File > Attach video, or a right click in the list)."
             )
-        readable = "; ".join(known.description for known in all_formats())
+        readable = "; ".join(format_.description for format_ in all_formats())
         raise InputError(f"'{path}' looks like {kind}; what can be read: {readable}.")
 
 
@@ -152,9 +152,9 @@ def read(path: str | os.PathLike[str], options: ReadOptions | None = None) -> li
         If the file cannot be read. The sentence is one line and names the file.
     """
     path, options = Path(path), options or ReadOptions()
-    known = identify(path) if options.format is None else _named_format(path, options.format)
+    format_ = identify(path) if options.format is None else _named_format(path, options.format)
     with _naming_file(path):
-        recordings = _module(known).read(path, options)
+        recordings = _module(format_).read(path, options)
         if not recordings:
             raise InputError(f"'{path}' holds no recording; there is nothing to import.")
         return recordings
@@ -164,9 +164,9 @@ def _named_format(path: Path, name: str) -> Format:
     """The format of that name, once the file is known to be readable."""
     with _naming_file(path):
         _head(path)
-        for known in all_formats():
-            if known.name == name:
-                return known
+        for format_ in all_formats():
+            if format_.name == name:
+                return format_
         raise InputError(f"There is no format '{name}'; choose one of {', '.join(format_names())}.")
 
 
@@ -186,8 +186,8 @@ def _head(path: Path) -> bytes:
     return head
 
 
-def _module(known: Format) -> _Reader:
-    return cast(_Reader, import_module(known.module))
+def _module(format_: Format) -> _Reader:
+    return cast(_Reader, import_module(format_.module))
 
 
 @contextlib.contextmanager

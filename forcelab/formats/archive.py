@@ -122,13 +122,13 @@ class Record:
             raise InputError(f"'{name}' has no time zone in {self.where}.")
         return value
 
-    def choice(self, name: str, choices: Sequence[WordT], what: str) -> WordT:
-        """One of some words; `what` is what any other is not."""
+    def choice(self, name: str, choices: Sequence[WordT], problem: str) -> WordT:
+        """One of some words; `problem` is what any other is not."""
         text = self.text(name)
         for word in choices:
             if word == text:
                 return word
-        raise InputError(f"'{text}' is {what} in {self.where}.")
+        raise InputError(f"'{text}' is {problem} in {self.where}.")
 
     def segments(self, name: str) -> Segments:
         """A list of ``[start, end, action]``."""
@@ -442,23 +442,23 @@ def _checked_names(path: Path, archive: zipfile.ZipFile) -> set[str]:
         if _FOLDER.fullmatch(name):
             continue
         if not _MEMBER.fullmatch(name):
-            wrong = "is no part of a project"
+            problem = "is no part of a project"
         elif name in names:
-            wrong = "is there twice"
+            problem = "is there twice"
         elif stat.S_ISLNK(info.external_attr >> 16):
-            wrong = "is a link"
+            problem = "is a link"
         elif info.flag_bits & 1:
-            wrong = "is encrypted"
+            problem = "is encrypted"
         elif info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            wrong = "is compressed in an unknown way"
+            problem = "is compressed in an unknown way"
         elif info.file_size > _largest(name):
-            wrong = (
+            problem = (
                 f"unpacks to {info.file_size:,} bytes of text, and {_largest(name):,} is the most"
             )
         else:
             names.add(name)
             continue
-        raise InputError(f"The archive '{path}' was refused: its member {name!r} {wrong}.")
+        raise InputError(f"The archive '{path}' was refused: its member {name!r} {problem}.")
     size = path.stat().st_size
     declared = sum(info.file_size for info in archive.infolist())
     limit = max(LARGEST, LARGEST_RATIO * size)
@@ -626,11 +626,11 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
             if project.tracks.of(id_) != tracks:
                 where = members.where(f"demonstrations/{id_}/tracks.json")
                 raise InputError(f"The edits do not lead to the segments of {where}.")
-        known = members.object("vocabularies.json")
-        if len(known) > MOST_TASKS:
+        stored = members.object("vocabularies.json")
+        if len(stored) > MOST_TASKS:
             where = members.where("vocabularies.json")
-            raise InputError(f"There are {len(known):,} tasks in {where}; {MOST_TASKS:,} at most.")
-        for task, actions in known.items():
+            raise InputError(f"There are {len(stored):,} tasks in {where}; {MOST_TASKS:,} at most.")
+        for task, actions in stored.items():
             check_length(task, "task")
             vocabulary = Vocabulary.from_json(actions)
             for word in (task, *vocabulary.names):

@@ -55,8 +55,8 @@ class Calibration:
 
     def apply(self, counts: NDArray[np.int16]) -> NDArray[np.float64]:
         """Convert counts, shape (n, c), to newtons and newton metres."""
-        worth = np.where(counts < 0, self.negative, self.positive)
-        return counts.astype(np.float64) * worth
+        newtons = np.where(counts < 0, self.negative, self.positive)
+        return counts.astype(np.float64) * newtons
 
 
 @dataclass(frozen=True)
@@ -83,8 +83,8 @@ class Calibrations:
                     f"packets of {_sensor_name(serial)} need; add it, such as "
                     f"{axis} = {{ capacity = 40.0, counts = 16037 }}."
                 )
-        worth = np.array([self.tables[name][sensor][axis] for sensor, axis in axes])
-        return Calibration(f"{self.path.name}, [{name}]", worth[:, 0], worth[:, 1])
+        newtons = np.array([self.tables[name][sensor][axis] for sensor, axis in axes])
+        return Calibration(f"{self.path.name}, [{name}]", newtons[:, 0], newtons[:, 1])
 
     def _table(self, serial: str | None) -> str:
         """The name of the table that a DAQ's calibration stands in."""
@@ -146,14 +146,14 @@ class _Location:
     text: str
     keys: tuple[str, ...]
 
-    def refusal(self, what: str) -> InputError:
+    def refusal(self, problem: str) -> InputError:
         """An error that names the line, as far as the keys are found in the text in their order."""
         lines, line = self.text.splitlines(), 0
         for key in self.keys:
             word = re.compile(rf"(?<![\w-]){re.escape(key)}(?![\w-])")
-            found = (i for i in range(line, len(lines)) if word.search(lines[i].split("#")[0]))
-            line = next(found, line)
-        return InputError(f"'{self.path}', line {line + 1}: {'.'.join(self.keys)} {what}")
+            matches = (i for i in range(line, len(lines)) if word.search(lines[i].split("#")[0]))
+            line = next(matches, line)
+        return InputError(f"'{self.path}', line {line + 1}: {'.'.join(self.keys)} {problem}")
 
 
 def _table(place: _Location, value: Any) -> Mapping[str, Any]:

@@ -175,10 +175,10 @@ def _parts(
     authors: Collection[str] | None,
 ) -> list[Part]:
     """The tracks to write, by demonstration."""
-    known = [author.name for author in project.coding.authors()]
+    author_names = [author.name for author in project.coding.authors()]
     for name in authors or ():
-        if name not in known:
-            others = ", ".join(known) or "none at all"
+        if name not in author_names:
+            others = ", ".join(author_names) or "none at all"
             raise InputError(f"Nobody called '{name}' labelled here; there are {others}.")
     infos = project.demonstrations.infos()
     times = Counter(info.name.casefold() for info in infos)

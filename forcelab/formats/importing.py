@@ -80,14 +80,14 @@ def attach_videos(
     from forcelab.video.validate import check_video  # OpenCV loads slowly
 
     result = {path: list(recordings) for path, recordings in read_files.items()}
-    known = _with_video(project) if videos else frozenset()
+    with_video = _with_video(project) if videos else frozenset()
     failures: dict[Path, InputError] = {}
     for path, video in videos.items():
         recording = result[path][0] if len(result.get(path, ())) == 1 else None
         if (
             recording is None
             or recording.demonstration.video
-            or recording.demonstration.id in known
+            or recording.demonstration.id in with_video
         ):
             continue
         try:
@@ -255,14 +255,14 @@ def importing(
         failures: dict[Path, InputError] = {}
         for done, path in enumerate(paths):
             yield Progress(done, total, f"reading {path.name}")
-            own = replace(options, format=options.format or formats[path])
+            file_options = replace(options, format=options.format or formats[path])
             try:
                 read_files[path] = [
                     replace(
                         recording,
                         remarks=(*recording.remarks, *glitch_remarks(recording.demonstration)),
                     )
-                    for recording in _checked(path, read(path, own))
+                    for recording in _checked(path, read(path, file_options))
                 ]
             except InputError as error:
                 failures[path] = error

@@ -52,21 +52,21 @@ def _columns(layout: Layout, *, requested: bool = False) -> tuple[int, int, int,
 
     Without a header it has to look like one, unless it was asked to be read as one.
     """
-    found: dict[str, int] = {}
+    indices: dict[str, int] = {}
     end_columns: dict[str, int] = {}
     for index, column in enumerate(layout.columns):
         words = re.split(r"[\W_]+", column.name.lower()) if column.named else []
         first = [word for word in words if word not in {"t", "time"}][:1]
         for role, names in (("start", _STARTS), ("author", _AUTHORS)):
             if first and first[0] in names:
-                found.setdefault(role, index)
+                indices.setdefault(role, index)
         if first and first[0] in _ENDS:
             end_columns.setdefault(first[0], index)
         if is_label_name(column.name) or (first and first[0] in _ACTIONS):
-            found.setdefault("action", index)
-    if end_columns and {"start", "action"} <= found.keys():
+            indices.setdefault("action", index)
+    if end_columns and {"start", "action"} <= indices.keys():
         end = next(end_columns[word] for word in _ENDS if word in end_columns)
-        return found["start"], end, found["action"], found.get("author")
+        return indices["start"], end, indices["action"], indices.get("author")
     kinds = layout.kinds
     headless = not any(column.named for column in layout.columns)
     if not headless or not 3 <= len(kinds) <= 4 or kinds[:2] != (CellType.NUMBER, CellType.NUMBER):
@@ -156,7 +156,7 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
             table.append(_cells(path, number, text, layout))
     starts, ends = _seconds(path, layout, at, table, (start_at, end_at))
     observers = _observers(path, layout, at, table) if author_at is None else {}
-    found: dict[str, list[tuple[Segment, int]]] = defaultdict(list)
+    segments_by_author: dict[str, list[tuple[Segment, int]]] = defaultdict(list)
     for number, row, start, end in zip(at, table, starts, ends, strict=True):
         action = plain_text(row[action_at].strip())
         author = plain_text(row[author_at].strip()) if author_at is not None else ""
@@ -167,8 +167,8 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
             segment = Segment(float(start), float(end), action)
         except InputError as error:
             raise InputError(f"{path}, line {number}: {error}") from error
-        found[author or options.author].append((segment, number))
-    for author, segments in found.items():
+        segments_by_author[author or options.author].append((segment, number))
+    for author, segments in segments_by_author.items():
         for (left, _), (right, number) in pairwise(sorted(segments)):
             if right.start < left.end:
                 raise InputError(
@@ -177,7 +177,7 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
                 )
     return tuple(
         Track(author, tuple(segment for segment, _ in segments))
-        for author, segments in found.items()
+        for author, segments in segments_by_author.items()
     )
 
 
@@ -278,10 +278,10 @@ def own_or_beside_tracks(
     beside = has_labels_beside(path)
     if beside is None:
         return tracks, []
-    own = {track.author for track in tracks}
+    authors = {track.author for track in tracks}
     try:
         read = read_labels(beside, options)
-        others = tuple(track for track in read if track.author not in own)
+        others = tuple(track for track in read if track.author not in authors)
         if tracks and not others:
             return tracks, [f"{beside.name} was not read, as the recording has labels of its own."]
         carried, remarks = _carry_tracks(beside, others, start, demonstration.duration)
@@ -289,7 +289,7 @@ def own_or_beside_tracks(
         if not tracks:
             raise
         return tracks, [f"The labels beside the recording were not read: {error}"]
-    if left := [track.author for track in read if track.author in own]:
+    if left := [track.author for track in read if track.author in authors]:
         remarks.append(
             f"The labels of {', '.join(left)} in {beside.name} were not read, as the recording has "
             "labels of its own."

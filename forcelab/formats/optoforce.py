@@ -61,19 +61,22 @@ def parse_dump(data: bytes) -> Dump:
     statistics, seams, mended = parser.statistics, 0, 0
     size = parser.kind.frame.size if parser.kind else 0
     first_bad = _first_break(packets, size)
-    seams_at = (found.start() for found in re.finditer(re.escape(SEAM), data))
+    seams_at = (match.start() for match in re.finditer(re.escape(SEAM), data))
     places = [place for place in seams_at if not _inside(packets.offsets, size, place)]
     if places:
         ends = [0, *(place + len(SEAM) for place in places)]
         pieces = (data[a:b] for a, b in zip(ends, [*places, len(data)], strict=True))
-        again, more = parse_all(b"".join(pieces))
-        if len(more) > len(packets):
-            seams, mended = len(places), len(more) - len(packets)
-            skipped = again.statistics.skipped_bytes + seams * len(SEAM)
+        joined_parser, joined_packets = parse_all(b"".join(pieces))
+        if len(joined_packets) > len(packets):
+            seams, mended = len(places), len(joined_packets) - len(packets)
+            skipped = joined_parser.statistics.skipped_bytes + seams * len(SEAM)
             statistics = Statistics(
-                len(more), again.statistics.replies, statistics.bad_checksums, skipped
+                len(joined_packets),
+                joined_parser.statistics.replies,
+                statistics.bad_checksums,
+                skipped,
             )
-            parser, packets = again, more
+            parser, packets = joined_parser, joined_packets
     serial = next((reply.serial for reply in parser.take_replies() if reply.serial), None)
     return Dump(packets, parser.kind, statistics, len(data), serial, seams, mended, first_bad)
 
@@ -100,9 +103,9 @@ _COUNTED_WORDS = ("were", "was")  # by whether it is one
 def sniff(path: Path, head: bytes) -> bool:  # noqa: ARG001 - a dump has no name of its own
     """Whether a file is a raw dump: it starts with several valid packets and little else."""
     parser = Parser()
-    found = len(parser.feed(head))
+    count = len(parser.feed(head))
     size = parser.kind.frame.size if parser.kind else 0
-    return found >= _PACKETS and found * size >= _SHARE * len(head)
+    return count >= _PACKETS and count * size >= _SHARE * len(head)
 
 
 def read(path: Path, options: ReadOptions) -> list[Recording]:
@@ -158,15 +161,15 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
 def _refuse_repairs(path: Path, dump: Dump, unwrapper: Unwrapper) -> None:
     """Refuse a dump that is not complete."""
     if dump.statistics.bad_checksums:
-        what = f"wrong checksum of {counted(dump.statistics.bad_checksums, 'packet')}"
+        fault = f"wrong checksum of {counted(dump.statistics.bad_checksums, 'packet')}"
     elif unwrapper.missing:
-        what = f"{counted(unwrapper.missing, 'sample')} went missing"
+        fault = f"{counted(unwrapper.missing, 'sample')} went missing"
     elif unwrapper.doubled:
-        what = f"{counted(unwrapper.doubled, 'sample')} came twice"
+        fault = f"{counted(unwrapper.doubled, 'sample')} came twice"
     else:
         return
     where = f", byte {dump.first_bad:,}" if dump.first_bad >= 0 else ""
-    raise InputError(f"'{path}'{where}: {what}; import it without --strict to go on without them.")
+    raise InputError(f"'{path}'{where}: {fault}; import it without --strict to go on without them.")
 
 
 def _remarks(

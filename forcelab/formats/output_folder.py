@@ -64,9 +64,9 @@ def file_names(names: Sequence[str]) -> list[str]:
         # Bytes, not characters, are what a file system limits, to 255.
         base = base.encode()[:200].decode(errors="ignore")
         free, number = base, 1
-        while (alike := normalize("NFC", free).casefold()) in taken:
+        while (folded := normalize("NFC", free).casefold()) in taken:
             number += 1
             free = f"{base} ({number})"
-        taken.add(alike)
+        taken.add(folded)
         result.append(free)
     return result

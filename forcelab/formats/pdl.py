@@ -205,8 +205,8 @@ class _Budget:
         if isinstance(argument, str) and _SURROGATE.search(argument):
             self.refuse(f"{_shortened(ascii(argument))} is no valid text")
 
-    def refuse(self, what: str) -> NoReturn:
-        raise InputError(f"'{self.name}', byte {self.at}: {what}.")
+    def refuse(self, problem: str) -> NoReturn:
+        raise InputError(f"'{self.name}', byte {self.at}: {problem}.")
 
 
 def _shortened(text: str) -> str:
@@ -336,13 +336,13 @@ def _recording(
         raise InputError(f"{where} has no signals.")
     signals = [_numbers(where, f"signal {place}", values) for place, values in enumerate(lists)]
     for _, place in CHANNELS:
-        found = len(signals[place]) if place < len(signals) else 0
-        if found != len(times):
+        count = len(signals[place]) if place < len(signals) else 0
+        if count != len(times):
             raise InputError(
-                f"{where}: signal {place} has {found} samples where timestamps has {len(times)}; "
+                f"{where}: signal {place} has {count} samples where timestamps has {len(times)}; "
                 f"the record is damaged or holds other signals than a pair of tongs."
             )
-    remarks += tuple(f"'{name}': {what}" for what in _disagreements(signals))
+    remarks += tuple(f"'{name}': {disagreement}" for disagreement in _disagreements(signals))
     if remarks and options.strict:
         raise InputError(f"{where}: {remarks[0]}")
     demonstration = Demonstration(
@@ -358,10 +358,10 @@ def _recording(
     )
 
 
-def _numbers(where: str, what: str, values: Value) -> NDArray[np.float64]:
+def _numbers(where: str, name: str, values: Value) -> NDArray[np.float64]:
     """A list of plain numbers as an array of shape (n,)."""
     if not isinstance(values, list) or not set(map(type, values)) <= {int, float}:
-        raise InputError(f"{where}: {what} is no list of numbers.")
+        raise InputError(f"{where}: {name} is no list of numbers.")
     return np.array(values, dtype=np.float64)
 
 

@@ -54,10 +54,10 @@ def select_fields(topics: Sequence[Contents], options: ReadOptions) -> list[Topi
     Options name topics, or fields as in ``/topic.field.part``.
     """
     all_fields = [field_ for topic in topics for field_ in topic.numbers]
-    known = [address for field_ in all_fields for address in field_.addresses]
-    known += [address for topic in topics for address in topic.words]
+    addresses = [address for field_ in all_fields for address in field_.addresses]
+    addresses += [address for topic in topics for address in topic.words]
     for name in (*options.signals, *options.leave_out):
-        if not any(values_within(address, name) for address in known):
+        if not any(values_within(address, name) for address in addresses):
             raise _unknown(name, "values", [field_.address for field_ in all_fields])
     chosen = with_sensors(
         [part for field_ in all_fields if (part := _requested_fields(field_, options)).leaves]
@@ -124,15 +124,15 @@ def _label(
     topics: Sequence[Contents], options: ReadOptions, measured: set[str]
 ) -> tuple[str, FieldPath | None]:
     """Topic and path of the labels: as asked for, else the surest name, beside forces first."""
-    known = {
+    labels = {
         address: (topic.topic, path) for topic in topics for address, path in topic.words.items()
     }
     if options.label is not None:
-        found = [address for address in known if values_within(address, options.label)]
-        if len(found) != 1:
-            raise _unknown(options.label, "labels", list(known))
+        addresses = [address for address in labels if values_within(address, options.label)]
+        if len(addresses) != 1:
+            raise _unknown(options.label, "labels", list(labels))
     else:
-        found = [
+        addresses = [
             address
             for topic in sorted(topics, key=lambda topic: topic.topic not in measured)
             for address in topic.labels
@@ -140,13 +140,13 @@ def _label(
                 values_within(address, name) for name in (*options.leave_out, *options.signals)
             )
         ]
-    return known[found[0]] if found else ("", None)
+    return labels[addresses[0]] if addresses else ("", None)
 
 
-def _unknown(name: str, what: str, names: Sequence[str]) -> InputError:
+def _unknown(name: str, kind: str, names: Sequence[str]) -> InputError:
     """The error for a name that means nothing, or more than one thing."""
     cure = f"name one of {shorten_list(names)}" if names else "there are none"
-    return InputError(f"it has no {what} called '{name}'; {cure}.")
+    return InputError(f"it has no {kind} called '{name}'; {cure}.")
 
 
 _METADATA: Final = b"rosbag2_bagfile_information:"
@@ -366,11 +366,18 @@ def _damage() -> tuple[type[Exception], ...]:
     from rosbags.typesys import TypesysError
     from ruamel.yaml.error import YAMLError
 
-    own = (AnyReaderError, *ReaderErrors, SerdeError, TypesysError, YAMLError, zstd.ZstdError)
+    reader_errors = (
+        AnyReaderError,
+        *ReaderErrors,
+        SerdeError,
+        TypesysError,
+        YAMLError,
+        zstd.ZstdError,
+    )
     # Damaged lengths, names and code made of definitions; lz4 has nothing of its own.
     plain = (ArithmeticError, AssertionError, AttributeError, EOFError, LookupError, RuntimeError)
     odd = (SyntaxError, TypeError, ValueError, apsw.Error, struct.error)
-    return (*own, *plain, *odd, OSError)
+    return (*reader_errors, *plain, *odd, OSError)
 
 
 #: What the library gives to a type without fields; in ROS 1 it takes no byte.
@@ -434,13 +441,13 @@ _MOST_REPEATED: Final = 10
 
 def _messages(bag: Any, connections: Sequence[Any]) -> Iterator[tuple[int, Any]]:
     """Time of arrival in nanoseconds and content of all messages of some connections."""
-    coming = bag.messages(connections=connections)
+    messages = bag.messages(connections=connections)
     different: set[int] = set()
     for count in itertools.count(1):
         if count % 100_000 == 0:
             _check_count(bag.paths[0], count)
         with _naming_damage(bag.paths[0]):
-            entry = next(coming, None)
+            entry = next(messages, None)
             if entry is None:
                 return
             connection, arrived, raw = entry
@@ -493,8 +500,8 @@ def _constants(topics: Sequence[Contents], data: Sequence[TopicData], bag: Any) 
         if path := labels.get(topic.topic):
             kind = follow_path(topic.first, path[:-1]).__msgtype__
             constants, fields = bag.typestore.fielddefs[kind]
-            own = dict(fields)[path[-1]][1][0]
-            pairs = [(str(value), name) for name, type_, value in constants if type_ == own]
+            type_name = dict(fields)[path[-1]][1][0]
+            pairs = [(str(value), name) for name, type_, value in constants if type_ == type_name]
             values = [value for value, _ in pairs]
             names = {value: name for value, name in pairs if values.count(value) == 1}
     return names

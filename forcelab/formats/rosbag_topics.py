@@ -227,9 +227,11 @@ def _describing_name(topic: str, path: FieldPath) -> str:
         if isinstance(step, str) and step not in _EMPTY:
             return step
     parts = [part for part in topic.split("/") if part]
-    known = _FORCES | _TORQUES
-    telling = (p for p in reversed(parts) if is_label_name(p) or known.intersection(_name_words(p)))
-    return next(telling, parts[-1] if parts else "data")
+    quantities = _FORCES | _TORQUES
+    describing = (
+        p for p in reversed(parts) if is_label_name(p) or quantities.intersection(_name_words(p))
+    )
+    return next(describing, parts[-1] if parts else "data")
 
 
 def _name_words(name: str) -> list[str]:
@@ -276,10 +278,10 @@ class TopicData:
     def add(self, arrived: int, message: object) -> None:
         """Add a message; refused if an array or list has another length than in the first one."""
         for path, size in self.sizes.items():
-            if (found := len(follow_path(message, path))) != size:
+            if (count := len(follow_path(message, path))) != size:
                 name = address_of(self.topic, path)
                 raise InputError(
-                    f"message {len(self.arrived) + 1:,} of {self.topic} holds {found:,} values in "
+                    f"message {len(self.arrived) + 1:,} of {self.topic} holds {count:,} values in "
                     f"{name}, and the first one {size:,}; leave it out (--leave-out {name})."
                 )
         for field_ in self.fields:

@@ -154,14 +154,14 @@ def _read_body(layout: Layout, roles: ColumnRoles) -> _Body:
     if roles.time is not None:
         reader = TimestampReader(layout.cells(roles.time), dialect.decimal)
     read_numbers = partial(numbers, decimal=dialect.decimal)
-    everything = range(len(layout.columns))
-    words = {i: TextColumn() for i in everything if i not in roles.numeric and i != roles.time}
+    indices = range(len(layout.columns))
+    words = {i: TextColumn() for i in indices if i not in roles.numeric and i != roles.time}
     # Those that hold nothing but ordinary numbers can be read together.
     plain = [
-        i for i in everything if i in roles.numeric or (i == roles.time and reader and reader.plain)
+        i for i in indices if i in roles.numeric or (i == roles.time and reader and reader.plain)
     ]
-    rest = [i for i in everything if i not in plain]
-    blocks: dict[int, list[NDArray[np.float64]]] = {i: [] for i in everything if i not in words}
+    rest = [i for i in indices if i not in plain]
+    blocks: dict[int, list[NDArray[np.float64]]] = {i: [] for i in indices if i not in words}
     line_blocks: list[NDArray[np.int64]] = []
     ragged: list[NDArray[np.bool_]] = []
     for line_numbers, rows in lines(
@@ -213,9 +213,9 @@ def _no_number(
     error: NotANumberError,
 ) -> InputError:
     """The error for a cell that is not what its column holds."""
-    shown = error.cell if len(error.cell) <= 40 else error.cell[:37] + "..."
+    excerpt = error.cell if len(error.cell) <= 40 else error.cell[:37] + "..."
     return InputError(
-        f"{layout.path}, line {line_numbers[error.index]}: {shown!r} in column "
+        f"{layout.path}, line {line_numbers[error.index]}: {excerpt!r} in column "
         f"'{layout.columns[index].name}' is not a "
         f"{'stamp' if index == roles.time else 'number'}; mend the cell or empty it."
     )
@@ -435,9 +435,10 @@ def _even_times(table: _Table, options: ReadOptions) -> RepairedTimestamps:
     remarks.append(f"'{name}' counts the samples and places the rows: {result}.")
     restarts = counter_restarts(table.body.values[counter])
     if restarts.size:
-        often = "once" if restarts.size == 1 else f"{restarts.size:,} times"
+        how_often = "once" if restarts.size == 1 else f"{restarts.size:,} times"
         remarks.append(
-            f"'{name}' begins again {often}, first in line {lines[restarts[0]]}, as of a device "
+            f"'{name}' begins again {how_often}, first in line {lines[restarts[0]]}, as of a "
+            f"device "
             "that was restarted: a gap of unknown length, over which the times go on as if nothing "
             "was lost; import the parts as files of their own to keep them apart."
         )
@@ -457,13 +458,13 @@ def _unclear_rate(table: _Table) -> UnclearRateError:
     # A column that is named as times was taken, unless all of those stand still.
     constant = [columns[index].name for index in table.roles.other_times]
     names = listed([column.name for column in columns], _NAMED)
-    what = (
+    problem = (
         f"has in '{constant[0]}' one and the same time throughout"
         if constant
         else f"has no column of times among {names}"
     )
     return UnclearRateError(
-        f"{path} {what}{'; ' + counts if counts else ''}; name the column of times, or say how "
+        f"{path} {problem}{'; ' + counts if counts else ''}; name the column of times, or say how "
         "many samples there are a second."
     )
 
@@ -490,8 +491,10 @@ def _channel_columns(table: _Table) -> tuple[list[int], list[str]]:
     remarks = []
     nameless = [columns[index].name for index in chosen if not columns[index].named]
     if nameless and any(column.named for column in columns):
-        which = "a column" if len(nameless) == 1 else f"{len(nameless)} columns"
-        remarks.append(f"The header leaves {which} without a name, called {', '.join(nameless)}.")
+        columns_text = "a column" if len(nameless) == 1 else f"{len(nameless)} columns"
+        remarks.append(
+            f"The header leaves {columns_text} without a name, called {', '.join(nameless)}."
+        )
     for why, names in left_out.items():
         subject = (
             f"Column {names[0]} was" if len(names) == 1 else f"Columns {', '.join(names)} were"

@@ -183,8 +183,8 @@ def _is_near_end(counts: NDArray[np.float64], turn: int) -> NDArray[np.bool_]:
 
 def _commonest(steps: NDArray[np.float64]) -> tuple[float, int]:
     """The commonest of some steps, and how many of them there are."""
-    found, times = np.unique(steps, return_counts=True)
-    return float(found[times.argmax()]), int(times.max())
+    values, times = np.unique(steps, return_counts=True)
+    return float(values[times.argmax()]), int(times.max())
 
 
 #: Words, in lower case, by which coders and programs leave a sample unlabelled, besides those that
@@ -227,8 +227,8 @@ def choose_roles(layout: Layout, options: ReadOptions) -> ColumnRoles:
     def column_of(name: str, role: str) -> int:
         return find_column(layout.columns, name, role, str(layout.path))
 
-    def error(index: int, what: str) -> InputError:
-        return InputError(f"{layout.path}: column '{layout.columns[index].name}' {what}")
+    def error(index: int, problem: str) -> InputError:
+        return InputError(f"{layout.path}: column '{layout.columns[index].name}' {problem}")
 
     left_out = frozenset(column_of(name, "values") for name in options.leave_out)
     signals = frozenset(column_of(name, "values") for name in options.signals)
@@ -244,7 +244,7 @@ def choose_roles(layout: Layout, options: ReadOptions) -> ColumnRoles:
     taken_or_label = taken | {label}
     named = [index for index in _time_columns(layout) if index not in taken_or_label]
     if options.time is None:
-        time = _find_time(layout, named, taken_or_label, must=options.rate is None)
+        time = _find_time(layout, named, taken_or_label, required=options.rate is None)
     elif layout.kinds[time := column_of(options.time, "times")] in (
         CellType.TEXT,
         CellType.MISSING,
@@ -294,11 +294,11 @@ def _time_columns(layout: Layout) -> list[int]:
 
 
 def _find_time(
-    layout: Layout, named: Sequence[int], taken: Collection[int | None], *, must: bool
+    layout: Layout, named: Sequence[int], taken: Collection[int | None], *, required: bool
 ) -> int | None:
     """The first column of times by its name, else by how it steps.
 
-    A column that is named so but holds words is refused where there `must` be one.
+    A column that is named so but holds words is refused where one is `required`.
     """
     for index in named:
         if len(set(layout.cells(index))) > 1 or len(layout.sample) == 1:
@@ -306,7 +306,7 @@ def _find_time(
     for index, column in enumerate(layout.columns):
         if index not in taken and _steps_like_time(layout, index, column):
             return index
-    for index, column in enumerate(layout.columns) if must else ():
+    for index, column in enumerate(layout.columns) if required else ():
         words = layout.kinds[index] is CellType.TEXT and index not in taken
         if words and column.named and is_time_name(column.name):
             raise _not_understood(layout, index)
@@ -315,9 +315,10 @@ def _find_time(
 
 def _not_understood(layout: Layout, index: int) -> UnclearRateError:
     """The error for times that are words."""
-    shown = next((cell for cell in layout.cells(index) if cell.strip()), "")[:40]
+    excerpt = next((cell for cell in layout.cells(index) if cell.strip()), "")[:40]
     return UnclearRateError(
-        f"{layout.path}: times such as {shown!r} in column '{layout.columns[index].name}' are not "
+        f"{layout.path}: times such as {excerpt!r} in column '{layout.columns[index].name}' are "
+        f"not "
         "understood; write numbers, 2024-05-31 12:00:00.000 or 31.05.2024 12:00:00,000, or say how "
         "many samples there are a second."
     )
@@ -352,7 +353,7 @@ def counter_columns(
     layout: Layout, roles: ColumnRoles, values: Mapping[int, NDArray[np.float64]]
 ) -> dict[int, NDArray[np.float64]]:
     """The columns in which a device counts its samples, and what they count."""
-    found = {}
+    counters = {}
     for index, column in enumerate(layout.columns):
         requested = index == roles.counter
         other = index in roles.signals or index in roles.left_out or column.unit
@@ -363,17 +364,17 @@ def counter_columns(
         named = requested or (column.named and is_counter_name(column.name))
         ticks = counter_ticks(values[index], named)
         if ticks is not None:
-            found[index] = ticks
-    found |= _frame_columns(layout, roles, values)
-    if not set(values) - set(found) - {roles.label} - roles.left_out:
+            counters[index] = ticks
+    counters |= _frame_columns(layout, roles, values)
+    if not set(values) - set(counters) - {roles.label} - roles.left_out:
         # What else there is to see in the file is left a signal.
-        found = {index: ticks for index, ticks in found.items() if index == roles.counter}
-    if roles.counter is not None and roles.counter not in found:
+        counters = {index: ticks for index, ticks in counters.items() if index == roles.counter}
+    if roles.counter is not None and roles.counter not in counters:
         raise InputError(
             f"{layout.path}: column '{layout.columns[roles.counter].name}' does not go on by one "
             "step from row to row, so that it counts no samples; name another one."
         )
-    return found
+    return counters
 
 
 def _frame_columns(

@@ -471,9 +471,9 @@ def detect(rows: Sequence[str]) -> Dialect | None:
         # Where commas separate, only a quoted cell can hold a decimal comma.
         quoted = any('"' in row for row in rows)
         for decimal in ".," if separator != "," or quoted else ".":
-            found = _explain(table, separator, decimal)
-            if found and (best is None or found[0] > best[0]):
-                best = found
+            explained = _explain(table, separator, decimal)
+            if explained and (best is None or explained[0] > best[0]):
+                best = explained
     return best[1] if best else None
 
 
@@ -484,19 +484,19 @@ def _explain(
 
     Words count in the second half only, where there is no header.
     """
-    good: Counter[int] = Counter()
-    bad: Counter[int] = Counter()
+    data_cells: Counter[int] = Counter()
+    text_cells: Counter[int] = Counter()
     for place, row in enumerate(table):
         kinds = [cell_type(cell, decimal) for cell in row]
         if separator == "\t" and _numbers_between_blanks(row, kinds, decimal):
             return None
-        good[len(row)] += sum(kind in (CellType.NUMBER, CellType.STAMP) for kind in kinds)
-        bad[len(row)] += kinds.count(CellType.TEXT) if 2 * place >= len(table) else 0
-    if not good:
+        data_cells[len(row)] += sum(kind in (CellType.NUMBER, CellType.STAMP) for kind in kinds)
+        text_cells[len(row)] += kinds.count(CellType.TEXT) if 2 * place >= len(table) else 0
+    if not data_cells:
         return None
     rows = Counter(map(len, table))
-    width, score = max(good.items(), key=lambda item: (item[1], rows[item[0]]))
-    return ((score, -bad[width]), Dialect(separator, decimal, width)) if score else None
+    width, score = max(data_cells.items(), key=lambda item: (item[1], rows[item[0]]))
+    return ((score, -text_cells[width]), Dialect(separator, decimal, width)) if score else None
 
 
 def _numbers_between_blanks(row: Sequence[str], kinds: Sequence[CellType], decimal: str) -> bool:
@@ -684,13 +684,13 @@ def _is_data(row: Sequence[str], kinds: Sequence[CellType], dialect: Dialect) ->
     """Whether a row holds more numbers than words where most rows hold numbers."""
     if len(row) != len(kinds):
         return False
-    found = [
+    cell_types = [
         cell_type(cell, dialect.decimal)
         for cell, kind in zip(row, kinds, strict=True)
         if kind in (CellType.NUMBER, CellType.STAMP)
     ]
-    return found.count(CellType.TEXT) < sum(
-        kind in (CellType.NUMBER, CellType.STAMP) for kind in found
+    return cell_types.count(CellType.TEXT) < sum(
+        kind in (CellType.NUMBER, CellType.STAMP) for kind in cell_types
     )
 
 

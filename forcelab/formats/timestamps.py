@@ -327,9 +327,9 @@ def _treat_repeats(rows: _Rows, jitter: float) -> None:
     usual = int(np.median(lengths))
     inner = lengths[1:-1]
     slack = max(1.0, _BURST_SLACK * usual)
-    alike = (np.abs(inner - usual) <= slack) & (inner >= 2)
+    regular = (np.abs(inner - usual) <= slack) & (inner >= 2)
     steps = np.diff(rows.values[firsts])
-    if usual < 2 or inner.size < 2 or alike.mean() < _BURST_SHARE or (steps <= 0).any():
+    if usual < 2 or inner.size < 2 or regular.mean() < _BURST_SHARE or (steps <= 0).any():
         if jitter > 0:
             return
         verb = "repeats" if repeats.sum() == 1 else "repeat"
@@ -373,10 +373,10 @@ def _sort_backward(rows: _Rows, per_second: float, jitter: float) -> None:
     if not back.any():
         return
     levels, lengths = _nondecreasing(rows.values)
-    between = (levels[:-1] + levels[1:]) / 2
+    midpoints = (levels[:-1] + levels[1:]) / 2
     outer = float(np.median(np.diff(levels))) / 2 if levels.size > 1 else 0.0
-    lows = np.concatenate([[levels[0] - outer], between])
-    highs = np.concatenate([between, [levels[-1] + outer]])
+    lows = np.concatenate([[levels[0] - outer], midpoints])
+    highs = np.concatenate([midpoints, [levels[-1] + outer]])
     places = np.arange(rows.values.size) - np.repeat(np.cumsum(lengths) - lengths, lengths)
     shares = (places + 0.5) / np.repeat(lengths, lengths)
     spread = np.repeat(lows, lengths) + shares * np.repeat(highs - lows, lengths)

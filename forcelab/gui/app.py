@@ -114,18 +114,20 @@ def quit_on_signals(application: QApplication) -> Iterator[list[QWidget]]:
         # Python hears of it wherever it happens to be; the window is closed from the event loop.
         QTimer.singleShot(0, partial(leave, number))
 
-    known = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
+    numbers = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
     # One that is ignored already stays so: that is how nohup keeps a program alive.
-    before = {number: signal.getsignal(number) for number in known}
-    handled = {number: was for number, was in before.items() if was is not signal.SIG_IGN}
+    before = {number: signal.getsignal(number) for number in numbers}
+    handled = {
+        number: handler for number, handler in before.items() if handler is not signal.SIG_IGN
+    }
     for number in handled:
         signal.signal(number, request_leave)
     try:
         with _on_wakeup():
             yield windows
     finally:
-        for number, was in handled.items():
-            signal.signal(number, was)
+        for number, handler in handled.items():
+            signal.signal(number, handler)
 
 
 def shut_down(window: Window, status: int) -> int:
@@ -152,12 +154,12 @@ def _on_wakeup() -> Iterator[None]:
     Python only handles signals while it runs, and in a window where nothing moves that is when
     somebody next touches it.
     """
-    ours, pythons = socket.socketpair()
-    with ours, pythons:
-        ours.setblocking(False)
+    listener, pythons = socket.socketpair()
+    with listener, pythons:
+        listener.setblocking(False)
         pythons.setblocking(False)
-        notifier = QSocketNotifier(ours.fileno(), QSocketNotifier.Type.Read)
-        notifier.activated.connect(lambda: ours.recv(4096))
+        notifier = QSocketNotifier(listener.fileno(), QSocketNotifier.Type.Read)
+        notifier.activated.connect(lambda: listener.recv(4096))
         before = signal.set_wakeup_fd(pythons.fileno(), warn_on_full_buffer=False)
         try:
             yield

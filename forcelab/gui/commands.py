@@ -30,8 +30,8 @@ def _group(name: str, *rows: tuple[str, ...]) -> tuple[Command, ...]:
     ``"repeats"`` or ``"switch"`` (checkable).
     """
     return tuple(
-        Command(id_, text, tuple(keys.split()), name, "repeats" in how, "switch" in how)
-        for id_, text, keys, *how in rows
+        Command(id_, text, tuple(keys.split()), name, "repeats" in flags, "switch" in flags)
+        for id_, text, keys, *flags in rows
     )
 
 

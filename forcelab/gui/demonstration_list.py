@@ -538,25 +538,25 @@ class DemonstrationMenu(QObject):
     def _fill_many(self, menu: QMenu, rows: Sequence[DemonstrationRow]) -> None:
         """The menu of several demonstrations: what applies to all of them."""
         ids = [row.info.id for row in rows]
-        done = [row.info.id for row in rows if row.done]
-        undone = [row.info.id for row in rows if not row.done]
-        if undone:
-            text = f"Mark {len(undone)} as done"
-            menu.addAction(text, lambda: self._ask_done(undone))
-        if done:
-            text = f"Mark {len(done)} as not done"
-            menu.addAction(text, lambda: self.set_done(done, False))
+        done_ids = [row.info.id for row in rows if row.done]
+        undone_ids = [row.info.id for row in rows if not row.done]
+        if undone_ids:
+            text = f"Mark {len(undone_ids)} as done"
+            menu.addAction(text, lambda: self._ask_done(undone_ids))
+        if done_ids:
+            text = f"Mark {len(done_ids)} as not done"
+            menu.addAction(text, lambda: self.set_done(done_ids, False))
         text = f"Assign {len(ids)} for blind coding…"
         menu.addAction(text, lambda: self._ask_assign(ids))
-        held: dict[str, list[str]] = {}
+        assigned: dict[str, list[str]] = {}
         for row in rows:
             for assignment in row.assignments:
-                held.setdefault(assignment.author, []).append(row.info.id)
-        for author, of in held.items():
-            text = f"Withdraw {len(of)} assignments ({escape_ampersands(author)})"
-            if len(of) == 1:
+                assigned.setdefault(assignment.author, []).append(row.info.id)
+        for author, assigned_ids in assigned.items():
+            text = f"Withdraw {len(assigned_ids)} assignments ({escape_ampersands(author)})"
+            if len(assigned_ids) == 1:
                 text = f"Withdraw the assignment ({escape_ampersands(author)})"
-            menu.addAction(text, self._withdrawing(of, author))
+            menu.addAction(text, self._withdrawing(assigned_ids, author))
         menu.addSeparator()
         text = f"Move {len(ids)} to another task…"
         menu.addAction(text, lambda: self._ask_task(rows))
@@ -611,8 +611,8 @@ class DemonstrationMenu(QObject):
         coder = settle_name(self._window, name, names) if agreed else ""
         if agreed and self.assign(ids, coder):  # of which nothing is seen but by that coder
             single = "The demonstration is assigned to {1}."
-            many = "{0} demonstrations are assigned to {1}."
-            document.show_message((single if len(ids) == 1 else many).format(len(ids), coder))
+            plural = "{0} demonstrations are assigned to {1}."
+            document.show_message((single if len(ids) == 1 else plural).format(len(ids), coder))
 
     def _ask_name(self, row: DemonstrationRow) -> None:
         name, agreed = QInputDialog.getText(
@@ -765,12 +765,12 @@ class DemonstrationList(QWidget):
         if (row := self._opened("note")) is not None:
             self.menu.ask_note(row)
 
-    def _opened(self, what: str) -> DemonstrationRow | None:
+    def _opened(self, noun: str) -> DemonstrationRow | None:
         """The row of the open demonstration; without one, says what it is needed for."""
         for row in self._rows:
             if row.info.id == self._document.id:
                 return row
-        self._document.show_message(f"Open a demonstration first; a {what} belongs to one.", True)
+        self._document.show_message(f"Open a demonstration first; a {noun} belongs to one.", True)
         return None
 
     # Inside

@@ -43,8 +43,8 @@ class DemonstrationRow:
     @property
     def assignments(self) -> tuple[Assignment, ...]:
         """The coder's own, and those of others that the coder may see."""
-        own = () if self.assignment is None else (self.assignment,)
-        return (*own, *self.assigned_to)
+        assigned_here = () if self.assignment is None else (self.assignment,)
+        return (*assigned_here, *self.assigned_to)
 
     @property
     def done(self) -> bool:
@@ -172,10 +172,10 @@ def _row(
     """A demonstration as `author` may see it."""
     # Whoever painted past the end of the recording has labelled all of it, and not more.
     shares = {name: min(s / info.duration, 1.0) for name, s in info.labelled.items()}
-    own = next((a for a in assigned if a.author == author), None)
+    assignment = next((a for a in assigned if a.author == author), None)
     edited = info.edited.get(author, 0)
     row = DemonstrationRow(
-        info, shares.pop(author, 0.0), assignment=own, edited=edited, notes=notes
+        info, shares.pop(author, 0.0), assignment=assignment, edited=edited, notes=notes
     )
     if row.blind:
         return row

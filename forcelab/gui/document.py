@@ -58,7 +58,7 @@ class _NudgeRun:
     """Steps of a segment that are one edit."""
 
     index: int  # of the segment, before the first step
-    what: Literal["start", "end", "both"]
+    part: Literal["start", "end", "both"]
     before: Segment  # before the first step
     time: float  # where the latest step has brought it, in seconds
     edit: Edit  # that is stored for the steps so far
@@ -327,8 +327,8 @@ class Document(QObject):
             self.project.coding.set_done(self.id, self.author)
         self.reread()
         if not errors:
-            shown = "Marked as done; the labels of others are shown."
-            self.show_message(shown if blind else "Marked as done.")
+            sentence = "Marked as done; the labels of others are shown."
+            self.show_message(sentence if blind else "Marked as done.")
         return not errors
 
     # Messages
@@ -448,18 +448,18 @@ class Document(QObject):
         """Replace the actions of the open demonstration's task, unless others changed them."""
         if self.project is None or self.demonstration is None:
             return False
-        task, done = self.demonstration.task, False
+        task, changed = self.demonstration.task, False
         with self._reporting_errors():
-            done = self.project.actions.set_vocabulary(task, vocabulary, before=self._listed)
-            if done:
+            changed = self.project.actions.set_vocabulary(task, vocabulary, before=self._listed)
+            if changed:
                 self._list_actions(vocabulary)
             else:
-                shown = self.vocabulary
-                self._list_actions(self.project.actions.vocabulary(task), shown.names, shown)
+                listed = self.vocabulary
+                self._list_actions(self.project.actions.vocabulary(task), listed.names, listed)
                 message = "The actions were changed elsewhere; look at them and repeat it."
                 self.show_message(message, True)
             self.vocabulary_changed.emit()
-        return done
+        return changed
 
     def add_actions(self, *names: str) -> bool:
         """Make sure that the vocabulary has these actions; those that others add stay."""
@@ -544,8 +544,8 @@ class Document(QObject):
         # A coder of the task who is blind would learn from the list whether others use an action.
         blind = task in self.project.coding.blind_tasks(result.edits[0].author)
         for renamed_task, current, previous in self._renamings:
-            leaving, coming = {*current.names} - {*previous.names}, back - {*current.names}
-            fits = leaving <= gone and (coming or result.renames) and back <= {*previous.names}
+            leaving, restored = {*current.names} - {*previous.names}, back - {*current.names}
+            fits = leaving <= gone and (restored or result.renames) and back <= {*previous.names}
             if not fits or (renamed_task, current) != (task, listed):
                 continue
             if not leaving or not (blind or leaving & self.project.actions.painted(task)):
@@ -635,42 +635,42 @@ class Document(QObject):
             if not segment.start - 1e-6 <= self.view.cursor <= segment.end + 1e-6:
                 self.select(None)
 
-    def nudge(self, index: int, what: Literal["start", "end", "both"], step: float) -> bool:
+    def nudge(self, index: int, part: Literal["start", "end", "both"], step: float) -> bool:
         """Move an edge of a segment, or all of it, by a step in seconds; the cursor goes with it.
 
         Steps that follow each other are one edit: one undo takes all of them back.
         """
         run = self._nudges
-        if run is not None and self._continues(run, index, what):
+        if run is not None and self._continues(run, index, part):
             index, before, time, replacing = run.index, run.before, run.time, run.edit
         else:
             before, replacing = self.editor.segments[index], None
-            time = before.end if what == "end" else before.start
+            time = before.end if part == "end" else before.start
         low, high = self.view.bounds
-        high -= before.duration if what == "both" else 0
+        high -= before.duration if part == "both" else 0
         time = min(max(round(time + step, DIGITS), low), high)
-        if what == "both":
+        if part == "both":
             edit = self.editor.move_segment(index, time, replacing)
         else:
-            edit = self.editor.move_edge(index, what, time, replacing)
+            edit = self.editor.move_edge(index, part, time, replacing)
         if edit is None:
             return False
         self.view.seek(time)
         # Segments that it grew over may have gone, which changes its index.
-        edge = _end if what == "end" else _start
+        edge = _end if part == "end" else _start
         self.select(bisect_left(self.editor.segments, time - SLIVER, key=edge))
         self._nudges = None
         if edit.kind == "paint" and self.selected is not None:
             after, deadline = self.editor.segments[self.selected], monotonic() + NUDGE_PAUSE
-            self._nudges = _NudgeRun(index, what, before, time, edit, after, deadline)
+            self._nudges = _NudgeRun(index, part, before, time, edit, after, deadline)
         return True
 
-    def _continues(self, run: _NudgeRun, index: int, what: str) -> bool:
+    def _continues(self, run: _NudgeRun, index: int, part: str) -> bool:
         """Whether a step continues a run: of the same kind, at once, and nothing in between."""
         if self.project is None:
             return False
         segments = self.editor.segments
-        if (run.what, run.after) != (what, segments[index]) or monotonic() > run.deadline:
+        if (run.part, run.after) != (part, segments[index]) or monotonic() > run.deadline:
             return False
         try:
             head = self.project.tracks.head(self.id, self.author)

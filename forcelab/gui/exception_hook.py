@@ -165,8 +165,8 @@ def error_report(error: BaseException) -> str:
 def _place(error: BaseException) -> str:
     """The innermost line of this program in the traceback, and the error's type."""
     frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if "forcelab" in Path(frame.filename).parts]
-    where = [f"{frame.filename}:{frame.lineno}" for frame in own or frames]
+    own_frames = [frame for frame in frames if "forcelab" in Path(frame.filename).parts]
+    where = [f"{frame.filename}:{frame.lineno}" for frame in own_frames or frames]
     return f"{where[-1] if where else 'an unknown place'} ({type(error).__name__})"
 
 

@@ -38,8 +38,8 @@ class ExportDialog(QDialog):
         # The name of a demonstration may be longer than the screen is wide.
         self.which = ElidedComboBox()
         if document.demonstration is not None:
-            here = f"This demonstration ({document.demonstration.name})"
-            self.which.addItem(here, (document.id,))
+            current = f"This demonstration ({document.demonstration.name})"
+            self.which.addItem(current, (document.id,))
         if shown:
             listed = f"All in the list ({len(shown)})"
             self.which.addItem(listed, tuple(shown))

@@ -191,7 +191,7 @@ class HelpPage(CommandDialog):
     def _matching(self) -> list[_Section]:
         """The sections with the rows that contain the search text."""
         query = self._search.text().casefold().strip()
-        found = []
+        sections = []
         for section in self._sections():
             rows = tuple(
                 row
@@ -199,8 +199,8 @@ class HelpPage(CommandDialog):
                 if query in " ".join((section.heading, row[1], *row[0])).casefold()
             )
             if rows:
-                found.append(_Section(section.heading, rows, section.caps))
-        return found
+                sections.append(_Section(section.heading, rows, section.caps))
+        return sections
 
     def _fill(self) -> None:
         """Lay the sections out in columns of like height, in reading order."""
@@ -218,8 +218,8 @@ class HelpPage(CommandDialog):
             column.addStretch(1)
             across.addLayout(column, 1)
         if not sections:
-            nothing = f"Nothing is called '{self._search.text()}'."
-            label = QLabel(nothing)
+            sentence = f"Nothing is called '{self._search.text()}'."
+            label = QLabel(sentence)
             label.setTextFormat(Qt.TextFormat.PlainText)
             label.setAlignment(Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop)
             across.addWidget(label)
@@ -242,8 +242,8 @@ def _balanced_columns(sections: Sequence[_Section], columns: int) -> list[list[_
 
 def _lines(row: tuple[tuple[str, ...], str], caps: bool) -> float:
     """About how high a row is, in lines; caps are higher than words."""
-    pieces, what = row
-    wrapped = max(-(-len(what) // RIGHT), 1 if caps else -(-len(pieces[0]) // LEFT))
+    pieces, meaning = row
+    wrapped = max(-(-len(meaning) // RIGHT), 1 if caps else -(-len(pieces[0]) // LEFT))
     return wrapped + (0.3 if caps else 0.1)
 
 
@@ -277,8 +277,8 @@ def _card(section: _Section) -> QWidget:
     grid.addWidget(heading, 0, 0, 1, 2)
     grid.addWidget(rule, 1, 0, 1, 2)
     grid.setColumnMinimumWidth(0, card.fontMetrics().averageCharWidth() * LEFT)
-    for i, (pieces, what) in enumerate(section.rows, 2):
-        explanation = QLabel(what)
+    for i, (pieces, meaning) in enumerate(section.rows, 2):
+        explanation = QLabel(meaning)
         explanation.setTextFormat(Qt.TextFormat.PlainText)
         explanation.setWordWrap(True)
         if section.caps:
@@ -337,10 +337,10 @@ SPACE = 12
 
 def facts() -> dict[str, str]:
     """Versions by name, and where settings and log are."""
-    found = {**versions(), "PySide6": PySide6.__version__, "Qt": qVersion()}
-    found["settings"] = settings.settings().fileName()
-    found["log"] = str(log_file())
-    return found
+    facts_by_name = {**versions(), "PySide6": PySide6.__version__, "Qt": qVersion()}
+    facts_by_name["settings"] = settings.settings().fileName()
+    facts_by_name["log"] = str(log_file())
+    return facts_by_name
 
 
 def manual() -> str:
@@ -357,7 +357,7 @@ class AboutDialog(QDialog):
         self.setWindowTitle("About forcelab")
         title = QLabel(f"forcelab {__version__}")
         emphasise(title, 1.4)
-        what = QLabel("Labels, recognises and scores the actions of hands in recorded forces.")
+        purpose = QLabel("Labels, recognises and scores the actions of hands in recorded forces.")
         self._facts = facts()
         form = QFormLayout()
         for name, value in self._facts.items():
@@ -366,7 +366,7 @@ class AboutDialog(QDialog):
         column = QVBoxLayout(self)
         column.setSpacing(14)
         column.addWidget(title)
-        column.addWidget(what)
+        column.addWidget(purpose)
         column.addLayout(form)
         column.addWidget(self._buttons())
 

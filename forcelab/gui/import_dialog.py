@@ -127,14 +127,14 @@ class ImportColumns(QWidget):
 
     def wish(self, name: str, use: Use) -> None:
         """Read a column as something else."""
-        taken = {column.name: column.use for column in self._untouched}
+        uses = {column.name: column.use for column in self._untouched}
         if use in ("times", "counter", "labels"):  # there is one of each
             self._wishes = {n: u for n, u in self._wishes.items() if u != use}
         if use in ("times", "counter"):  # one stands in for the other
             other: Use = "counter" if use == "times" else "times"
             self._wishes = {n: u for n, u in self._wishes.items() if u != other}
         self._wishes.pop(name, None)
-        if taken.get(name) != use:
+        if uses.get(name) != use:
             self._wishes[name] = use
         self._fill()
 
@@ -219,8 +219,8 @@ class ImportColumns(QWidget):
         box = QComboBox()
         ignore_wheel(box)  # it scrolls the table
         box.setAccessibleName(f"{column.name} is read as")
-        taken = next((t.use for t in self._untouched if t.name == column.name), column.use)
-        for use in dict.fromkeys((taken, column.use, *column.choices)):
+        current_use = next((t.use for t in self._untouched if t.name == column.name), column.use)
+        for use in dict.fromkeys((current_use, column.use, *column.choices)):
             box.addItem(_role_name(use), use)
         box.setCurrentIndex(box.findData(column.use))
         box.activated.connect(lambda index: self.wish(column.name, box.itemData(index)))
@@ -392,9 +392,9 @@ class ImportDialog(QDialog):
         return self._buttons
 
     def add_files(self, files: Sequence[Path]) -> None:
-        known = set(self._chosen())
-        self._files.addItems([str(path) for path in files if str(path) not in known])
-        for row in range(len(known), self._files.count()):
+        listed = set(self._chosen())
+        self._files.addItems([str(path) for path in files if str(path) not in listed])
+        for row in range(len(listed), self._files.count()):
             self._files.item(row).setToolTip(self._files.item(row).text())
         self._changed()
 
@@ -491,11 +491,11 @@ class ImportDialog(QDialog):
         """Report the import; files that failed or were added meanwhile stay in the list."""
         self._bar.setVisible(False)
         unread = set(map(str, report.unread))
-        later = [Path(name) for name in self._chosen() if name not in files or name in unread]
+        remaining = [Path(name) for name in self._chosen() if name not in files or name in unread]
         self._files.clear()
-        if not later:
+        if not remaining:
             self._task.setCurrentText("")  # the next files may show something else
-        self.add_files(later)
+        self.add_files(remaining)
         counts = [report.count(status) for status in ("new", "updated", "unchanged")]
         lines = ["{} new, {} updated, {} unchanged.".format(*counts)]
         if counts[0] and not any(counts[1:]):
@@ -512,7 +512,7 @@ class ImportDialog(QDialog):
             self._select(unread)
             return
         close = self._buttons.button(QDialogButtonBox.StandardButton.Close)
-        (self._go if later else close).setFocus()
+        (self._go if remaining else close).setFocus()
 
     def _failed(self, error: Exception) -> None:
         """Report why nothing was imported; select the files concerned."""
@@ -526,12 +526,12 @@ class ImportDialog(QDialog):
     def _select(self, names: Collection[str]) -> None:
         """Select files in the list, so that Delete removes them."""
         items = [self._files.item(row) for row in range(self._files.count())]
-        wrong = [item for item in items if item.text() in names]
-        if wrong:
+        failed = [item for item in items if item.text() in names]
+        if failed:
             self._files.clearSelection()
-            for item in wrong:
+            for item in failed:
                 item.setSelected(True)
-            self._files.scrollToItem(wrong[0])
+            self._files.scrollToItem(failed[0])
             self._files.setFocus()
 
     def _show_report(self, text: str, trouble: bool = False) -> None:

@@ -245,14 +245,14 @@ def wants_key(widget: QWidget | None, event: QKeyEvent) -> bool:
     if isinstance(widget, QAbstractItemView) and key in (_K.Key_Space, _K.Key_Delete):
         # In a list of other things Delete must not erase labels, which nobody is looking at.
         return _checkable(widget) if key == _K.Key_Space else not _deletes(widget)
-    return any(isinstance(widget, kind) and key in theirs for kind, theirs in _THEIRS)
+    return any(isinstance(widget, kind) and key in keys for kind, keys in _THEIRS)
 
 
 def _deletes(view: QAbstractItemView) -> bool:
     """Whether Delete is for a list: by its own shortcut, or as it lists segments."""
     delete = QKeySequence(QKeySequence.StandardKey.Delete)
-    own = any(action.shortcut() == delete for action in view.actions())
-    return own or getattr(view, "lists_segments", False)
+    has_shortcut = any(action.shortcut() == delete for action in view.actions())
+    return has_shortcut or getattr(view, "lists_segments", False)
 
 
 def _checkable(view: QAbstractItemView) -> bool:

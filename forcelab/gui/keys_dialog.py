@@ -163,15 +163,15 @@ class KeysDialog(CommandDialog):
 
     def _make_buttons(self) -> QDialogButtonBox:
         buttons = QDialogButtonBox()
-        everything = QPushButton("All defaults")
-        everything.setAccessibleName("Give all commands their default keys back")
-        everything.setAutoDefault(False)
-        everything.clicked.connect(self._keys.reset_all)
+        reset = QPushButton("All defaults")
+        reset.setAccessibleName("Give all commands their default keys back")
+        reset.setAutoDefault(False)
+        reset.clicked.connect(self._keys.reset_all)
         close = QPushButton("Close")
         close.setAccessibleName("Close")
         close.setAutoDefault(False)
         close.clicked.connect(self.accept)
-        buttons.addButton(everything, QDialogButtonBox.ButtonRole.ResetRole)
+        buttons.addButton(reset, QDialogButtonBox.ButtonRole.ResetRole)
         # None is the default: Enter leads from the search to a row and from there to its keys.
         buttons.addButton(close, QDialogButtonBox.ButtonRole.RejectRole)
         return buttons
@@ -313,7 +313,7 @@ class KeysDialog(CommandDialog):
             for item in rows:
                 item.setHidden(query not in f"{item.text(0)} {item.text(1)}".casefold())
             top.setHidden(all(item.isHidden() for item in rows))
-        found = [item for item in self._items() if not item.isHidden()]
-        if self._table.currentItem() not in found:
-            first = self._table.indexFromItem(found[0]) if found else QModelIndex()
+        shown = [item for item in self._items() if not item.isHidden()]
+        if self._table.currentItem() not in shown:
+            first = self._table.indexFromItem(shown[0]) if shown else QModelIndex()
             self._table.setCurrentIndex(first)

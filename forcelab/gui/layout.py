@@ -112,10 +112,10 @@ class Dock(QDockWidget):
 
     def event(self, event: QEvent) -> bool:
         """Set the icons again after what makes Qt set its own."""
-        done = super().event(event)
+        handled = super().event(event)
         if event.type() in (QEvent.Type.StyleChange, QEvent.Type.ParentChange):
             self._set_icons()
-        return done
+        return handled
 
     def _set_icons(self) -> None:
         for name, drawing in (("close", "cross"), ("float", "float")):
@@ -168,10 +168,10 @@ class DockedWindow(QMainWindow):
 
     def event(self, event: QEvent) -> bool:
         """Note the widths after the mouse dragged a border of the window itself."""
-        done = super().event(event)
+        handled = super().event(event)
         if event.type() == QEvent.Type.MouseButtonRelease:
             QTimer.singleShot(0, self, self.note_widths)  # once Qt has moved it
-        return done
+        return handled
 
     def note_widths(self) -> None:
         """Keep the present widths of the visible docks."""

@@ -43,7 +43,7 @@ class ProjectActions(QObject):
         self._document, self._jobs, self._window = document, jobs, window
         self._remembering = remembering
         self._author = author
-        self._unasked = False
+        self._opens_unasked = False
         document.project_changed.connect(self._do_without_sample)
 
     def open(self, path: Path, demonstration: str = "") -> bool:
@@ -99,12 +99,12 @@ class ProjectActions(QObject):
     def _take_coder(self, path: Path) -> None:
         """Label as the requested coder, or as the last one in this project."""
         project = self._document.project
-        known = () if project is None else project.coding.people()
-        name = tidy_name(self._author) or settings.coder(path, known)
+        people = () if project is None else project.coding.people()
+        name = tidy_name(self._author) or settings.coder(path, people)
         if self._remembering:
             self._author = ""
         self._document.set_author(name)
-        if (existing := name_alike(name, known)) is not None:
+        if (existing := name_alike(name, people)) is not None:
             self._document.show_message(f"'{name}' is a new coder beside '{existing}'.")
 
     def remember_demonstration(self) -> None:
@@ -121,7 +121,7 @@ class ProjectActions(QObject):
         from forcelab.sample import making
 
         def end(_: object) -> None:
-            self._unasked = False
+            self._opens_unasked = False
             self.sampling.emit(None)
 
         def ready(_: bool) -> None:
@@ -135,7 +135,7 @@ class ProjectActions(QObject):
             end(None)
             self._document.show_message(str(error), True)
 
-        self._unasked = not asked
+        self._opens_unasked = not asked
         self.sampling.emit(Progress(0, 1, "making the sample project"))
         job = making(path, os.cpu_count() or 1)
         self._jobs.run(job, ready, failed, progress=self.sampling.emit, key="sample")
@@ -147,8 +147,8 @@ class ProjectActions(QObject):
 
     def _do_without_sample(self) -> None:
         """Cancel a sample nobody asked for, once there is a project to work in."""
-        if self._unasked and self._document.project is not None:
-            self._unasked = False
+        if self._opens_unasked and self._document.project is not None:
+            self._opens_unasked = False
             self.cancel_sample()
 
     def ask_open(self) -> None:

@@ -97,9 +97,9 @@ def require_qt() -> None:
                 if plugin == plugins[-1]:
                     raise
     except (ImportError, OSError) as error:
-        found = failure(str(error))
-        cure = f"; {found.cure}" if found.cure else ""
-        raise InputError(f"Qt cannot start: {found.trouble}{cure}.") from error
+        diagnosis = failure(str(error))
+        cure = f"; {diagnosis.cure}" if diagnosis.cure else ""
+        raise InputError(f"Qt cannot start: {diagnosis.trouble}{cure}.") from error
 
 
 def has_display() -> bool:
@@ -126,8 +126,8 @@ def missing_libraries() -> list[str]:
 
 def _folder() -> Path | None:
     """Where PySide6 is installed."""
-    found = find_spec("PySide6")
-    return Path(found.origin).parent if found is not None and found.origin else None
+    spec = find_spec("PySide6")
+    return Path(spec.origin).parent if spec is not None and spec.origin else None
 
 
 def _plugins() -> list[Path]:

@@ -136,11 +136,13 @@ def _common_losses(rows: Sequence[DemonstrationRow], author: str) -> list[str]:
     videos = sum(row.info.has_video for row in rows)
     if videos:
         losses.append(f"videos ({videos})")
-    own = sum(bool(row.share) or author in row.info.labelled for row in rows)
-    if own:
-        losses.append(f"your labels (on {own})")
-    every = [name for row in rows for name, _ in row.others]
-    losses += [f"the labels of {name} (on {every.count(name)})" for name in dict.fromkeys(every)]
+    own_count = sum(bool(row.share) or author in row.info.labelled for row in rows)
+    if own_count:
+        losses.append(f"your labels (on {own_count})")
+    authors = [name for row in rows for name, _ in row.others]
+    losses += [
+        f"the labels of {name} (on {authors.count(name)})" for name in dict.fromkeys(authors)
+    ]
     if any(row.assignments for row in rows):
         losses.append("assignments")
     if notes := sum(len(row.notes) for row in rows):
@@ -154,8 +156,8 @@ def _others(rows: Sequence[DemonstrationRow]) -> str:
         if len(rows) == 1:
             return "Remove it whatever others have labelled on it"
         return "Remove them whatever others have labelled on them"
-    every = dict.fromkeys(name for row in rows for name, _ in row.others)
-    names = [name for name in every if not is_model(name)]
+    authors = dict.fromkeys(name for row in rows for name, _ in row.others)
+    names = [name for name in authors if not is_model(name)]
     if not names:
         return ""
     return "Remove the labels of {} too".format(", ".join(names))
@@ -163,10 +165,10 @@ def _others(rows: Sequence[DemonstrationRow]) -> str:
 
 def removal_of_run(name: str, use: RunUse, parent: QWidget | None = None) -> Removal:
     """The dialog for a run, under its name in the list."""
-    goes = "With it go its predictions and scores ({0})."
+    losses = "With it go its predictions and scores ({0})."
     if use.recogniser:
-        goes = "With it go its predictions, its scores and its recogniser ({0})."
-    sentences = [f"Remove the run '{name}' for good?" + " " + goes.format(amount(use.bytes))]
+        losses = "With it go its predictions, its scores and its recogniser ({0})."
+    sentences = [f"Remove the run '{name}' for good?" + " " + losses.format(amount(use.bytes))]
     if use.accepted:
         sentences.append(
             f"Predictions of it were accepted as labels ({use.accepted} edits); these "

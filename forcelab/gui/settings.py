@@ -140,9 +140,9 @@ def recent_projects() -> tuple[Path, ...]:
 
 def remember_project(path: Path) -> None:
     """Put a project at the head of the recent ones."""
-    here = str(Path(path).resolve())
-    others = [known for known in strings("projects/recent") if known != here]
-    store("projects/recent", [here, *others][:RECENT])
+    project = str(Path(path).resolve())
+    others = [recent for recent in strings("projects/recent") if recent != project]
+    store("projects/recent", [project, *others][:RECENT])
 
 
 def is_folder(path: Path) -> bool:
@@ -155,7 +155,9 @@ def is_folder(path: Path) -> bool:
 
 def forget_project(path: Path) -> None:
     """Remove a project from the recent ones."""
-    store("projects/recent", [known for known in strings("projects/recent") if known != str(path)])
+    store(
+        "projects/recent", [recent for recent in strings("projects/recent") if recent != str(path)]
+    )
 
 
 def coder(project: Path | None = None, known: Collection[str] = ()) -> str:
@@ -165,16 +167,16 @@ def coder(project: Path | None = None, known: Collection[str] = ()) -> str:
     one anywhere among the coders that the project knows; or else the account's. In a new project
     nobody labels under the name of a coder of another one.
     """
-    own = tidy_name(text(key_of("coders", project))) if project is not None else ""
+    stored = tidy_name(text(key_of("coders", project))) if project is not None else ""
     used = (tidy_name(name) for name in (text("coder/name"), *strings("coder/names")))
-    return own or next((name for name in used if name in known), "") or _account()
+    return stored or next((name for name in used if name in known), "") or _account()
 
 
 def remember_coder(project: Path | None, name: str) -> None:
     """Store who labels in a project, and the last names used in any."""
     if project is not None:
         store(key_of("coders", project), name)
-    others = [known for known in strings("coder/names") if known != name]
+    others = [name_used for name_used in strings("coder/names") if name_used != name]
     store("coder/names", [name, *others][:RECENT])
     store("coder/name", name)
 
@@ -222,9 +224,9 @@ def _opened(path: Path) -> QSettings:
         log.warning("The settings in %s cannot be read (%s); the defaults are used.", path, error)
         suspicious = False
     if suspicious:
-        aside = path.with_name(path.name + ".refused")
-        log.warning("%s holds what forcelab never writes; it now lies in %s.", path, aside)
-        path.replace(aside)
+        refused = path.with_name(path.name + ".refused")
+        log.warning("%s holds what forcelab never writes; it now lies in %s.", path, refused)
+        path.replace(refused)
     return QSettings(str(path), QSettings.Format.IniFormat)
 
 

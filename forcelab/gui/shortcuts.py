@@ -99,7 +99,7 @@ class Keys(QObject):
         Raises InputError if a key is none, or paints actions, or belongs to another command.
         """
         # The one that changes comes last, so that the sentence names the one that has the key.
-        others = {known: bound for known, bound in self._bound.items() if known != command}
+        others = {other: bound for other, bound in self._bound.items() if other != command}
         if sentence := collision(others | {command: tuple(keys)}, vocabulary):
             raise InputError(sentence)
         self._bound[command] = tuple(dict.fromkeys(_spelt(key) for key in keys))
@@ -169,8 +169,8 @@ class _Following(QObject):
         for id_, action in self._actions.items():
             action.setShortcuts([_parsed(key) for key in self._bound[id_]])
             tip = action.text().rstrip("…")
-            if shown := self._bound.shown(id_):
-                tip = f"{tip} ({shown})"
+            if keys_text := self._bound.shown(id_):
+                tip = f"{tip} ({keys_text})"
             action.setToolTip(tip)
             action.setStatusTip(tip)
 

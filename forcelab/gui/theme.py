@@ -206,17 +206,17 @@ def palette(colours: Colours) -> QPalette:
     }
     result = QPalette()
     for group in (QPalette.ColorGroup.Active, QPalette.ColorGroup.Inactive):
-        for which, colour in normal.items():
-            result.setColor(group, which, colour)
+        for colour_role, colour in normal.items():
+            result.setColor(group, colour_role, colour)
     faint = mixed(colours.text, panel, 0.55)
     off = dict(normal)
-    for which in (role.WindowText, role.Text, role.ButtonText, role.PlaceholderText):
-        off[which] = faint
+    for colour_role in (role.WindowText, role.Text, role.ButtonText, role.PlaceholderText):
+        off[colour_role] = faint
     off[role.Base] = QColor(panel)
     off[role.Highlight] = off[role.Accent] = QColor(colours.frame)
     off[role.HighlightedText] = QColor(colours.background)
-    for which, colour in off.items():
-        result.setColor(QPalette.ColorGroup.Disabled, which, colour)
+    for colour_role, colour in off.items():
+        result.setColor(QPalette.ColorGroup.Disabled, colour_role, colour)
     return result
 
 

@@ -250,15 +250,17 @@ class TimePanel(TimeWidget):
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        here = event.position()
+        position = event.position()
         if self._panning is not None:
-            self.document.view.pan((self._panning.x() - here.x()) * self.seconds_per_pixel)
-            self._panning = here
+            self.document.view.pan((self._panning.x() - position.x()) * self.seconds_per_pixel)
+            self._panning = position
         elif self._press is not None:
-            far = abs(here.x() - self._press.x()) >= QApplication.startDragDistance()
+            far = abs(position.x() - self._press.x()) >= QApplication.startDragDistance()
             self._marking = self._marking or far
             if self._marking:
-                self.document.view.set_range(self.time_at(self._press.x()), self.time_at(here.x()))
+                self.document.view.set_range(
+                    self.time_at(self._press.x()), self.time_at(position.x())
+                )
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """A click seeks and clears the range."""
@@ -284,8 +286,8 @@ class TimePanel(TimeWidget):
         self.paint_content(painter, self.plot)
         painter.restore()
         size = QSize(self.GUTTER, self.height())
-        shown, ratio = (self.gutter_shows(), colours()), self.devicePixelRatioF()
-        painter.drawPixmap(0, 0, self._gutter.picture(size, ratio, shown, self._draw_gutter))
+        key, ratio = (self.gutter_shows(), colours()), self.devicePixelRatioF()
+        painter.drawPixmap(0, 0, self._gutter.picture(size, ratio, key, self._draw_gutter))
 
     def _draw_gutter(self, painter: QPainter) -> None:
         box = QRectF(0, 0, self.GUTTER, self.height())
@@ -304,10 +306,10 @@ class TimePanel(TimeWidget):
             painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
         stroke = document.stroke
         if stroke is not None:
-            known = stroke.action in document.vocabulary
-            colour = document.vocabulary[stroke.action].colour if known else now.accent
-            begin, here = self.x_at(stroke.start), self.x_at(document.view.cursor)
-            self._band(painter, min(begin, here), max(begin, here), QColor(colour))
+            listed = stroke.action in document.vocabulary
+            colour = document.vocabulary[stroke.action].colour if listed else now.accent
+            begin, cursor_x = self.x_at(stroke.start), self.x_at(document.view.cursor)
+            self._band(painter, min(begin, cursor_x), max(begin, cursor_x), QColor(colour))
 
     def _band(self, painter: QPainter, left: float, right: float, colour: QColor) -> None:
         """A translucent band with edges, over the whole height."""
@@ -334,16 +336,16 @@ class TimePanel(TimeWidget):
     def _marks(self) -> tuple[TimeSpan | None, ...]:
         """Where cursor, hint, range and stroke are, in pixels; None where there is none."""
         document = self.document
-        here = self.x_at(document.view.cursor)
+        cursor_x = self.x_at(document.view.cursor)
         hint = None if document.view.hint is None else self.x_at(document.view.hint.time)
         marked, stroke = document.view.range, document.stroke
         if marked is None and document.view.range_start is not None:
             marked = (document.view.range_start, document.view.range_start)
         return (
-            (here, here),
+            (cursor_x, cursor_x),
             None if hint is None else (hint, hint),
             None if marked is None else (self.x_at(marked[0]), self.x_at(marked[1])),
-            None if stroke is None else (self.x_at(stroke.start), here),
+            None if stroke is None else (self.x_at(stroke.start), cursor_x),
         )
 
     def _marks_moved(self, *_: object) -> None:

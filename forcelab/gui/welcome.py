@@ -119,10 +119,10 @@ class Welcome(QWidget):
             if (old := item.widget()) is not None:
                 old.deleteLater()
         for path in projects[:RECENT_SHOWN]:
-            here, more = partial(self.chosen.emit, path), str(path.parent)
+            press, description = partial(self.chosen.emit, path), str(path.parent)
             if not settings.is_folder(path):
-                more = f"Not found in {more}; click to locate it."
-            self._recent.addWidget(self._button(path.name, more, here, "folder"))
+                description = f"Not found in {description}; click to locate it."
+            self._recent.addWidget(self._button(path.name, description, press, "folder"))
 
     def show_trouble(self, sentence: str) -> None:
         """Say why a project could not be opened; ``""`` clears it."""
@@ -136,12 +136,12 @@ class Welcome(QWidget):
         set_enabled_with_reason(self._buttons[0], making)
 
     def _button(
-        self, text: str, more: str, press: Callable[[], object], mark: str
+        self, text: str, description: str, press: Callable[[], object], mark: str
     ) -> QCommandLinkButton:
         """A large button with a line of explanation and an icon."""
-        button = QCommandLinkButton(text, more)
+        button = QCommandLinkButton(text, description)
         # The style's own arrow is black on any ground.
         button.setIcon(icon(mark))
-        button.setAccessibleName(f"{text}: {more}")
+        button.setAccessibleName(f"{text}: {description}")
         button.clicked.connect(lambda _checked: press())
         return button

@@ -216,9 +216,9 @@ class OverflowTabs(QTabWidget):
             if index == front:
                 self.setTabVisible(index, True)
                 continue
-            shown = not crowded or width <= room
-            self.setTabVisible(index, shown)
-            room = room - width if shown else -1  # what stands behind does not overtake
+            visible = not crowded or width <= room
+            self.setTabVisible(index, visible)
+            room = room - width if visible else -1  # what stands behind does not overtake
         self.overflow_button.setVisible(crowded)
         bar.setElideMode(bar.elideMode())  # lays them out anew from the left
 

@@ -354,8 +354,8 @@ class Window(DockedWindow):
         """Take over what others have changed; the longer that takes, the later the next time."""
         began = time.monotonic()
         self.document.refresh()
-        took = 1000 * (time.monotonic() - began)
-        self._look.setInterval(max(LOOK_MS, round(took / VIEW_SHARE)))
+        duration = 1000 * (time.monotonic() - began)
+        self._look.setInterval(max(LOOK_MS, round(duration / VIEW_SHARE)))
 
     def _title(self) -> None:
         """Show what is open in the window's title."""

@@ -83,14 +83,14 @@ class SegmentBuilder:
         before = np.concatenate([[self._last], times[:-1]])
         parted = times - before > GAP_PERIODS * self._period
         changed = codes != np.concatenate([[self._code], codes[:-1]])
-        found = []
+        closed = []
         edges = [0, *np.flatnonzero(parted | changed).tolist(), len(codes)]
         for first, last in pairwise(edges):
             if first == last:
                 continue
             if parted[first] or changed[first]:
-                gone = float(before[first]) + self._period
-                found += self._closed(gone if parted[first] else float(times[first]))
+                gap_end = float(before[first]) + self._period
+                closed += self._closed(gap_end if parted[first] else float(times[first]))
                 self._code, self._start = int(codes[first]), float(times[first])
                 self._sum, self._count = 0.0, 0
             self._sum += float(probabilities[first:last].sum())
@@ -99,13 +99,13 @@ class SegmentBuilder:
         unlabelled = self._code == UNLABELLED
         self.action = "" if unlabelled else self._online.actions[self._code]
         self.probability = math.nan if unlabelled else float(probabilities[-1])
-        return found
+        return closed
 
     def finish(self) -> list[ClosedSegment]:
         """The segment that has not ended, which ends with the last label."""
-        found = self._closed(self.until)
+        closed = self._closed(self.until)
         self._code = UNLABELLED
-        return found
+        return closed
 
     @property
     def _period(self) -> float:
@@ -182,9 +182,9 @@ class SnapshotBuffer:
         """Add probabilities to their bins; skipped bins are empty."""
         last = int(bins[-1])
         if self._newest is not None and last > self._newest:
-            fresh = np.arange(max(self._newest + 1, last - self._length + 1), last + 1)
-            self._sums[fresh % self._length] = 0.0
-            self._counts[fresh % self._length] = 0.0
+            new_bins = np.arange(max(self._newest + 1, last - self._length + 1), last + 1)
+            self._sums[new_bins % self._length] = 0.0
+            self._counts[new_bins % self._length] = 0.0
         self._newest = last
         np.add.at(self._sums, bins % self._length, probabilities)
         np.add.at(self._counts, bins % self._length, 1.0)
@@ -271,7 +271,7 @@ class LiveRecognition:
         self._segments = SegmentBuilder(self._online)
         self._recent = SnapshotBuffer(self._online.actions)
         self.snapshot = LiveSnapshot()
-        self._found: list[ClosedSegment] = []
+        self._closed_segments: list[ClosedSegment] = []
         self._ages: deque[float] = deque(maxlen=AGES)
         self._keeping = True
         self._begun = self._ended = math.nan
@@ -338,15 +338,15 @@ class LiveRecognition:
         worked = time.thread_time()
         times, values = self._following.read()
         labels = self._online.push(times, values)
-        found = self._segments.take(labels)
-        self._recent.take(labels, found)
+        closed = self._segments.take(labels)
+        self._recent.take(labels, closed)
         if self._keeping:
-            self._found += found
+            self._closed_segments += closed
         if len(labels):
             self._ages.append(time.monotonic() - float(labels.times[0]))
             self.snapshot = self._recent.snapshot(self._segments, self._cost())
         self._cpu += time.thread_time() - worked
-        return found
+        return closed
 
     def finish(self) -> list[ClosedSegment]:
         """Take the last samples, of a recording that has ended its last ones.
@@ -356,20 +356,20 @@ class LiveRecognition:
         if self.finished:
             return []
         worked = time.thread_time()
-        found = []
+        closed = []
         for last in (
             self._online.push(*self._following.read(self._recorder.ends)),
             self._online.finish(),
         ):
             ended = self._segments.take(last)
             self._recent.take(last, ended)
-            found += ended
+            closed += ended
         self._recent.end(self._segments)
-        found += self._segments.finish()
-        self._found += found
+        closed += self._segments.finish()
+        self._closed_segments += closed
         self._cpu += time.thread_time() - worked
         self._ended = time.monotonic()
-        return found
+        return closed
 
     def keep(self, path: Path, saved: SavedRecording) -> dict[str, Any]:
         """Store the track with the demonstration; returns figures of it as plain values."""
@@ -379,9 +379,9 @@ class LiveRecognition:
             segments = self._within(start, saved.seconds)
             before = project.tracks.get(saved.added.id, self.author).segments
             if segments != before:
-                what = f"recognised live, {self.latency:g} s after the force"
+                description = f"recognised live, {self.latency:g} s after the force"
                 project.tracks.edit(
-                    saved.added.id, self.author, before, segments, what, kind="predict"
+                    saved.added.id, self.author, before, segments, description, kind="predict"
                 )
         ages = np.array(self._ages) if self._ages else np.full(1, np.nan)
         labelled = math.fsum(segment.duration for segment in segments)
@@ -403,7 +403,7 @@ class LiveRecognition:
                 min(closed.end - start, seconds),
                 closed.action,
             )
-            for closed in self._found
+            for closed in self._closed_segments
         ]
         return tuple(Segment(first, last, action) for first, last, action in ends if last > first)
 

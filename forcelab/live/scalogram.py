@@ -242,15 +242,15 @@ def _channel_source(
     """The devices of a channel, their columns, and the function that computes it from these."""
     owners = [i for i, device in enumerate(devices) for _ in device.channels]
     channels = channels_of_all([device.channels for device in devices])
-    names = [one.name for one in channels]
+    names = [item.name for item in channels]
     if channel in channel_map(channels).names:
-        found = channel_map(channels, [channel])
-        columns = list(found.recorded)
+        chosen_map = channel_map(channels, [channel])
+        columns = list(chosen_map.recorded)
     elif channel in names:
-        found = channel_map([channels[names.index(channel)]])
+        chosen_map = channel_map([channels[names.index(channel)]])
         columns = [names.index(channel)]
     else:
         raise InputError(f"There is no channel '{channel}'; there are {', '.join(names)}.")
     chosen = sorted({owners[column] for column in columns})
     joined = [column for column, owner in enumerate(owners) if owner in chosen]
-    return chosen, [joined.index(c) for c in columns], lambda values: found.apply(values)[0]
+    return chosen, [joined.index(c) for c in columns], lambda values: chosen_map.apply(values)[0]

@@ -183,10 +183,15 @@ class Setting:
 
 
 def _settings(
-    name: str, what: str, unit: str, scale: float, make: Callable[[float], Solver], *values: float
+    name: str,
+    quantity: str,
+    unit: str,
+    scale: float,
+    make: Callable[[float], Solver],
+    *values: float,
 ) -> tuple[Setting, ...]:
     """One solver with several steps or tolerances, given in `unit`."""
-    return tuple(Setting(name, f"{what} {v:g} {unit}", make(v * scale)) for v in values)
+    return tuple(Setting(name, f"{quantity} {v:g} {unit}", make(v * scale)) for v in values)
 
 
 #: What is measured, from the coarsest to the finest of each solver.

@@ -160,8 +160,8 @@ def _pywavelets(x: Real, scales: Real) -> Complex:
     import pywt
 
     wavelet = pywt.ContinuousWavelet(f"cmor2-{P / (2 * np.pi):.17g}")
-    found, _ = pywt.cwt(x, scales, wavelet, method="fft", axis=-1)
-    return np.asarray(np.moveaxis(found, 0, 1))
+    coefficients, _ = pywt.cwt(x, scales, wavelet, method="fft", axis=-1)
+    return np.asarray(np.moveaxis(coefficients, 0, 1))
 
 
 @cache
@@ -176,15 +176,17 @@ def cached_wavelet(_part: int = 0, dtype: str = "float32") -> Any:
         return ssqueezepy.Wavelet(("morlet", {"mu": P}), dtype=dtype)
 
 
-def _ssqueezepy(x: Real, scales: Real, padding: str = "reflect", *, anew: bool = False) -> Complex:
+def _ssqueezepy(
+    x: Real, scales: Real, padding: str = "reflect", *, resampled: bool = False
+) -> Complex:
     """As its performance guide advises: all channels in one call, with a wavelet that is kept.
 
-    Single precision, normalisation and padding to a power of two are its defaults. With `anew`
+    Single precision, normalisation and padding to a power of two are its defaults. With `resampled`
     the wavelet is given by its name, as in its first examples, and sampled in each call.
     """
     import ssqueezepy
 
-    wavelet = ("morlet", {"mu": P}) if anew else cached_wavelet()
+    wavelet = ("morlet", {"mu": P}) if resampled else cached_wavelet()
     with _one_thread_of_ssqueezepy():
         return np.asarray(ssqueezepy.cwt(x, wavelet, scales=scales, padtype=padding)[0])
 
@@ -205,8 +207,8 @@ def _ssqueezepy_exact(x: Real, scales: Real) -> Complex:
             length = next_fast_len(n + math.ceil(REACH * scales[part[-1]]))
             padded = np.pad(x, ((0, 0), (0, length - n)))
             wavelet = cached_wavelet(int(part[0]), "float64")
-            found, _ = ssqueezepy.cwt(padded, wavelet, scales=scales[part], padtype=None)
-            out[:, part] = found[:, :, :n]
+            coefficients, _ = ssqueezepy.cwt(padded, wavelet, scales=scales[part], padtype=None)
+            out[:, part] = coefficients[:, :, :n]
     return out
 
 
@@ -265,10 +267,12 @@ def peers_of_tapered() -> tuple[Peer, ...]:
     zeros = "zeros beyond the ends"
     padded = partial(_ssqueezepy, padding="zero")
     cached = Peer("ssqueezepy", "ssqueezepy", padded, zeros)
-    anew = Peer("ssqueezepy, wavelet anew", "ssqueezepy", partial(padded, anew=True), zeros)
-    known = tuple(cached if peer.name == cached.name else peer for peer in PEERS)
+    resampling = Peer(
+        "ssqueezepy, wavelet anew", "ssqueezepy", partial(padded, resampled=True), zeros
+    )
+    peers = tuple(cached if peer.name == cached.name else peer for peer in PEERS)
     exact = Peer("ssqueezepy, as exact", "ssqueezepy", _ssqueezepy_exact, "double, ends padded")
-    return (*known, anew, exact) if anew.installed else known
+    return (*peers, resampling, exact) if resampling.installed else peers
 
 
 #: Samples, channels, and distances of scales in octaves.
@@ -405,12 +409,12 @@ def _measure(
     timed = yield from timed_methods(methods, repetitions, longest=ENOUGH)
     labels = [(name, f"tolerance {tolerance:g}") for name, tolerance, _ in named]
     labels += [(peer.name, peer.setting) for peer in peers]
-    for peer, found in zip(peers, timed[len(named) :], strict=True):
-        if not found.refusal:
-            spent[peer.name] = found.seconds / (x.size * len(scales))
+    for peer, timing in zip(peers, timed[len(named) :], strict=True):
+        if not timing.refusal:
+            spent[peer.name] = timing.seconds / (x.size * len(scales))
     return tuple(
-        _row(name, setting, size, reference, found)
-        for (name, setting), found in zip(labels, timed, strict=True)
+        _row(name, setting, size, reference, timing)
+        for (name, setting), timing in zip(labels, timed, strict=True)
     )
 
 
@@ -436,11 +440,11 @@ def _peer(peer: Peer, x: Real, scales: Real, spent: float) -> Features:
     """What a peer makes of the channels, BLAS and its like on one thread."""
     from threadpoolctl import threadpool_limits
 
-    likely = spent * x.size * len(scales)
-    if likely > PATIENCE:
+    expected = spent * x.size * len(scales)
+    if expected > PATIENCE:
         raise InputError(
             f"{peer.name} is left out: at its {1e9 * spent:.0f} ns a coefficient it would take "
-            f"{likely:.0f} s a call, more than {PATIENCE:g} s."
+            f"{expected:.0f} s a call, more than {PATIENCE:g} s."
         )
     with threadpool_limits(1):
         return peer.features(x, scales)
@@ -458,9 +462,9 @@ class _Reference:
 
     def errors(self, coefficients: Complex, features: Features) -> _Errors:
         """The largest errors of coefficients at these scales and places."""
-        wrong = (np.abs(coefficients - self.expected) / self.largest).max(axis=(0, 2))
+        errors = (np.abs(coefficients - self.expected) / self.largest).max(axis=(0, 2))
         size = sum(part.nbytes for part in features)
-        return _Errors(float(wrong.max()), float(wrong[self.narrow].max(initial=0.0)), size)
+        return _Errors(float(errors.max()), float(errors[self.narrow].max(initial=0.0)), size)
 
 
 @dataclass(frozen=True)

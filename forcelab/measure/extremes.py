@@ -135,8 +135,10 @@ def tabulate_extremes(cases: Sequence[Case] = CASES) -> Generator[Progress, None
         "forcelab, live": (_streaming, True),
     }
     tried = {peer.name: _try_peer(peer) for peer in PEERS}
-    left_out = [found for found in tried.values() if isinstance(found, str)]
-    methods |= {name: (found, False) for name, found in tried.items() if not isinstance(found, str)}
+    left_out = [method for method in tried.values() if isinstance(method, str)]
+    methods |= {
+        name: (method, False) for name, method in tried.items() if not isinstance(method, str)
+    }
     rows = []
     for i, case in enumerate(cases):
         yield Progress(i, len(cases), case.name)
@@ -160,12 +162,12 @@ def _engine(tolerance: float) -> Transformer:
     def transform(x: NDArray[Any], scales: Real) -> tuple[Complex, Features]:
         ready = condition(x)
         plan = plan_for(ready.values.shape[1], scales, tolerance=tolerance)
-        found = plan.coefficients(ready.values).astype(np.complex128)
+        coefficients = plan.coefficients(ready.values).astype(np.complex128)
         magnitudes, phases = plan.log_polar(ready.values)
         exponent = ready.exponent[:, None, None]
-        for part in (found.real, found.imag):
+        for part in (coefficients.real, coefficients.imag):
             np.ldexp(part, exponent, out=part)
-        return found, (magnitudes + exponent * math.log(2.0), phases)
+        return coefficients, (magnitudes + exponent * math.log(2.0), phases)
 
     return transform
 
@@ -180,15 +182,15 @@ def _streaming(x: NDArray[Any], scales: Real) -> tuple[Complex, Features]:
     stream = StreamingCwt(scales, 1, tolerance=STREAMED)
     parts = [stream.push(samples[i : i + BLOCK, None]) for i in range(0, len(samples), BLOCK)]
     coefficients = np.concatenate([*parts, stream.finish()], axis=2)[0]
-    found = np.stack(
+    rows = np.stack(
         [row[d : d + len(samples)] for row, d in zip(coefficients, stream.delays, strict=True)]
     )
     # By hypot: squares of 1e300 would overflow.
-    size = np.hypot(found.real, found.imag)
+    size = np.hypot(rows.real, rows.imag)
     quiet = size <= np.finfo(np.float64).tiny
     logs = np.log(np.where(quiet, np.finfo(np.float64).tiny, size))
-    phases = np.where(quiet, 0.0, np.arctan2(found.imag, found.real))
-    return found[np.newaxis], (logs[np.newaxis], phases[np.newaxis])
+    phases = np.where(quiet, 0.0, np.arctan2(rows.imag, rows.real))
+    return rows[np.newaxis], (logs[np.newaxis], phases[np.newaxis])
 
 
 def _factors(coefficients: Callable[[Real, Real], Complex], scales: Real) -> Complex:
@@ -211,9 +213,9 @@ def _calibrated(coefficients: Callable[[Real, Real], Complex]) -> Transformer:
 
     def transform(x: NDArray[Any], scales: Real) -> tuple[Complex, Features]:
         factor = factors(tuple(scales.tolist()))
-        found = coefficients(x, scales)
+        rows = coefficients(x, scales)
         with np.errstate(all="ignore"):
-            return found * factor[:, None], features_of(found)
+            return rows * factor[:, None], features_of(rows)
 
     factors(tuple(SOME.tolist()))  # raises where the library is missing
     return transform
@@ -238,10 +240,10 @@ def _expected(case: Case) -> Complex:
 def _verdict(transform: Transformer, case: Case, expected: Complex, edges: bool) -> str:
     try:
         with np.errstate(all="ignore"):
-            found, features = transform(case.x, case.scales)
+            coefficients, features = transform(case.x, case.scales)
     except RAISED:
         return "raised"
-    if not all(np.isfinite(rows).all() for rows in (found, *features)):
+    if not all(np.isfinite(rows).all() for rows in (coefficients, *features)):
         return "not finite"
     n = case.x.shape[1]
     index = np.arange(n)
@@ -253,9 +255,11 @@ def _verdict(transform: Transformer, case: Case, expected: Complex, edges: bool)
         # Scaled by a power of two first: the size of numbers near 1e300 overflows.
         largest = max(np.abs(expected[j].real).max(), np.abs(expected[j].imag).max())
         power = -int(np.frexp(largest)[1]) if largest > 0 else 0
-        wrong = _scaled(found[0, j, judged].astype(np.complex128) - expected[j, judged], power)
+        errors = _scaled(
+            coefficients[0, j, judged].astype(np.complex128) - expected[j, judged], power
+        )
         rounding = 1e-13 * np.sqrt(a) if largest > 0 else 0.0
-        if judged.any() and np.abs(wrong).max() > max(RIGHT, rounding):
+        if judged.any() and np.abs(errors).max() > max(RIGHT, rounding):
             return "wrong"
     return "right" if judged_any else "finite"
 

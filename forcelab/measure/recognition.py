@@ -219,11 +219,11 @@ def recognise(
     if not spent.counts:
         _, peak = measure_peak(lambda: recogniser.predict_examples(examples))
         spent.peak_bytes = max(prepared.peak_bytes, peak + examples.features.nbytes)
-    prediction, taken = measure_seconds(lambda: recogniser.predict_examples(examples))
+    prediction, seconds = measure_seconds(lambda: recogniser.predict_examples(examples))
     tested = held_out_prediction(prepared.labelled[i], examples, prediction, actions)
     spent.counts.append(tested.counts("filtered"))
     spent.features.append(prepared.seconds[i] / prepared.minutes[i])
-    spent.predict.append(taken / prepared.minutes[i])
+    spent.predict.append(seconds / prepared.minutes[i])
 
 
 def row_of(name: str, setting: str, spent: Spent, size: str, reference: str) -> Row:
@@ -332,9 +332,9 @@ def _compute_features(
     _, peak = measure_peak(lambda: prepare_examples(labelled[0], settings, rate))
     examples, seconds = [], []
     for item in labelled:
-        prepared, taken = measure_seconds(partial(prepare_examples, item, settings, rate))
+        prepared, duration = measure_seconds(partial(prepare_examples, item, settings, rate))
         examples.append(prepared)
-        seconds.append(taken)
+        seconds.append(duration)
         yield watch.at(text)
     watch.done += 1
     return Prepared(labelled, examples, seconds, peak)
@@ -380,7 +380,7 @@ def _fit(
 ) -> Generator[Progress, None, tuple[Recogniser, float]]:
     """A recogniser and the CPU seconds of its fit, without those of the receiver of progress."""
     job = fit_examples(train, variant.settings)
-    taken = 0.0
+    grown = 0.0
     try:
         while True:
             began = time.process_time()
@@ -388,8 +388,8 @@ def _fit(
                 next(job)
             except StopIteration as end:
                 recogniser: Recogniser = end.value
-                return recogniser, taken + time.process_time() - began
-            taken += time.process_time() - began
+                return recogniser, grown + time.process_time() - began
+            grown += time.process_time() - began
             yield watch.at(text)
     finally:
         job.close()
@@ -447,8 +447,8 @@ def rows_of_tasks(
     if not rows:
         raise InputError(f"'{project.path}' has nothing to measure; import recordings first.")
     if not any(row.point for row in rows):
-        whys = dict.fromkeys(row.refusal for row in rows)
-        raise InputError(" ".join([f"Nothing can be measured in '{project.path}'.", *whys]))
+        reasons = dict.fromkeys(row.refusal for row in rows)
+        raise InputError(" ".join([f"Nothing can be measured in '{project.path}'.", *reasons]))
     return tuple(rows)
 
 
@@ -486,8 +486,8 @@ class Measured:
 
     def place_of(self, settings: Settings) -> int | None:
         """Which row is of these settings; None where they were not measured."""
-        alike = (i for i, v in enumerate(self.variants) if same_method(v.settings, settings))
-        return next(alike, None)
+        matches = (i for i, v in enumerate(self.variants) if same_method(v.settings, settings))
+        return next(matches, None)
 
 
 def same_method(first: Settings, second: Settings) -> bool:

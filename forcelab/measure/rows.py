@@ -49,8 +49,8 @@ class Row:
         if self.refusal:
             sound = all(n is None for n in numbers) and not self.further and not self.pareto
         else:
-            known = [-1.0 if n is None else n for n in (*numbers, *self.further.values())]
-            sound = all(math.isfinite(n) for n in known) and min(known[:4]) >= 0 < known[1]
+            checked = [-1.0 if n is None else n for n in (*numbers, *self.further.values())]
+            sound = all(math.isfinite(n) for n in checked) and min(checked[:4]) >= 0 < checked[1]
         if not sound:
             raise InputError(
                 f"A row has either all its numbers, finite and not negative, or a refusal; that "

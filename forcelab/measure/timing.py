@@ -87,13 +87,13 @@ def timed_methods(
         tried.append(_try(method, clock))
         taking = max(tried[-1].seconds, SHORTEST)
         times.append(max(1, int(min(repetitions, longest / taking))))
-    taken: list[list[float]] = [[] for _ in methods]
+    seconds: list[list[float]] = [[] for _ in methods]
     for repetition in range(repetitions):
         for i, method in enumerate(methods):
             yield Progress(len(methods) * (1 + repetition) + i, total, method.name)
             if not tried[i].refusal and repetition < times[i]:
-                taken[i].append(_seconds(method.run, clock))
-    return tuple(_summarise(first, seconds) for first, seconds in zip(tried, taken, strict=True))
+                seconds[i].append(_seconds(method.run, clock))
+    return tuple(_summarise(first, rest) for first, rest in zip(tried, seconds, strict=True))
 
 
 def _try(method: Method[Any, JudgedT], clock: Callable[[], float]) -> Timed[JudgedT]:
@@ -116,12 +116,12 @@ def _try(method: Method[Any, JudgedT], clock: Callable[[], float]) -> Timed[Judg
 def _seconds(run: Callable[[], object], clock: Callable[[], float]) -> float:
     """CPU time of one run; the mean of several where one is too short for the clock."""
     shortest = max(SHORTEST, TICKS * time.get_clock_info("process_time").resolution)
-    calls, spent, start = 0, 0.0, clock()
-    while spent < shortest:
+    calls, elapsed, start = 0, 0.0, clock()
+    while elapsed < shortest:
         run()
         calls += 1
-        spent = clock() - start
-    return spent / calls
+        elapsed = clock() - start
+    return elapsed / calls
 
 
 def _summarise(tried: Timed[JudgedT], seconds: Sequence[float]) -> Timed[JudgedT]:
@@ -164,19 +164,19 @@ def measure_works(
     for repetition in range(repetitions):
         yield Progress(repetition, repetitions, "modules")
         processes.append(load_in_process([*stages.values()]))
-    costs = {name: _median_cost(some) for name, *some in zip(stages, *processes, strict=True)}
+    costs = {name: _median_cost(runs) for name, *runs in zip(stages, *processes, strict=True)}
     methods = [Method(name, work, lambda _: None) for name, work in works.items() if callable(work)]
     timed = yield from timed_methods(methods, repetitions)
-    for method, found in zip(methods, timed, strict=True):
-        known = Cost(found.seconds, found.peak_bytes)
-        costs[method.name] = Cost(refusal=found.refusal) if found.refusal else known
+    for method, timing in zip(methods, timed, strict=True):
+        cost = Cost(timing.seconds, timing.peak_bytes)
+        costs[method.name] = Cost(refusal=timing.refusal) if timing.refusal else cost
     return costs
 
 
 def load_in_process(stages: Sequence[str]) -> list[Cost]:
     """Load the stages in one fresh process."""
     try:
-        done = subprocess.run(
+        process = subprocess.run(
             [sys.executable, "-m", __name__, *stages],
             capture_output=True,
             text=True,
@@ -187,22 +187,22 @@ def load_in_process(stages: Sequence[str]) -> list[Cost]:
         raise InputError(
             f"Loading modules takes more than {PATIENCE:g} s; measure when the machine does less."
         ) from error
-    if done.returncode:
+    if process.returncode:
         raise InputError(
-            f"The process that loaded modules for the measurement ended with {done.returncode}: "
-            f"{done.stderr.strip()[-300:]}"
+            f"The process that loaded modules for the measurement ended with {process.returncode}: "
+            f"{process.stderr.strip()[-300:]}"
         )
     # What a library prints when it is loaded comes before.
-    return [Cost(*values) for values in json.loads(done.stdout.splitlines()[-1])]
+    return [Cost(*values) for values in json.loads(process.stdout.splitlines()[-1])]
 
 
 def _median_cost(costs: Sequence[Cost]) -> Cost:
     """The median of one stage in several processes; its refusal where one refused."""
     seconds = [cost.seconds for cost in costs if cost.seconds is not None]
-    taken = [cost.bytes for cost in costs if cost.bytes is not None]
-    if len(seconds) < len(costs) or not taken:
+    memory = [cost.bytes for cost in costs if cost.bytes is not None]
+    if len(seconds) < len(costs) or not memory:
         return next(cost for cost in costs if cost.seconds is None)
-    return Cost(median(seconds), int(median(taken)))
+    return Cost(median(seconds), int(median(memory)))
 
 
 def _load(stage: str) -> Cost:
@@ -219,8 +219,8 @@ def _load(stage: str) -> Cost:
             import_module(stage)
     except (ImportError, ForcelabError) as error:
         return Cost(refusal=str(error))
-    spent = time.process_time() - began
-    return Cost(spent, max(0, process.memory_info().rss - before))
+    seconds = time.process_time() - began
+    return Cost(seconds, max(0, process.memory_info().rss - before))
 
 
 def machine() -> dict[str, Any]:
@@ -243,5 +243,5 @@ def _processor() -> str:
 
 
 if __name__ == "__main__":
-    found = [_load(stage) for stage in sys.argv[1:]]
-    print(json.dumps([(cost.seconds, cost.bytes, cost.refusal) for cost in found]))
+    measured_costs = [_load(stage) for stage in sys.argv[1:]]
+    print(json.dumps([(cost.seconds, cost.bytes, cost.refusal) for cost in measured_costs]))

@@ -104,11 +104,11 @@ class ActionStore:
     def vocabularies(self) -> dict[str, Vocabulary]:
         """Every vocabulary by task."""
         rows = self._db.all("SELECT task, actions FROM vocabulary ORDER BY task")
-        found = {}
+        vocabularies = {}
         for row in rows:
             with content_errors(f"The list of actions of {row['task'] or 'no task'}"):
-                found[row["task"]] = Vocabulary.from_json(json.loads(row["actions"]))
-        return found
+                vocabularies[row["task"]] = Vocabulary.from_json(json.loads(row["actions"]))
+        return vocabularies
 
     def painted(self, task: str) -> frozenset[str]:
         """The actions that any coder's or model's segment of a task has."""
@@ -175,19 +175,19 @@ class ActionStore:
             if tasks is None or task in tasks
         }
         used = [row for row in self._uses(old) if tasks is None or row["task"] in tasks]
-        own = [row for row in used if row["author"] == author]
+        own_rows = [row for row in used if row["author"] == author]
         others = [row for row in used if row["author"] != author]
         hidden = self._coding.blind_to(author)
         visible = [row for row in others if row["demonstration"] not in hidden]
         # Others may use it wherever the coder must not know whether they do.
         shared = frozenset(row["task"] for row in visible) | self._coding.blind_tasks(author)
         offering = {task for task, vocabulary in known.items() if old in vocabulary}
-        if not (own or visible or offering):
+        if not (own_rows or visible or offering):
             names = dict.fromkeys(
                 name for vocabulary in known.values() for name in vocabulary.names
             )
             raise InputError(unknown_word("action", old, names or ("none at all",)))
-        changing = {row["task"] for row in own} | (offering - shared)
+        changing = {row["task"] for row in own_rows} | (offering - shared)
         if not changing:
             raise InputError(
                 f"'{old}' was not renamed: {author} has no segment of it, and others may use it."
@@ -205,11 +205,11 @@ class ActionStore:
             old=old,
             new=new,
             tasks=tuple(sorted(changing, key=natural_order)),
-            segments={row["demonstration"]: row["segments"] for row in own},
+            segments={row["demonstration"]: row["segments"] for row in own_rows},
             merges=any(new in known.get(task, ()) or task in own_of_new for task in changing),
             others=dict(left),
             kept=shared & changing & offering,
-            learnt=self._learnt_from({row["demonstration"] for row in own}, author),
+            learnt=self._learnt_from({row["demonstration"] for row in own_rows}, author),
         )
 
     def rename(
@@ -262,8 +262,8 @@ class ActionStore:
             for id_, number in change.segments.items():
                 before = self._tracks.get(id_, author).segments
                 after = tuple(replace(s, action=new) if s.action == old else s for s in before)
-                what = f"{old}{RENAMED}{new}{NUMBER}{counted(number, 'segment')}"
-                self._tracks.edit(id_, author, before, after, what, time=now)
+                description = f"{old}{RENAMED}{new}{NUMBER}{counted(number, 'segment')}"
+                self._tracks.edit(id_, author, before, after, description, time=now)
             for task in change.tasks:
                 vocabulary = _renamed(self.vocabulary(task), old, new, task in change.kept)
                 self.set_vocabulary(task, vocabulary)
@@ -361,14 +361,14 @@ class ActionStore:
         return row is not None
 
 
-def _renamed(vocabulary: Vocabulary, old: str, new: str, kept: bool) -> Vocabulary:
+def _renamed(vocabulary: Vocabulary, old: str, new: str, keeps_old: bool) -> Vocabulary:
     """The actions of a task once a coder's `old` is `new`."""
     if old not in vocabulary:
         return vocabulary.with_actions(new)
     if new in vocabulary:
-        return vocabulary if kept else vocabulary.removed(old)
+        return vocabulary if keeps_old else vocabulary.removed(old)
     renamed = vocabulary.renamed(old, new)
-    return renamed.with_actions(old) if kept else renamed
+    return renamed.with_actions(old) if keeps_old else renamed
 
 
 def _joined(old: Vocabulary, styles: Vocabulary) -> Vocabulary:

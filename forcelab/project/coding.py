@@ -121,8 +121,8 @@ class CodingStore:
 
     def assignments(self, author: str | None = None) -> tuple[Assignment, ...]:
         """The assignments that stand, of everybody or of one coder, the first one first."""
-        which = () if author is None else ("author = ?", author)
-        return tuple(_assignments_after(self._assignment_events(*which)).values())
+        condition = () if author is None else ("author = ?", author)
+        return tuple(_assignments_after(self._assignment_events(*condition)).values())
 
     def is_blind(self, demonstration: str, author: str) -> bool:
         """Whether the other tracks and all predictions are to be hidden from a coder now."""
@@ -198,8 +198,8 @@ class CodingStore:
         """
         with self._db.writing():
             existing = self.note_events(demonstration)
-            known = {(note.author, note.time, note.text) for note in existing}
-            new = [note for note in notes if (note.author, note.time, note.text) not in known]
+            stored = {(note.author, note.time, note.text) for note in existing}
+            new = [note for note in notes if (note.author, note.time, note.text) not in stored]
             for note in new:
                 check_author(note.author)
                 self._db.insert(
@@ -303,11 +303,11 @@ class CodingStore:
         )
         return tuple(_verdict(row) for row in rows)
 
-    def _check_coder(self, author: str, what: str) -> None:
+    def _check_coder(self, author: str, privilege: str) -> None:
         """Refuse a nameless author and a model."""
         check_author(author)
         if is_model(author) or self._db.author_kind(author) == "model":
-            raise InputError(f"'{author}' is a model; only coders {what}.")
+            raise InputError(f"'{author}' is a model; only coders {privilege}.")
 
     def _standing_assignment(self, demonstration: str, author: str) -> Assignment:
         """An assignment that must be there."""
@@ -346,21 +346,23 @@ class CodingStore:
 
 def _assignments_after(events: Iterable[AssignmentEvent]) -> dict[tuple[str, str], Assignment]:
     """The assignments that stand after some events, by demonstration and author."""
-    found: dict[tuple[str, str], Assignment] = {}
+    assignments: dict[tuple[str, str], Assignment] = {}
     for event in events:
         key = (event.demonstration, event.author)
-        assignment = found.get(key)
+        assignment = assignments.get(key)
         if event.kind in ("blind", "open"):
             blind = event.kind == "blind"
             new = Assignment(event.demonstration, event.author, blind, event.time)
-            found[key] = new if assignment is None else replace(assignment, blind=blind)
+            assignments[key] = new if assignment is None else replace(assignment, blind=blind)
         elif assignment is None:
             raise InputError(f"What was never assigned to '{event.author}' cannot be {event.kind}.")
         elif event.kind == "removed":
-            del found[key]
+            del assignments[key]
         else:
-            found[key] = replace(assignment, done=event.time if event.kind == "done" else None)
-    return found
+            assignments[key] = replace(
+                assignment, done=event.time if event.kind == "done" else None
+            )
+    return assignments
 
 
 def follow_edit(database: Database, edit: Edit, original: Edit) -> None:
@@ -374,8 +376,10 @@ def follow_edit(database: Database, edit: Edit, original: Edit) -> None:
         original.author,
         original.time.isoformat(),
     )
-    given = {verdict.place: verdict for verdict in map(_verdict, rows) if changed_labels(verdict)}
-    for place, verdict in given.items():
+    verdicts = {
+        verdict.place: verdict for verdict in map(_verdict, rows) if changed_labels(verdict)
+    }
+    for place, verdict in verdicts.items():
         latest = database.one(
             "SELECT verdict, time FROM verdict WHERE demonstration = ? AND coder = ? "
             "AND start = ? AND end = ? AND human IS ? AND predicted IS ? ORDER BY id DESC LIMIT 1",

@@ -58,8 +58,8 @@ def store_errors(folder: Path, timeout: float) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def content_errors(what: str, cure: str = "") -> Iterator[None]:
-    """Turn errors in parsing a stored text into one sentence that begins with `what`.
+def content_errors(subject: str, cure: str = "") -> Iterator[None]:
+    """Turn errors in parsing a stored text into one sentence that begins with `subject`.
 
     `cure` is what helps besides a copy of the store.
     """
@@ -67,12 +67,14 @@ def content_errors(what: str, cure: str = "") -> Iterator[None]:
         yield
     except (InputError, LookupError, RecursionError, TypeError, ValueError) as error:
         cures = f"{cure}, or restore" if cure else "restore"
-        raise InputError(f"{what} is damaged in the store; {cures} {FILE} from a copy.") from error
+        raise InputError(
+            f"{subject} is damaged in the store; {cures} {FILE} from a copy."
+        ) from error
 
 
-def read_time(row: sqlite3.Row, what: str) -> datetime:
-    """The time stored in a row; `what` begins the sentence if there is none."""
-    with content_errors(what):
+def read_time(row: sqlite3.Row, subject: str) -> datetime:
+    """The time stored in a row; `subject` begins the sentence if there is none."""
+    with content_errors(subject):
         return datetime.fromisoformat(row["time"])
 
 
@@ -95,8 +97,8 @@ def error_sentence(folder: Path, error: sqlite3.DatabaseError, timeout: float) -
         return _damaged(folder, text)
     if kind == "text":
         column = re.search(r"column '(\w+)'", text)
-        what = f"a text in column '{column[1]}'" if column else "a text"
-        return _damaged(folder, f"{what} is none")
+        place = f"a text in column '{column[1]}'" if column else "a text"
+        return _damaged(folder, f"{place} is none")
     return f"The store of '{folder}' could not be used; SQLite says '{text}'."
 
 
@@ -120,26 +122,26 @@ class WalSync:
     def __init__(self, journal: Path) -> None:
         self.failed = False  # once the disk has refused, commits wait for it again
         self._journal = journal
-        self._asked = threading.Event()
+        self._requested = threading.Event()
         self._ended = False
         self._thread = threading.Thread(target=self._run, name="forcelab sync", daemon=True)
         self._thread.start()
 
     def ask(self) -> None:
         """Sync all that is committed by now."""
-        self._asked.set()
+        self._requested.set()
 
     def close(self) -> None:
         """Sync the rest and stop."""
         self._ended = True
-        self._asked.set()
+        self._requested.set()
         self._thread.join()
 
     def _run(self) -> None:
         """Sync once for all requests that came meanwhile."""
-        while self._asked.is_set() or not self._ended:
-            self._asked.wait()
-            self._asked.clear()
+        while self._requested.is_set() or not self._ended:
+            self._requested.wait()
+            self._requested.clear()
             try:
                 with self._journal.open("rb+") as file:
                     os.fsync(file.fileno())
@@ -276,13 +278,13 @@ def _ready(connection: sqlite3.Connection, folder: Path) -> sqlite3.Connection:
 def _check_values(connection: sqlite3.Connection, folder: Path) -> None:
     """Refuse values that no forcelab writes: wrong types, numbers without bounds, file names."""
     if pragma(connection, "page_count") * pragma(connection, "page_size") <= _QUICK:
-        for (found,) in connection.execute("PRAGMA quick_check"):
-            if found == "ok" or found in _REMOVABLE:
+        for (message,) in connection.execute("PRAGMA quick_check"):
+            if message == "ok" or message in _REMOVABLE:
                 continue
-            raise InputError(_damaged(folder, str(found).splitlines()[-1].replace(". ", ", ")))
+            raise InputError(_damaged(folder, str(message).splitlines()[-1].replace(". ", ", ")))
     for table, conditions in _WRONG.items():
-        wrong = " OR ".join(conditions)
-        if connection.execute(f"SELECT 1 FROM {table} WHERE {wrong} LIMIT 1").fetchone():
+        violation = " OR ".join(conditions)
+        if connection.execute(f"SELECT 1 FROM {table} WHERE {violation} LIMIT 1").fetchone():
             raise InputError(_damaged(folder, f"the table '{table}' holds what cannot be"))
     for row in connection.execute("SELECT id, video FROM demonstration"):
         if not STORED_ID.fullmatch(row["id"]):
@@ -294,8 +296,8 @@ def _check_values(connection: sqlite3.Connection, folder: Path) -> None:
             raise InputError(_damaged(folder, "a recogniser's id is none"))
 
 
-def _damaged(folder: Path, what: str) -> str:
-    return f"The store of '{folder}' is damaged ({what}); restore {FILE} from a copy."
+def _damaged(folder: Path, damage: str) -> str:
+    return f"The store of '{folder}' is damaged ({damage}); restore {FILE} from a copy."
 
 
 def _of_other_kind(kind: str, *columns: str) -> str:
@@ -384,7 +386,7 @@ class Database:
         writable = os.access(folder, os.W_OK) and os.access(folder / FILE, os.W_OK)
         self._connection, self._refusal = connected(folder, timeout, writable)
         with _closed_on_error(self._connection):
-            self._seen = self.pragma("data_version")
+            self._seen_version = self.pragma("data_version")
             self._place = _place(folder / FILE)
 
     @property
@@ -485,7 +487,7 @@ class Database:
     def changed_elsewhere(self) -> bool:
         """Whether another connection has written since this was asked last, or since opening."""
         version = self.pragma("data_version")  # one that SQLite changes when another commits
-        changed, self._seen = version != self._seen, version
+        changed, self._seen_version = version != self._seen_version, version
         return changed
 
     @contextlib.contextmanager
@@ -584,7 +586,7 @@ def fits(number: int) -> bool:
 def _place(file: Path) -> tuple[int, int] | None:
     """What tells a file from every other one; None where there is none, or it cannot be seen."""
     try:
-        found = file.stat()
+        status = file.stat()
     except OSError:
         return None
-    return found.st_dev, found.st_ino
+    return status.st_dev, status.st_ino

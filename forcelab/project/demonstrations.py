@@ -106,9 +106,9 @@ class DemonstrationStore:
         InputError
             If it is none; the sentence names those that there are.
         """
-        known = self.tasks()
-        if task not in known:
-            raise InputError(unknown_word("task", task, known or ("none at all",)))
+        tasks = self.tasks()
+        if task not in tasks:
+            raise InputError(unknown_word("task", task, tasks or ("none at all",)))
 
     def id_of(self, key: str) -> str:
         """The id of a demonstration, whose files are not looked at.
@@ -372,8 +372,8 @@ class DemonstrationStore:
                 f"its first {_SHORTEST_PREFIX} or more digits."
             )
         if len(rows) > 1:
-            which = ", ".join(f"{row['id'][:12]} (task '{row['task']}')" for row in rows)
-            raise InputError(f"'{key}' may be any of {which}; use the id.")
+            matches = ", ".join(f"{row['id'][:12]} (task '{row['task']}')" for row in rows)
+            raise InputError(f"'{key}' may be any of {matches}; use the id.")
         return rows[0]
 
     def _remove(self, ids: Collection[str], obstacle: Callable[[str], str], since: str) -> None:
@@ -401,13 +401,13 @@ class DemonstrationStore:
 
     def _what_was_done(self, id_: str, heads: Mapping[str, int]) -> str:
         """What people or runs did with a demonstration; empty if they did nothing."""
-        for table, what in (
+        for table, reason in (
             ("assignment", "was assigned to a coder"),
             ("verdict", "was reviewed"),
             ("note", "was given a note"),
         ):
             if self._db.one(f"SELECT 1 FROM {table} WHERE demonstration = ?", id_):
-                return what
+                return reason
         for table, columns in (("recogniser", "labels"), ("run", "labels || result")):
             if self._db.one(f"SELECT 1 FROM {table} WHERE instr({columns}, ?)", id_):
                 return "was used for training or evaluation"
@@ -434,9 +434,9 @@ class DemonstrationStore:
         self._db.execute(f"DELETE FROM segment WHERE track IN ({_TRACKS})", id_)
         # The store refuses to delete what people did; of this demonstration it may go.
         for table in _PERMANENT:
-            which = f"track IN ({_TRACKS})" if table == "edit" else "demonstration = ?"
+            condition = f"track IN ({_TRACKS})" if table == "edit" else "demonstration = ?"
             with without_trigger(self._db, f"{table}_is_not_deleted"):
-                self._db.execute(f"DELETE FROM {table} WHERE {which}", id_)
+                self._db.execute(f"DELETE FROM {table} WHERE {condition}", id_)
         self._db.execute("DELETE FROM track WHERE demonstration = ?", id_)
         for author in authors:
             self._db.execute(
@@ -514,11 +514,11 @@ class _Addition:
         if self.changed:
             self.actions.extend(self._task(), self.id, self.incoming.vocabulary)
         if self.old is not None and self.old["task"] != self._task():
-            gone = self.actions.drop_imported(self.old["task"], self.id)
-            if gone:
+            dropped = self.actions.drop_imported(self.old["task"], self.id)
+            if dropped:
                 self.remarks.append(
-                    f"Task '{self.old['task']}' no longer lists {', '.join(gone)}, which no other "
-                    f"demonstration there has."
+                    f"Task '{self.old['task']}' no longer lists {', '.join(dropped)}, which no "
+                    f"other demonstration there has."
                 )
 
     def take_back(self) -> None:
@@ -601,38 +601,38 @@ class _Addition:
             return
         source = _file_name(self.incoming.labels_from or self.incoming.source)
         origin = f" from {source}" if source else ""
-        what = f"{len(track.segments)} segments imported{origin}"
-        self.tracks.edit(id_, author, current, track.segments, what, kind="import")
+        description = f"{len(track.segments)} segments imported{origin}"
+        self.tracks.edit(id_, author, current, track.segments, description, kind="import")
         self.changed = True
 
     def _free_name(self, task: str) -> str:
         """The demonstration's name, numbered where another one of the task has it."""
-        wanted, old = self.incoming.demonstration.name, self.old
+        own_name, old = self.incoming.demonstration.name, self.old
         rows = self.database.all(
             "SELECT name FROM demonstration WHERE task = ? AND id <> ?", task, self.id
         )
         taken = {row["name"] for row in rows}
-        if wanted not in taken:
-            return wanted
-        numbered = re.escape(wanted) + r" \(\d+\)"
+        if own_name not in taken:
+            return own_name
+        numbered = re.escape(own_name) + r" \(\d+\)"
         if old is not None and old["task"] == task and re.fullmatch(numbered, old["name"]):
             return str(old["name"])
-        name = next(n for i in range(2, len(taken) + 3) if (n := f"{wanted} ({i})") not in taken)
-        if (remark := self._remark_on_other_columns(wanted, task)) is not None:
+        name = next(n for i in range(2, len(taken) + 3) if (n := f"{own_name} ({i})") not in taken)
+        if (remark := self._remark_on_other_columns(own_name, task)) is not None:
             self.remarks.append(remark.format(name))
         else:
             self.remarks.append(
-                f"Another recording of task '{task}' is called '{wanted}'; this one is now "
+                f"Another recording of task '{task}' is called '{own_name}'; this one is now "
                 f"'{name}'."
             )
         return name
 
-    def _remark_on_other_columns(self, wanted: str, task: str) -> str | None:
+    def _remark_on_other_columns(self, own_name: str, task: str) -> str | None:
         """The remark on a file that was imported before with other columns, if it was."""
         same_file = self.database.one(
             "SELECT * FROM demonstration WHERE name = ? AND task = ? AND source = ? "
             "AND samples = ?",
-            wanted,
+            own_name,
             task,
             _file_name(self.incoming.source),
             len(self.incoming.demonstration.times),
@@ -640,10 +640,11 @@ class _Addition:
         if same_file is None or not self._shares_a_signal(same_file):
             return None
         labelled = any(track.segments for track in self.tracks.of(same_file["id"]))
-        its = "with its labels" if labelled else "not labelled yet"
-        name = wanted.replace("{", "{{").replace("}", "}}")
+        labelling = "with its labels" if labelled else "not labelled yet"
+        name = own_name.replace("{", "{{").replace("}", "}}")
         return (
-            f"The same file was in the project as '{name}', {its}, with other columns or times; "
+            f"The same file was in the project as '{name}', {labelling}, with other columns or "
+            f"times; "
             f"read anew it is '{{}}'. Remove the one that is not wanted, by its menu in the list "
             f"of demonstrations or 'forcelab remove'."
         )

@@ -51,14 +51,14 @@ _ABANDONED = 3600.0  # seconds without a byte written, after which nobody is at 
 
 
 @contextlib.contextmanager
-def file_errors(what: str) -> Iterator[None]:
-    """Turn an error of the file system into one sentence that begins with `what`."""
+def file_errors(sentence: str) -> Iterator[None]:
+    """Turn an error of the file system into one sentence that begins with `sentence`."""
     try:
         yield
     except OSError as error:
         file = f" ('{error.filename}')" if error.filename else ""
         cure = next((f"; {cure}" for numbers, cure in _CURES if error.errno in numbers), "")
-        raise InputError(f"{what}: {error.strerror or error}{file}{cure}.") from error
+        raise InputError(f"{sentence}: {error.strerror or error}{file}{cure}.") from error
 
 
 def check_folder(path: Path) -> None:
@@ -225,10 +225,10 @@ def remove(folder: Path) -> None:
     check_folder(folder.parent)
     if folder.is_symlink():
         return
-    gone = folder.with_name(f"{_STAGING}{secrets.token_hex(8)}")
+    renamed = folder.with_name(f"{_STAGING}{secrets.token_hex(8)}")
     with contextlib.suppress(OSError):  # in use, or away: the next start tries again
-        folder.rename(gone)
-        shutil.rmtree(gone, ignore_errors=True)
+        folder.rename(renamed)
+        shutil.rmtree(renamed, ignore_errors=True)
 
 
 def leftovers(parent: Path, known: Collection[str]) -> list[Path]:
@@ -238,18 +238,18 @@ def leftovers(parent: Path, known: Collection[str]) -> list[Path]:
     that are not `known` because they did not get as far as the store. Whether another process is
     just finishing one of the latter is only certain while the store is locked for writing.
     """
-    found = []
+    folders = []
     for entry in parent.iterdir():
         if entry.name in known or entry.is_symlink() or not entry.is_dir():
             continue
         if not _STAGED.fullmatch(entry.name):
             if STORED_ID.fullmatch(entry.name) and os.path.lexists(entry / UNCOMMITTED):
-                found.append(entry)
+                folders.append(entry)
             continue
         with contextlib.suppress(FileNotFoundError):  # its process is alive and has just ended it
             if _abandoned(entry):
-                found.append(entry)
-    return found
+                folders.append(entry)
+    return folders
 
 
 @contextlib.contextmanager

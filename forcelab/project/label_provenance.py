@@ -89,49 +89,55 @@ def _follow(followed: _TrackOrigins, row: sqlite3.Row) -> bool:
     """Follow one edit; gives whether it touched any origin."""
     now, reverts = followed.now, row["reverts"]
     if reverts is not None:
-        gave, took = followed.done.get(reverts, ({}, {}))
+        given_origins, taken_origins = followed.done.get(reverts, ({}, {}))
     elif not now and row["proposed_by"] is None:
         return False
     else:
         with content_errors(f"Edit {row['id']}"):
             removed = segments_from_text(row["removed"])
             inserted = segments_from_text(row["inserted"])
-        took = {segment: now[segment] for segment in removed if segment in now}
+        taken_origins = {segment: now[segment] for segment in removed if segment in now}
         if row["proposed_by"] is not None:
-            gave = _accepted(removed, inserted, took, Origin(row["proposed_by"]))
+            given_origins = _accepted(removed, inserted, taken_origins, Origin(row["proposed_by"]))
         else:
-            gave = _inherited(removed, inserted, took) if took else {}
-    if not took and not gave:
+            given_origins = _inherited(removed, inserted, taken_origins) if taken_origins else {}
+    if not taken_origins and not given_origins:
         return False
-    for segment in took:
+    for segment in taken_origins:
         del now[segment]
-    now.update(gave)
-    followed.done[row["id"]] = (took, gave)
+    now.update(given_origins)
+    followed.done[row["id"]] = (taken_origins, given_origins)
     return True
 
 
-def _accepted(removed: Segments, inserted: Segments, took: _Origins, origin: Origin) -> _Origins:
+def _accepted(
+    removed: Segments, inserted: Segments, taken_origins: _Origins, origin: Origin
+) -> _Origins:
     """The origins of the segments inserted by accepting a prediction."""
-    gave = {}
+    given_origins = {}
     for segment in inserted:
         old = covering(removed, segment)
         if old is None:
-            gave[segment] = origin
-        elif old in took:  # what is left of a segment beside what was accepted, or all of it
-            gave[segment] = took[old] if old == segment else Origin(took[old].proposer, True)
-    return gave
+            given_origins[segment] = origin
+        elif (
+            old in taken_origins
+        ):  # what is left of a segment beside what was accepted, or all of it
+            given_origins[segment] = (
+                taken_origins[old] if old == segment else Origin(taken_origins[old].proposer, True)
+            )
+    return given_origins
 
 
-def _inherited(removed: Segments, inserted: Segments, took: _Origins) -> _Origins:
+def _inherited(removed: Segments, inserted: Segments, taken_origins: _Origins) -> _Origins:
     """The origins of the segments inserted by a coder's own edit."""
-    gave = {}
-    proposed = tuple(segment for segment in removed if segment in took)
+    given_origins = {}
+    proposed = tuple(segment for segment in removed if segment in taken_origins)
     for segment in inserted:
-        if segment in took:
-            gave[segment] = took[segment]
+        if segment in taken_origins:
+            given_origins[segment] = taken_origins[segment]
         elif (old := _most_of(proposed, segment)) is not None:
-            gave[segment] = Origin(took[old].proposer, True)
-    return gave
+            given_origins[segment] = Origin(taken_origins[old].proposer, True)
+    return given_origins
 
 
 def _most_of(segments: Segments, segment: Segment) -> Segment | None:

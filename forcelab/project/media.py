@@ -136,11 +136,11 @@ class MediaStore:
         largest = max(_LARGEST, _EACH * self._db.demonstration(demonstration)["samples"])
         try:
             # Given a path, NumPy leaves a file open that is no archive.
-            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as found:
-                if sum(member.file_size for member in found.zip.infolist()) > largest:
+            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
+                if sum(member.file_size for member in archive.zip.infolist()) > largest:
                     raise ValueError("too large")
-                requested = (name for name in found.files if names is None or name in names)
-                return {name: found[name] for name in requested}
+                requested = (name for name in archive.files if names is None or name in names)
+                return {name: archive[name] for name in requested}
         except FileNotFoundError:
             return None
         except (
@@ -173,8 +173,8 @@ class MediaStore:
 
     def attached_files(self, demonstration: str) -> tuple[Path, ...]:
         """The files that :meth:`attach_file` copied, by their names."""
-        found = sorted(self._folder(demonstration).glob(f"{_BESIDE}*"))
-        return tuple(path for path in found if path.is_file() and not path.is_symlink())
+        paths = sorted(self._folder(demonstration).glob(f"{_BESIDE}*"))
+        return tuple(path for path in paths if path.is_file() and not path.is_symlink())
 
     def cameras(self, demonstration: Demonstration) -> tuple[Camera, ...]:
         """The cameras that filmed a recording; none unless there are several.
@@ -193,8 +193,8 @@ class MediaStore:
         first = demonstration.video
         if first is None or not attached:
             return ()
-        found = self.stamps(demonstration.id, (_NAMES, _FILES, _CLOCKS)) or {}
-        if _NAMES not in found:
+        arrays = self.stamps(demonstration.id, (_NAMES, _FILES, _CLOCKS)) or {}
+        if _NAMES not in arrays:
             return self._cameras_by_frames(demonstration.id, first, attached)
         home = self._folder(demonstration.id)
         try:
@@ -206,7 +206,7 @@ class MediaStore:
                     ),
                 )
                 for name, file, clock in zip(
-                    found[_NAMES], found[_FILES], found[_CLOCKS], strict=True
+                    arrays[_NAMES], arrays[_FILES], arrays[_CLOCKS], strict=True
                 )
             ]
         except (KeyError, ValueError, IndexError) as error:
@@ -224,13 +224,13 @@ class MediaStore:
         Of two cameras the attached video is the second one's, and its time 0 is when its first
         frame arrived; of more cameras nothing tells which video is whose.
         """
-        wanted = {_START, *(f"{_FRAMES}{number}" for number in range(MOST_CAMERAS))}
-        found = self.stamps(demonstration, wanted) or {}
+        arrays = {_START, *(f"{_FRAMES}{number}" for number in range(MOST_CAMERAS))}
+        stored = self.stamps(demonstration, arrays) or {}
         frames = [
-            found.get(f"{_FRAMES}{number}", np.empty((0, 2))) for number in range(MOST_CAMERAS)
+            stored.get(f"{_FRAMES}{number}", np.empty((0, 2))) for number in range(MOST_CAMERAS)
         ]
         arrived = [each[:, 0] for each in frames if each.ndim == 2 and len(each)]
-        start = found.get(_START, np.empty(0))
+        start = stored.get(_START, np.empty(0))
         if len(attached) != 1 or len(arrived) != 2 or start.shape != ():
             return ()
         video = VideoReference(attached[0], ClockMap(float(arrived[1][0] - start)))

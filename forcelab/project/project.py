@@ -111,8 +111,8 @@ class Project:
         path = Path(path).absolute()
         refused = f"'{path}' cannot become a new project"
         if not cls.vacant(path):
-            what = "the folder is not empty" if path.is_dir() else "it is a file"
-            raise InputError(f"{refused}: {what}; choose another name.")
+            obstacle = "the folder is not empty" if path.is_dir() else "it is a file"
+            raise InputError(f"{refused}: {obstacle}; choose another name.")
         if not path.parent.is_dir():
             raise InputError(f"{refused}: there is no folder '{path.parent}'; make it first.")
         part = path

@@ -353,11 +353,11 @@ class Origin:
     changed: bool = False
 
 
-def check_length(text: str, what: str) -> None:
+def check_length(text: str, noun: str) -> None:
     """Refuse a name or a task that is longer than any file name, and than any list can show."""
     if len(text) > LONGEST_NAME:
         raise InputError(
-            f"The {what} '{text[:30]}...' is longer than {LONGEST_NAME} characters; choose a "
+            f"The {noun} '{text[:30]}...' is longer than {LONGEST_NAME} characters; choose a "
             f"shorter one."
         )
 

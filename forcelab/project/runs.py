@@ -324,8 +324,8 @@ class RunStore:
 
         What took minutes to compute from the others is worth storing.
         """
-        known = self._db.demonstration_ids()
-        return tuple(used for used in labels if used.demonstration in known)
+        existing_ids = self._db.demonstration_ids()
+        return tuple(used for used in labels if used.demonstration in existing_ids)
 
     def uses(self, number: int | None = None) -> tuple[RunUse, ...]:
         """What runs take up on the disk and what depends on them, the first one first.
@@ -357,14 +357,14 @@ class RunStore:
             )
         }
         sizes = self.recogniser_bytes()
-        found = []
+        uses = []
         for row in rows:
-            own = _OWN.search(row["last"].decode(errors="replace"))
-            id_ = own[1] if own is not None and own[1] in sizes else ""
+            match = _OWN.search(row["last"].decode(errors="replace"))
+            id_ = match[1] if match is not None and match[1] in sizes else ""
             number, size = row["id"], row["bytes"] + sizes.get(id_, 0)
-            taken = accepted.get(row["proposer"].decode(errors="replace"), 0)
-            found.append(RunUse(number, size, id_, verdicts.get(number, 0), taken))
-        return tuple(found)
+            accepted_count = accepted.get(row["proposer"].decode(errors="replace"), 0)
+            uses.append(RunUse(number, size, id_, verdicts.get(number, 0), accepted_count))
+        return tuple(uses)
 
     def remove(self, number: int) -> None:
         """Delete a run for good: its predictions and scores, and its recogniser.
@@ -383,8 +383,8 @@ class RunStore:
             if self._db.one("SELECT 1 FROM verdict WHERE run = ?", number):
                 with without_trigger(self._db, "verdict_is_not_changed"):
                     self._db.execute("UPDATE verdict SET run = NULL WHERE run = ?", number)
-            own = self._delete(number)
-        self._delete_file(own)
+            recogniser_id = self._delete(number)
+        self._delete_file(recogniser_id)
         give_back(self._db)
 
     def forget(self, number: int, proposer: str) -> bool:
@@ -403,8 +403,8 @@ class RunStore:
                 or self._db.one("SELECT 1 FROM author WHERE name = ?", proposer)
             ):
                 return False
-            own = self._delete(number)
-        self._delete_file(own)  # the next run fills the room in the store
+            recogniser_id = self._delete(number)
+        self._delete_file(recogniser_id)  # the next run fills the room in the store
         return True
 
     def remove_recogniser(self, id_: str) -> None:
@@ -470,7 +470,7 @@ class RunStore:
     def _check_labels(self, used: LabelsUsed) -> None:
         """Refuse labels that were never there."""
         self._db.demonstration(used.demonstration)
-        found = used.edit == 0 or self._db.one(
+        exists = used.edit == 0 or self._db.one(
             "SELECT 1 FROM edit JOIN track ON track.id = edit.track "
             "JOIN author ON author.id = track.author "
             "WHERE edit.id = ? AND demonstration = ? AND name = ?",
@@ -478,7 +478,7 @@ class RunStore:
             used.demonstration,
             used.author,
         )
-        if not found:
+        if not exists:
             raise InputError(
                 f"Edit {used.edit} in '{self._db.folder}' is none of '{used.author}' over the "
                 f"demonstration '{used.demonstration}'."
@@ -532,11 +532,13 @@ class RunStore:
             number,
         )
         self._db.execute("DELETE FROM run WHERE id = ?", number)
-        own = row["own"] if row is not None else None
-        if own is None or self._db.one("SELECT 1 FROM run WHERE instr(result, ?)", own):
+        recogniser_id = row["own"] if row is not None else None
+        if recogniser_id is None or self._db.one(
+            "SELECT 1 FROM run WHERE instr(result, ?)", recogniser_id
+        ):
             return ""
-        self._db.execute("DELETE FROM recogniser WHERE id = ?", own)
-        return str(own)
+        self._db.execute("DELETE FROM recogniser WHERE id = ?", recogniser_id)
+        return str(recogniser_id)
 
     def _delete_file(self, id_: str) -> None:
         """Delete the file of a recogniser, which without its row only takes up room."""
@@ -579,10 +581,10 @@ def _digest(front: str) -> dict[str, Any]:
     if not front.startswith(start):
         return {}
     try:
-        found, _ = json.JSONDecoder().raw_decode(front, len(start))
+        record, _ = json.JSONDecoder().raw_decode(front, len(start))
     except (ValueError, RecursionError):
         return {}
-    return found if isinstance(found, dict) else {}
+    return record if isinstance(record, dict) else {}
 
 
 def _provenance(row: sqlite3.Row) -> dict[str, Any]:

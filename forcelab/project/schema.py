@@ -260,11 +260,13 @@ def _check_content(connection: sqlite3.Connection, steps: tuple[Step, ...], wher
 
     A trigger of another's could undo edits that are told as made, a view could never end.
     """
-    found, right = _content_of(connection), _content_after(steps)
-    if found == right:
+    content, expected = _content_of(connection), _content_after(steps)
+    if content == expected:
         return
-    more, less = ({str(part[1]) for part in parts} for parts in (found - right, right - found))
-    names = ", ".join(sorted(f"'{name[:40]}'" for name in more | less)[:5])
+    foreign, missing = (
+        {str(part[1]) for part in parts} for parts in (content - expected, expected - content)
+    )
+    names = ", ".join(sorted(f"'{name[:40]}'" for name in foreign | missing)[:5])
     raise InputError(
         f"The store of '{where}' has other tables, views or triggers than forcelab makes "
         f"({names}); restore it from a copy."

@@ -134,8 +134,8 @@ class TrackEditor:
     def index_of(self, segment: Segment) -> int | None:
         """Which of the segments this one is; None if the track has it no more."""
         index = bisect_left(self.segments, segment.start, key=_start)
-        found = index < len(self.segments) and self.segments[index] == segment
-        return index if found else None
+        exists = index < len(self.segments) and self.segments[index] == segment
+        return index if exists else None
 
     @_verb
     def paint(self, start: float, end: float, action: str) -> Edit | None:
@@ -163,8 +163,8 @@ class TrackEditor:
         """
         before = self._before(replacing)
         after = move_edge(before, index, edge, time)
-        what = f"{edge} of {_segment_text(before[index])} moved to {time:.3f}"
-        return self._store(after, what, replacing=replacing)
+        description = f"{edge} of {_segment_text(before[index])} moved to {time:.3f}"
+        return self._store(after, description, replacing=replacing)
 
     @_verb
     def move_segment(self, index: int, start: float, replacing: Edit | None = None) -> Edit | None:
@@ -174,8 +174,8 @@ class TrackEditor:
         """
         before = self._before(replacing)
         after = move_segment(before, index, start)
-        what = f"{_segment_text(before[index])} moved to {start:.3f}"
-        return self._store(after, what, replacing=replacing)
+        description = f"{_segment_text(before[index])} moved to {start:.3f}"
+        return self._store(after, description, replacing=replacing)
 
     @_verb
     def split(self, time: float) -> Edit | None:
@@ -249,9 +249,9 @@ class TrackEditor:
             if right - left > SLIVER:
                 # Placed, not painted: touching segments of one action stay as many as they were.
                 after.append(Segment(left, right, segment.action))
-        what = f"{_interval_text(start, end)} copied from {author}"
+        description = f"{_interval_text(start, end)} copied from {author}"
         unchanged = f"Your labels are the same as {author}'s there; nothing copied."
-        return self._store(tuple(sorted(after)), what, unchanged=unchanged)
+        return self._store(tuple(sorted(after)), description, unchanged=unchanged)
 
     @_verb
     def accept(self, segments: Segments, proposer: str, replace: bool = True) -> Edit | None:
@@ -308,7 +308,7 @@ class TrackEditor:
     def _store(
         self,
         after: Segments,
-        what: str,
+        description: str,
         proposer: str | None = None,
         replacing: Edit | None = None,
         unchanged: str = "",
@@ -322,7 +322,7 @@ class TrackEditor:
             self.author,
             self.segments,
             after,
-            what,
+            description,
             proposed_by=proposer,
             replacing=None if replacing is None else replacing.id,
         )

@@ -87,11 +87,11 @@ def undo_state(database: Database, track: int, until: int | None = None) -> Undo
         return UndoState()
     if head["reverts"] is None:
         return UndoState(head["id"], undo=head["id"])
-    taken = database.one("SELECT reverts, parent FROM edit WHERE id = ?", head["reverts"])
-    assert taken is not None
+    reverted = database.one("SELECT reverts, parent FROM edit WHERE id = ?", head["reverts"])
+    assert reverted is not None
     if head["kind"] == "undo":
-        return UndoState(head["id"], undo=taken["parent"], redo=head["id"])
-    return UndoState(head["id"], undo=taken["reverts"], redo=taken["parent"])
+        return UndoState(head["id"], undo=reverted["parent"], redo=head["id"])
+    return UndoState(head["id"], undo=reverted["reverts"], redo=reverted["parent"])
 
 
 def _net_edits(database: Database, track: int, since: int) -> int:
@@ -101,14 +101,14 @@ def _net_edits(database: Database, track: int, since: int) -> int:
     afterwards counts as one. Below an edit on the stack lie only older ones, so the two stacks are
     followed downwards side by side until they meet.
     """
-    then, now = undo_state(database, track, since).undo, undo_state(database, track).undo
+    before, now = undo_state(database, track, since).undo, undo_state(database, track).undo
     count = 0
-    while then != now:
+    while before != now:
         count += 1
-        if (now or 0) > (then or 0):
+        if (now or 0) > (before or 0):
             now = _below(database, now)
         else:
-            then = _below(database, then)
+            before = _below(database, before)
     return count
 
 
@@ -172,12 +172,12 @@ class UndoResult:
     @property
     def actions(self) -> dict[str, tuple[set[str], set[str]]]:
         """By task, the actions of what was taken away and of what came instead."""
-        found: dict[str, tuple[set[str], set[str]]] = defaultdict(lambda: (set(), set()))
+        actions_of_tasks: dict[str, tuple[set[str], set[str]]] = defaultdict(lambda: (set(), set()))
         for edit in self.edits:
-            gone, back = found[self.tasks[edit.demonstration]]
+            gone, back = actions_of_tasks[self.tasks[edit.demonstration]]
             gone.update(segment.action for segment in edit.removed)
             back.update(segment.action for segment in edit.inserted)
-        return dict(found)
+        return dict(actions_of_tasks)
 
     @property
     def reaches_farther(self) -> bool:
@@ -192,16 +192,20 @@ class UndoResult:
     def sentence(self) -> str:
         """What was done, for people."""
         edit = self.edits[0]
-        what = edit.what.removeprefix(f"{edit.kind}: ")
+        description = edit.what.removeprefix(f"{edit.kind}: ")
         if self.renames:
             pairs = [p for e in self.edits for p in zip(e.removed, e.inserted, strict=True)]
-            changed = [(gone.action, back.action) for gone, back in pairs if gone != back]
+            changed = [
+                (removed.action, inserted.action)
+                for removed, inserted in pairs
+                if removed != inserted
+            ]
             old, new = changed[0] if edit.kind == "redo" else changed[0][::-1]
             number = counted(len(changed), "segment")
             if len(self.edits) > 1:
                 number += f" in {counted(len(self.edits), 'demonstration')}"
-            what = f"rename of {old} to {new} ({number})"
-        sentence = f"{'Undone' if edit.kind == 'undo' else 'Redone'}: {what}"
+            description = f"rename of {old} to {new} ({number})"
+        sentence = f"{'Undone' if edit.kind == 'undo' else 'Redone'}: {description}"
         if self.left:
             names = listed([f"'{name}'" for name in self.left], MOST_NAMED)
             sentence += f"; not in {names}, where something else was edited since"
@@ -419,9 +423,9 @@ class TrackStore:
         """
         numbers: dict[int, int] = {}
         with self._db.writing():
-            known = self._db.demonstration_ids()
+            existing_ids = self._db.demonstration_ids()
             for edit in edits:
-                if edit.demonstration not in known:
+                if edit.demonstration not in existing_ids:
                     raise InputError(
                         f"There is no demonstration '{edit.demonstration}' in '{self._db.folder}'."
                     )
@@ -513,15 +517,15 @@ class TrackStore:
 
     def _track_for(self, demonstration: str, author: str, kind: AuthorKind) -> int:
         """The number of a track, made if there is none; refuses an author of the other kind."""
-        known = self._db.author_kind(author)
-        if known == kind and (track := self._track_id(demonstration, author)) is not None:
+        known_kind = self._db.author_kind(author)
+        if known_kind == kind and (track := self._track_id(demonstration, author)) is not None:
             return track
         check_author(author)
-        if known is None:
+        if known_kind is None:
             self._db.execute("INSERT INTO author (name, kind) VALUES (?, ?)", author, kind)
-        elif known != kind:
+        elif known_kind != kind:
             raise InputError(
-                f"'{author}' is a {known} in this project and cannot be a {kind} as well; "
+                f"'{author}' is a {known_kind} in this project and cannot be a {kind} as well; "
                 f"use another author's name."
             )
         self._db.execute(
@@ -564,18 +568,18 @@ class TrackStore:
                 if kind == "redo":
                     top = None if state.redo is None else _edit_of(self._db, state.redo).reverts
                 if top == row["id"]:
-                    another = self._revert(row["demonstration"], author, kind)
-                    assert another is not None
-                    edits.append(another)
-                    tasks[another.demonstration] = str(row["task"])
+                    reverted = self._revert(row["demonstration"], author, kind)
+                    assert reverted is not None
+                    edits.append(reverted)
+                    tasks[reverted.demonstration] = str(row["task"])
                 elif _is_in_effect(self._db, row["track"], row["id"]) == (kind == "undo"):
                     left.append(str(row["name"]))
             return UndoResult(tuple(edits), tasks, tuple(left))
 
     def _edits_made_with(self, edit: Edit) -> list[sqlite3.Row]:
         """The edits of other tracks that were made by the same renaming as this one."""
-        what = _renaming(edit.what)
-        if not what:
+        renaming = _renaming(edit.what)
+        if not renaming:
             return []
         return self._db.all(
             "SELECT edit.id, track, demonstration, demonstration.name, task FROM edit "
@@ -586,8 +590,8 @@ class TrackStore:
             edit.time.isoformat(),
             edit.author,
             edit.id,
-            len(what) + len(NUMBER),
-            what + NUMBER,
+            len(renaming) + len(NUMBER),
+            renaming + NUMBER,
         )
 
     def _original(self, edit: Edit) -> Edit:
@@ -686,10 +690,10 @@ class TrackStore:
             )
 
 
-def _renaming(what: str) -> str:
+def _renaming(description: str) -> str:
     """The half that sentences of one renaming share; ``""`` of another edit, such as a relabel."""
-    found = re.fullmatch(rf"(.+{RENAMED}.+){NUMBER}[0-9,]+ segments?", what, re.DOTALL)
-    return "" if found is None else found[1]
+    match = re.fullmatch(rf"(.+{RENAMED}.+){NUMBER}[0-9,]+ segments?", description, re.DOTALL)
+    return "" if match is None else match[1]
 
 
 def _as_stored(segments: Segments) -> Segments:

@@ -132,19 +132,19 @@ def estimate_adaptation(
             )
     order, swapped, likelier = _assigned(train_summaries, test_summaries)
     rest = _middle([summary.rest for summary in train_summaries])
-    own = _middle([summary.rest for summary in test_summaries])
+    rests = _middle([summary.rest for summary in test_summaries])
     sizes = np.exp(_middle([np.log(summary.size) for summary in train_summaries]))
     others = np.exp(_middle([np.log(summary.size) for summary in test_summaries]))[order]
     sources, gain = {}, {}
     for i, channel in enumerate(first.channels):
         factor = float(sizes[i] / others[i])
-        fine = 1 / LARGEST <= factor <= LARGEST
-        standing = first.parts[first.channels[order[i]]]
-        for name, source in zip(first.parts[channel], standing, strict=True):
-            sources[name], gain[name] = source, factor if fine else 1.0
+        plausible = 1 / LARGEST <= factor <= LARGEST
+        sources_used = first.parts[first.channels[order[i]]]
+        for name, source in zip(first.parts[channel], sources_used, strict=True):
+            sources[name], gain[name] = source, factor if plausible else 1.0
     return Adaptation(
         sources,
-        dict(zip(first.recorded, own.tolist(), strict=True)),
+        dict(zip(first.recorded, rests.tolist(), strict=True)),
         dict(zip(first.recorded, rest.tolist(), strict=True)),
         gain,
         swapped,
@@ -199,36 +199,36 @@ def _assigned(
     # A dead channel makes its sensor look like the weaker one.
     if not 2 <= len(sensors) <= SENSORS or LARGEST * weakest[1] < weakest[0]:
         return same, (), -np.inf
-    stated = _likelihood(train, test, same)
-    best, how, likelier = same, tuple(sensors), -np.inf
+    baseline = _likelihood(train, test, same)
+    best, swaps, gain = same, tuple(sensors), -np.inf
     for turn in itertools.permutations(sensors):
         if turn == tuple(sensors):
             continue
         order = same.copy()
         for sensor, replacement in zip(sensors, turn, strict=True):
             order[list(sensors[sensor])] = sensors[replacement]
-        found = _likelihood(train, test, order) - stated
-        if found > likelier:
-            best, how, likelier = order, turn, found
-    if likelier < MARGIN:
-        return same, (), likelier
-    pairs = zip(sensors, how, strict=True)
+        likelihood_gain = _likelihood(train, test, order) - baseline
+        if likelihood_gain > gain:
+            best, swaps, gain = order, turn, likelihood_gain
+    if gain < MARGIN:
+        return same, (), gain
+    pairs = zip(sensors, swaps, strict=True)
     return (
         best,
         tuple((sensor, replacement) for sensor, replacement in pairs if sensor != replacement),
-        likelier,
+        gain,
     )
 
 
 def _sensors(channels: Sequence[str]) -> dict[str, tuple[int, int]]:
     """Places of the tangential and the normal force of each 3-axis sensor."""
     places = {name: i for i, name in enumerate(channels)}
-    found = {}
+    sensors = {}
     for name, i in places.items():
         kind, _, sensor = name.partition(" ")
         if kind == "tangential" and f"normal {sensor}" in places:
-            found[sensor] = (i, places[f"normal {sensor}"])
-    return found
+            sensors[sensor] = (i, places[f"normal {sensor}"])
+    return sensors
 
 
 def _likelihood(train: Sequence[_Look], test: Sequence[_Look], order: NDArray[np.int64]) -> float:

@@ -283,16 +283,16 @@ def _fit_mlp(
     state = np.random.RandomState(seed)
     mlp = MLPClassifier(random_state=state)
     actions = np.unique(y)
-    best, stale = np.inf, 0
+    best, unimproved = np.inf, 0
     for number in range(1, mlp.max_iter + 1):
         # Two BLAS threads on matrices this small cost seven times the time of one.
         with one_blas_thread(), _raise_interrupts():
             mlp.partial_fit(X, y, classes=actions)
         loss = float(mlp.loss_)
         yield FitStep(number, mlp.max_iter, loss, mlp)
-        stale = stale + 1 if loss > best - mlp.tol else 0
+        unimproved = unimproved + 1 if loss > best - mlp.tol else 0
         best = min(best, loss)
-        if stale > mlp.n_iter_no_change:
+        if unimproved > mlp.n_iter_no_change:
             break
 
 

@@ -68,9 +68,9 @@ def cluster(
     logs = np.log(np.maximum(magnitudes, floor))
     columns = [_standardised(logs)]
     if phase:
-        standing = (logs - np.log(floor)) / -np.log(FLOOR)
+        prominence = (logs - np.log(floor)) / -np.log(FLOOR)
         angles = np.angle(coefficients)
-        columns += [PHASE_WEIGHT * standing * part(angles) for part in (np.cos, np.sin)]
+        columns += [PHASE_WEIGHT * prominence * part(angles) for part in (np.cos, np.sin)]
     # One thread: sums in another order could tip a time step between two clusters.
     with threadpool_limits(1):
         means = KMeans(clusters, n_init=10, random_state=seed).fit(np.hstack(columns))
@@ -80,7 +80,7 @@ def cluster(
 
 def compare_wavelets(signal: NDArray[np.float64], seed: int = 0) -> tuple[Clustering, ...]:
     """Cluster one channel (n,) in the four ways that the paper compares."""
-    ways: tuple[tuple[str, Wavelet, bool], ...] = (
+    variants: tuple[tuple[str, Wavelet, bool], ...] = (
         ("Morlet, magnitude and phase", Morlet(), True),
         ("Morlet, magnitude only", Morlet(), False),
         ("Derivative of Gaussian", DOG(), False),
@@ -88,7 +88,7 @@ def compare_wavelets(signal: NDArray[np.float64], seed: int = 0) -> tuple[Cluste
     )
     return tuple(
         Clustering(title, cluster(signal, wavelet, phase=phase, seed=seed))
-        for title, wavelet, phase in ways
+        for title, wavelet, phase in variants
     )
 
 

@@ -22,8 +22,8 @@ def resolve_coder(project: Project, infos: Sequence[DemonstrationInfo], author: 
     coders = list(dict.fromkeys(a for info in infos for a in info.authors if a in people))
     if author is not None:
         if author not in coders:
-            known = f"there are labels of {', '.join(coders)}" if coders else "nobody has yet"
-            raise InputError(f"'{author}' has labelled nothing here; {known}.")
+            labelled_by = f"there are labels of {', '.join(coders)}" if coders else "nobody has yet"
+            raise InputError(f"'{author}' has labelled nothing here; {labelled_by}.")
         return author
     if not coders:
         raise InputError("Nothing is labelled yet; label at least two actions first.")
@@ -46,10 +46,10 @@ class Dataset:
         matches = [fnmatchcase(item.demonstration.name, pattern) for item in self.labelled]
         if all(matches) or not any(matches):
             names = ", ".join(item.demonstration.name for item in self.labelled[:3])
-            what = "every" if all(matches) else "no"
+            quantifier = "every" if all(matches) else "no"
             raise InputError(
-                f"'{pattern}' matches {what} demonstration; there are {names} and the like. Give a "
-                f"pattern that some names match, such as 'bob-*'."
+                f"'{pattern}' matches {quantifier} demonstration; there are {names} and the like. "
+                f"Give a pattern that some names match, such as 'bob-*'."
             )
 
         def select(matching: bool) -> Dataset:
@@ -204,11 +204,11 @@ class DataSelection:
             )
         return tasks
 
-    def with_default_folds(self, found: Dataset) -> DataSelection:
+    def with_default_folds(self, dataset: Dataset) -> DataSelection:
         """The selection with a number of groups, by how many demonstrations are labelled."""
         if not self.leaves_out or self.folds is not None:
             return self
-        labelled = sum(bool(item.segments) for item in found.labelled)
+        labelled = sum(bool(item.segments) for item in dataset.labelled)
         return replace(self, folds=default_fold_count(labelled))
 
     def load(self, project: Project, tasks: Sequence[str], settings: Settings) -> Dataset:
@@ -226,9 +226,9 @@ class DataSelection:
         InputError
             If there is nothing of these tasks, or no name matches.
         """
-        found = self.load(project, tasks, settings)
+        dataset = self.load(project, tasks, settings)
         if self.test_task is not None:
-            return [found, self.load(project, [self.test_task], settings)]
+            return [dataset, self.load(project, [self.test_task], settings)]
         if self.test_names is None:
-            return [found]
-        return list(found.split(self.test_names))
+            return [dataset]
+        return list(dataset.split(self.test_names))

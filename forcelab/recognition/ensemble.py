@@ -57,8 +57,12 @@ class CalibratedEnsemble:
         ready = features[:, self.columns]  # a copy, which is standardised in place
         ready -= self.mean
         ready /= self.scale
-        found = np.mean([member.probabilities(ready) for member in self.members], axis=0)
-        return np.asarray(found) if self.exponent == 1 else sharpen(found, self.exponent)
+        probabilities = np.mean([member.probabilities(ready) for member in self.members], axis=0)
+        return (
+            np.asarray(probabilities)
+            if self.exponent == 1
+            else sharpen(probabilities, self.exponent)
+        )
 
     def predict(self, features: Real) -> NDArray[np.int64]:
         """Codes of the most probable actions, shape (n,)."""
@@ -162,19 +166,22 @@ def thin(y: Codes) -> Codes:
 
 
 def training_steps(
-    codes: Sequence[Codes], stride: int = 1, *, every: bool = False
+    codes: Sequence[Codes], stride: int = 1, *, complete: bool = False
 ) -> tuple[Codes, Codes, list[Codes]]:
     """Codes and groups (m,) of the labelled time steps, and their indices in each demonstration.
 
-    Of every `stride` steps one is taken, and of more than :data:`MOST` still fewer, unless `every`.
+    Of every `stride` steps one is taken, and of more than :data:`MOST` still fewer, unless
+    `complete`.
     """
-    steps = [stride * np.flatnonzero(own[::stride] != UNLABELLED) for own in codes]
-    y = np.concatenate([own[taken] for own, taken in zip(codes, steps, strict=True)])
-    groups = np.repeat(np.arange(len(steps)), [len(taken) for taken in steps])
-    if every:
+    steps = [stride * np.flatnonzero(item_codes[::stride] != UNLABELLED) for item_codes in codes]
+    y = np.concatenate(
+        [item_codes[places] for item_codes, places in zip(codes, steps, strict=True)]
+    )
+    groups = np.repeat(np.arange(len(steps)), [len(places) for places in steps])
+    if complete:
         return y, groups, steps
-    some = thin(y)
-    places, y, groups = np.concatenate(steps)[some], y[some], groups[some]
+    thinned = thin(y)
+    places, y, groups = np.concatenate(steps)[thinned], y[thinned], groups[thinned]
     return y, groups, [places[groups == i] for i in range(len(steps))]
 
 
@@ -192,14 +199,14 @@ def _held_out_probabilities(
 
     Samples of an action that only the left-out demonstrations have are passed over.
     """
-    every, places = np.unique(y, return_inverse=True)
-    learnt = ~held_out
-    if len(np.unique(y[learnt])) < 2:
-        return np.empty((0, len(every))), np.empty(0, dtype=np.int64)
-    ensemble = _fit_members(name, X, y, learnt, seed, options)
+    classes, places = np.unique(y, return_inverse=True)
+    training = ~held_out
+    if len(np.unique(y[training])) < 2:
+        return np.empty((0, len(classes))), np.empty(0, dtype=np.int64)
+    ensemble = _fit_members(name, X, y, training, seed, options)
     rows = held_out & np.isin(y, ensemble.classes_)
-    P = np.zeros((int(rows.sum()), len(every)))
-    P[:, np.searchsorted(every, ensemble.classes_)] = ensemble.predict_proba(X[rows])
+    P = np.zeros((int(rows.sum()), len(classes)))
+    P[:, np.searchsorted(classes, ensemble.classes_)] = ensemble.predict_proba(X[rows])
     return P, places[rows]
 
 

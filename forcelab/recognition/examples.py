@@ -30,8 +30,8 @@ CURE = "readings without a unit may be raw counts, which become newtons by a cal
 
 def units_of(channels: Sequence[Channel], names: Sequence[str] | None = None) -> tuple[str, ...]:
     """The unit of each recognition channel; empty where it has none."""
-    found = channel_map(channels, names)
-    return tuple(channels[found.recorded[columns[0]]].unit for columns in found.columns)
+    mapping = channel_map(channels, names)
+    return tuple(channels[mapping.recorded[columns[0]]].unit for columns in mapping.columns)
 
 
 def mixed_unit_remarks(
@@ -40,11 +40,11 @@ def mixed_unit_remarks(
     """A remark where demonstrations of one evaluation have channels in different units."""
     names = settings.channels
     for name in channel_map(demonstrations[0].channels, names).names if demonstrations else ():
-        of = [(units_of(d.channels, [name])[0], d.name) for d in demonstrations]
-        of.sort(key=lambda pair: pair[0])
+        units = [(units_of(d.channels, [name])[0], d.name) for d in demonstrations]
+        units.sort(key=lambda pair: pair[0])
         parts = [
             f"{_unit_text(unit)} in {_name_list([name for _, name in pairs])}"
-            for unit, pairs in groupby(of, key=lambda pair: pair[0])
+            for unit, pairs in groupby(units, key=lambda pair: pair[0])
         ]
         if len(parts) > 1:
             return (
@@ -58,11 +58,11 @@ def unit_remarks(
     learnt: Sequence[str], names: Sequence[str], channels: Sequence[Channel]
 ) -> tuple[str, ...]:
     """A remark where channels have other units than those (`learnt`) of a recogniser's `names`."""
-    for name, known, unit in zip(names, learnt, units_of(channels, names), strict=False):
-        if known != unit:
+    for name, learnt_unit, unit in zip(names, learnt, units_of(channels, names), strict=False):
+        if learnt_unit != unit:
             return (
                 f"The channel '{name}' is {_unit_text(unit)}, but the recogniser learnt it "
-                f"{_unit_text(known)}, which does not compare: {CURE}.",
+                f"{_unit_text(learnt_unit)}, which does not compare: {CURE}.",
             )
     return ()
 
@@ -162,8 +162,8 @@ class Examples:
 
     def codes(self, actions: Sequence[str]) -> NDArray[np.int64]:
         """Human codes, shape (n,); unlabelled in gaps and for actions not among `actions`."""
-        known = [segment for segment in self.segments if segment.action in actions]
-        codes = to_codes(known, self.times, actions)
+        segments = [segment for segment in self.segments if segment.action in actions]
+        codes = to_codes(segments, self.times, actions)
         codes[~self.valid] = UNLABELLED
         return codes
 
@@ -232,7 +232,7 @@ def prepare_examples(
     hop = settings.hop(grid.rate)
     # In the middle of the samples that it stands for; every sample where there is no step.
     steps = slice(min(hop // 2, len(grid.times) - 1), None, hop)
-    known: dict[str, Any] = {
+    example: dict[str, Any] = {
         "name": demonstration.name,
         # Not a view of every sample, which would stay as long.
         "times": np.ascontiguousarray(grid.times[steps]),
@@ -243,9 +243,9 @@ def prepare_examples(
         "units": units_of(demonstration.channels, channels.names),
     }
     if not kept:
-        return LazyExamples(**known, making=partial(prepare_examples, labelled, settings, rate))
-    made = _features(channels.apply(grid.signals), settings, grid.rate, steps)
-    return Examples(**known, features=made)
+        return LazyExamples(**example, making=partial(prepare_examples, labelled, settings, rate))
+    features = _features(channels.apply(grid.signals), settings, grid.rate, steps)
+    return Examples(**example, features=features)
 
 
 def gather_features(
@@ -255,18 +255,18 @@ def gather_features(
 
     Lazy examples are computed one at a time, which is progress.
     """
-    found: list[NDArray[np.float64]] = []
-    done = [0] * len(step_lists)
+    gathered: list[NDArray[np.float64]] = []
+    filled = [0] * len(step_lists)
     for i, example in enumerate(examples):
         features = example.all_features()
-        if not found:
-            found = [np.empty((sum(map(len, steps)), features.shape[1])) for steps in step_lists]
-        for number, (rows, steps) in enumerate(zip(found, step_lists, strict=True)):
-            first, done[number] = done[number], done[number] + len(steps[i])
-            rows[first : done[number]] = features[steps[i]]
+        if not gathered:
+            gathered = [np.empty((sum(map(len, steps)), features.shape[1])) for steps in step_lists]
+        for number, (rows, steps) in enumerate(zip(gathered, step_lists, strict=True)):
+            first, filled[number] = filled[number], filled[number] + len(steps[i])
+            rows[first : filled[number]] = features[steps[i]]
         if isinstance(example, LazyExamples):  # those that are there take no time
             yield Progress(i + 1, len(examples), "features")
-    return found
+    return gathered
 
 
 def _features(
@@ -278,13 +278,13 @@ def _features(
         values = window_features(signals, rate, settings.windows, places, settings.amplitude)
         if not settings.peaks:
             return values
-        own = settings.amplitude != "absolute"
-        peaks = peak_features(signals, rate, settings.windows[0], places, own)
+        own_units = settings.amplitude != "absolute"
+        peaks = peak_features(signals, rate, settings.windows[0], places, own_units)
         return np.concatenate([values, peaks], axis=1)
-    found = wavelet_features(
+    features = wavelet_features(
         signals, settings.scales, settings.mother, settings.phase, circular=settings.circular
     )
-    return found if steps == slice(0, None, 1) else found[steps]
+    return features if steps == slice(0, None, 1) else features[steps]
 
 
 def common_rate(demonstrations: Sequence[Demonstration], settings: Settings) -> float:

@@ -94,8 +94,10 @@ def evaluate_tasks(
         )
     passing = _not_stored_remarks(selection, latency)
     chosen = tuple(dict.fromkeys(selection.tasks))
-    every = [(task,) for task in project.demonstrations.tasks() if task != selection.test_task]
-    groups = [chosen] if chosen else every
+    single_tasks = [
+        (task,) for task in project.demonstrations.tasks() if task != selection.test_task
+    ]
+    groups = [chosen] if chosen else single_tasks
     if not groups and project.demonstrations.tasks():
         raise InputError(
             f"'{project.path}' has no task but '{selection.test_task}', so there is none to train "
@@ -273,26 +275,26 @@ def train_tasks(
         If too little is labelled.
     """
     tasks = selection.joined_tasks(project)
-    found = selection.load(project, tasks, settings)
-    recogniser = yield from training_job(found.labelled, settings)
+    dataset = selection.load(project, tasks, settings)
+    recogniser = yield from training_job(dataset.labelled, settings)
     content = dump(recogniser)
     if not project.read_only:
         labels = project.runs.existing_labels(
-            used for used in found.labels if used.demonstration in recogniser.trained_on
+            used for used in dataset.labels if used.demonstration in recogniser.trained_on
         )
         project.runs.add_recogniser(name, content, provenance(settings, selection, tasks, labels))
     remarks = (
-        dataset_unit_remarks([found], settings)
-        + unused_merge_remarks(settings, found.spellings)
+        dataset_unit_remarks([dataset], settings)
+        + unused_merge_remarks(settings, dataset.spellings)
         + _read_only_remarks(project)
     )
-    remarks += unlearnt_remarks(found, recogniser) + dropped_remarks(recogniser.dropped)
+    remarks += unlearnt_remarks(dataset, recogniser) + dropped_remarks(recogniser.dropped)
     return TrainedRecogniser(recogniser, content, remarks)
 
 
-def unlearnt_remarks(found: Dataset, recogniser: Recogniser) -> tuple[str, ...]:
+def unlearnt_remarks(dataset: Dataset, recogniser: Recogniser) -> tuple[str, ...]:
     """A remark on actions that are labelled but gave no training sample."""
-    merged = (item.merged(recogniser.settings.merge) for item in found.labelled)
+    merged = (item.merged(recogniser.settings.merge) for item in dataset.labelled)
     labels = {segment.action for item in merged for segment in item.segments}
     names = sorted(labels - set(recogniser.actions))
     return (f"No sample to train on at this stride: {', '.join(names)}.",) if names else ()

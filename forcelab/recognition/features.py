@@ -73,9 +73,9 @@ def window_features(
     blocks = [absolute] if amplitude != "own" else []
     if amplitude != "absolute":
         rest, size = own_amplitude(ready, rate)
-        own = absolute / size[:, None]
-        own[:, 0] -= (rest / size)[:, None]
-        blocks.append(own)
+        relative = absolute / size[:, None]
+        relative[:, 0] -= (rest / size)[:, None]
+        blocks.append(relative)
     return np.concatenate([block.reshape(len(places), -1) for block in blocks], axis=1)
 
 
@@ -94,15 +94,15 @@ def window_moments(
     for j, window in enumerate(windows):
         pad = int(np.ceil(REACH * window * rate)) + 1
         length = next_fast_len(n + 2 * pad, real=True)
-        held = np.pad(levelled, (pad, length - n - pad), mode="edge")
+        padded = np.pad(levelled, (pad, length - n - pad), mode="edge")
         # What is beyond the right pad comes round to the left: it must be the left end's value.
-        held[n + 2 * pad :] = levelled[0]
+        padded[n + 2 * pad :] = levelled[0]
         omega = 2 * np.pi * rfftfreq(length)
         weights = np.exp(-0.5 * (omega * window * rate) ** 2)
         at = places + pad
-        spectrum = rfft(held) * weights
+        spectrum = rfft(padded) * weights
         mean = irfft(spectrum, length)[at]
-        squares = irfft(rfft(held**2) * weights, length)[at]
+        squares = irfft(rfft(padded**2) * weights, length)[at]
         level[j] = middle + scale * mean
         slope[j] = scale * rate * irfft(1j * omega * spectrum, length)[at]
         rms[j] = scale * np.sqrt(np.maximum(squares - mean**2, 0.0))
@@ -132,22 +132,22 @@ def peak_features(
     from scipy.ndimage import maximum_filter1d, minimum_filter1d  # takes long to load
 
     ready = np.stack([bridge(channel) for channel in channels])
-    every = np.arange(ready.shape[1])
-    level = np.stack([window_moments(channel, rate, (window,), every)[0][0] for channel in ready])
+    samples = np.arange(ready.shape[1])
+    level = np.stack([window_moments(channel, rate, (window,), samples)[0][0] for channel in ready])
     if own:
         level /= _common(own_amplitude(ready, rate)[1])
     now = level[:, places]
     out = np.empty((len(places), len(PEAKS), len(ready), len(SPANS)))
     for j, span in enumerate(SPANS):
         # Farther than the recording is long there is nothing new.
-        reach = min(max(1, round(span * rate)), len(every))
+        reach = min(max(1, round(span * rate)), len(samples))
         for kind, (extreme, side) in enumerate(
             (extreme, side)
             for extreme in (maximum_filter1d, minimum_filter1d)
             for side in (reach // 2, -((reach + 1) // 2))
         ):
-            found = extreme(level, reach + 1, axis=1, mode="nearest", origin=side)
-            out[:, kind, :, j] = (found[:, places] - now).T
+            peaks = extreme(level, reach + 1, axis=1, mode="nearest", origin=side)
+            out[:, kind, :, j] = (peaks[:, places] - now).T
     return out.reshape(len(places), -1)
 
 

@@ -69,13 +69,13 @@ def drop_short(
     """
     if not share >= 0:
         raise InputError(f"The share of the shortest segment must not be negative, as {share} is.")
-    found = stretches(codes, times, sample_ends(times))
-    limits = np.zeros(int(found.codes.max(initial=UNLABELLED)) + 1)
+    runs = stretches(codes, times, sample_ends(times))
+    limits = np.zeros(int(runs.codes.max(initial=UNLABELLED)) + 1)
     for code, seconds in shortest.items():
         if 0 <= code < len(limits):
             limits[code] = share * seconds
-    short = found.seconds < limits[found.codes] - SLIVER
+    short = runs.seconds < limits[runs.codes] - SLIVER
     dropped = np.zeros(len(codes) + 1, dtype=np.int64)
-    dropped[found.firsts[short]] += 1
-    dropped[found.lasts[short]] -= 1
+    dropped[runs.firsts[short]] += 1
+    dropped[runs.lasts[short]] -= 1
     return np.where(np.cumsum(dropped[:-1]) > 0, UNLABELLED, codes)

@@ -93,9 +93,9 @@ class Forest:
         """Probabilities of the actions at each time step, shape (m, K)."""
         total = np.empty((len(features), self.value.shape[1]))
         with np.errstate(over="ignore"):  # what is too large for float32 is as good as infinite
-            known = features.astype(self.threshold.dtype, copy=False)
+            samples = features.astype(self.threshold.dtype, copy=False)
         for first in range(0, len(features), BLOCK):
-            rows = known[first : first + BLOCK]
+            rows = samples[first : first + BLOCK]
             total[first : first + BLOCK] = self.value[self._leaf_rows(rows)].sum(axis=1) + self.base
         return softmax(total) if self.boosted else total / total.sum(axis=1, keepdims=True)
 
@@ -210,9 +210,9 @@ class Forest:
         require_numbers(plain["value"], (n, classes))
         leaf = plain["feature"] == -1
         require(are_complete_trees(leaf), "complete trees")
-        own = np.arange(n)
+        indices = np.arange(n)
         for name, child in (
-            ("left", np.where(leaf, own, own + 1)),
+            ("left", np.where(leaf, indices, indices + 1)),
             ("right", right_children(leaf)),
         ):
             require(np.array_equal(plain[name], child), "nodes in their order")
@@ -285,7 +285,7 @@ def require_numbers(
     require(np.isfinite(array).all(), "finite numbers")
 
 
-def require(true: object, what: str) -> None:
+def require(true: object, requirement: str) -> None:
     """Raise a ValueError unless a part is as it must be."""
     if not true:
-        raise ValueError(f"the classifier must have {what}")
+        raise ValueError(f"the classifier must have {requirement}")

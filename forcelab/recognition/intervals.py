@@ -36,7 +36,7 @@ METRICS = (
     "boundaries_found",
     *("boundary_ms.median", "boundary_ms.p90"),
     *("boundary_labelled_ms.median", "boundary_labelled_ms.p90"),
-    *(f"events.{part}.{what}" for part in EVENTS for what in ("count", "seconds")),
+    *(f"events.{part}.{unit}" for part in EVENTS for unit in ("count", "seconds")),
 )
 #: Numbers held at once while boundary errors are resampled: 32 MB.
 AT_ONCE = 4_000_000
@@ -64,8 +64,8 @@ def score_resamples(parts: Sequence[Counts], weights: Weights) -> dict[str, Real
             true, false, missed = (matched[:, number, column] for column in range(3))
             f1 = "f1" if name == "segments" else "f1_labelled"
             result[f"{f1}.{overlap}"] = _fractions(2 * true, 2 * true + false + missed)
-    found, boundaries = (weights @ np.stack([part.found for part in parts])).T
-    result["boundaries_found"] = _fractions(found, boundaries)
+    hits, boundaries = (weights @ np.stack([part.found for part in parts])).T
+    result["boundaries_found"] = _fractions(hits, boundaries)
     for name, errors in (
         ("boundary_ms", [part.boundaries for part in parts]),
         ("boundary_labelled_ms", [part.labelled_boundaries for part in parts]),
@@ -73,9 +73,9 @@ def score_resamples(parts: Sequence[Counts], weights: Weights) -> dict[str, Real
         median, p90 = _percentiles(errors, weights, (50, 90))
         result |= {f"{name}.median": median, f"{name}.p90": p90}
     for name in EVENTS:
-        for what in ("count", "seconds"):
-            each = np.array([getattr(getattr(part.events, name), what) for part in parts])
-            result[f"events.{name}.{what}"] = (weights @ each).astype(np.float64)
+        for unit in ("count", "seconds"):
+            each = np.array([getattr(getattr(part.events, name), unit) for part in parts])
+            result[f"events.{name}.{unit}"] = (weights @ each).astype(np.float64)
     return result
 
 
@@ -128,8 +128,8 @@ def _percentiles(parts: Sequence[Real], weights: Weights, percents: tuple[int, .
                 errors[np.minimum((upto <= at[:, None]).sum(axis=1), len(errors) - 1)]
                 for at in (low, np.minimum(low + 1, np.maximum(count - 1, 0)))
             ]
-            between = ends[0] + (rank - low) * (ends[1] - ends[0])
-            values[chunk] = np.where(defined, between, np.nan)
+            interpolated = ends[0] + (rank - low) * (ends[1] - ends[0])
+            values[chunk] = np.where(defined, interpolated, np.nan)
     return result
 
 
@@ -181,8 +181,8 @@ class Intervals:
             inner = result
             for part in path:
                 inner = inner.setdefault(part, {})
-            found = self[name]
-            inner[last] = None if found is None else list(found)
+            interval = self[name]
+            inner[last] = None if interval is None else list(interval)
         return {
             "method": METHOD,
             "level": LEVEL,
@@ -194,27 +194,27 @@ class Intervals:
     @classmethod
     def from_json(cls, record: Mapping[str, Any]) -> Intervals:
         """The inverse of :meth:`to_json`."""
-        found = {name: look_up(record, name) for name in METRICS}
-        values = {name: None if ends is None else tuple(ends) for name, ends in found.items()}
+        intervals = {name: look_up(record, name) for name in METRICS}
+        values = {name: None if ends is None else tuple(ends) for name, ends in intervals.items()}
         return cls(values, record.get("reason") or "", int(record.get("seed", 0)))
 
 
 def look_up(record: Mapping[str, Any], name: str) -> Any:
     """The value in a JSON of scores under a name such as ``"f1.50"``; None if there is none."""
-    found: Any = record
+    value: Any = record
     for part in name.split("."):
-        if not isinstance(found, (dict, Mapping)):  # to ask for a dict alone is much faster
+        if not isinstance(value, (dict, Mapping)):  # to ask for a dict alone is much faster
             return None
-        found = found.get(part)
-    return found
+        value = value.get(part)
+    return value
 
 
 def score_intervals(parts: Sequence[Counts], seed: int = 0) -> Intervals:
     """Intervals of the pooled scores of demonstrations, counted with the same actions."""
     if reason := _too_few_reason(len(parts)):
         return Intervals(reason=reason, seed=seed)
-    found = score_resamples(parts, draw_resamples(len(parts), RESAMPLES, seed))
-    return Intervals({name: _percentile_interval(found[name]) for name in METRICS}, seed=seed)
+    resampled = score_resamples(parts, draw_resamples(len(parts), RESAMPLES, seed))
+    return Intervals({name: _percentile_interval(resampled[name]) for name in METRICS}, seed=seed)
 
 
 def difference_intervals(

@@ -68,7 +68,7 @@ class SegmentSequence:
 
     def __init__(self, codes: Sequence[Sequence[int]]) -> None:
         # -2 stands between demonstrations.
-        self._line = np.array([-2, *(c for own in codes for c in (*own, -2))])
+        self._line = np.array([-2, *(c for sequence in codes for c in (*sequence, -2))])
         places = np.flatnonzero(self._line != -2)
         self.known = np.flatnonzero(self._line[places] >= 0)
         self._places = places[self.known]
@@ -118,7 +118,7 @@ def score_suspicions(
             sequence.correct(i, int(others[i]))
     for i in range(len(probabilities)):
         result.setdefault(i, (int(others[i]), float(suspicion[i])))
-    return [(int(sequence.known[i]), *found) for i, found in result.items()]
+    return [(int(sequence.known[i]), *corrected) for i, corrected in result.items()]
 
 
 def _largest_per_demonstration(values: Real, homes: NDArray[np.int64]) -> list[int]:
@@ -132,10 +132,10 @@ def _evidence(probabilities: Real, sequence: SegmentSequence) -> Real:
     evidence = _model_evidence(probabilities, sequence.codes)
     for neighbours in sequence.neighbours:
         evidence += _neighbour_evidence(neighbours, sequence.codes, probabilities.shape[1])
-    own = np.arange(len(probabilities)), sequence.codes
+    own_cells = np.arange(len(probabilities)), sequence.codes
     # Whom the model supports is not suspected, however unusual the order is.
-    evidence[probabilities[own] >= SUPPORTED] = -np.inf
-    evidence[own] = -np.inf
+    evidence[probabilities[own_cells] >= SUPPORTED] = -np.inf
+    evidence[own_cells] = -np.inf
     return evidence
 
 
@@ -146,26 +146,28 @@ def _model_evidence(probabilities: Real, codes: NDArray[np.int64]) -> Real:
     np.add.at(totals, codes, probabilities)
     counts = np.bincount(codes, minlength=K).astype(np.float64)
     usual = np.log((totals + 1.0 / K) / (counts + 1.0)[:, None])
-    own = np.maximum(totals[codes] - probabilities, 0.0)  # without the segment itself
-    without = np.log((own + 1.0 / K) / counts[codes][:, None])
+    own_totals = np.maximum(totals[codes] - probabilities, 0.0)  # without the segment itself
+    without = np.log((own_totals + 1.0 / K) / counts[codes][:, None])
     return np.asarray(probabilities @ usual.T - (probabilities * without).sum(axis=1)[:, None])
 
 
 def _neighbour_evidence(neighbours: NDArray[np.int64], codes: NDArray[np.int64], K: int) -> Real:
     """Log ratio of the neighbour on one side for each segment and other action, (m, K)."""
     kinds, names = np.unique(neighbours, return_inverse=True)
-    met = np.zeros((K, len(kinds)))
-    np.add.at(met, (codes, names), 1.0)
-    counts = met.sum(axis=1)
+    joint_counts = np.zeros((K, len(kinds)))
+    np.add.at(joint_counts, (codes, names), 1.0)
+    counts = joint_counts.sum(axis=1)
     spread = PSEUDO * len(kinds)
-    usual = np.log((met + PSEUDO) / (counts + spread)[:, None])[:, names].T
-    own = np.log((met[codes, names] - 1.0 + PSEUDO) / (counts[codes] - 1.0 + spread))
-    return np.asarray(neighbour_information(met) * (usual - own[:, None]))
+    usual = np.log((joint_counts + PSEUDO) / (counts + spread)[:, None])[:, names].T
+    own_evidence = np.log(
+        (joint_counts[codes, names] - 1.0 + PSEUDO) / (counts[codes] - 1.0 + spread)
+    )
+    return np.asarray(neighbour_information(joint_counts) * (usual - own_evidence[:, None]))
 
 
-def neighbour_information(met: Real) -> float:
+def neighbour_information(joint_counts: Real) -> float:
     """Mutual information of neighbours and actions, as a share of the actions' entropy."""
-    joint = met / met.sum()
+    joint = joint_counts / joint_counts.sum()
     actions, neighbours = joint.sum(axis=1), joint.sum(axis=0)
     entropy = -float(np.sum(actions * np.log(np.where(actions > 0, actions, 1.0))))
     ratio = np.divide(
@@ -223,14 +225,14 @@ def drop_contradicted(
 def dropped_remarks(left_out: Sequence[DroppedSegment]) -> tuple[str, ...]:
     """A remark on the segments that were left out; none where nothing was."""
     # Of several folds each segment once, whatever it was rather taken for.
-    every = list({(c.demonstration, c.segment): c for c in left_out}.values())
-    if not every:
+    segments = list({(c.demonstration, c.segment): c for c in left_out}.values())
+    if not segments:
         return ()
     named = ", ".join(
         f"{c.segment.action} of {c.demonstration} at {c.segment.start:.2f} s (rather {c.other})"
-        for c in every[:NAMED]
+        for c in segments[:NAMED]
     )
-    more = f" and {len(every) - NAMED} more" if len(every) > NAMED else ""
+    more = f" and {len(segments) - NAMED} more" if len(segments) > NAMED else ""
     return (f"Not trained on, because the other demonstrations contradict it: {named}{more}.",)
 
 
@@ -245,20 +247,20 @@ def _held_out_means(
     from threadpoolctl import threadpool_limits
 
     codes = [example.codes(actions) for example in examples]
-    every = _training_stride(codes, examples[0].rate, settings)
-    y, groups, steps = training_steps(codes, every, every=True)
+    stride = _training_stride(codes, examples[0].rate, settings)
+    y, groups, steps = training_steps(codes, stride, complete=True)
     (X,) = yield from gather_features(examples, steps)
     means = [np.zeros((len(e.segments), len(actions))) for e in examples]
     count = min(FOLDS, len(examples))
     done = 0
     for first in range(count):
         others = groups % count != first
-        known = y[others]
+        training_codes = y[others]
         trees = None
-        if len(np.unique(known)) > 1:
+        if len(np.unique(training_codes)) > 1:
             with threadpool_limits(1):
                 trees = ExtraTreesClassifier(TREES, random_state=settings.seed)
-                trees.fit(X[others], known)
+                trees.fit(X[others], training_codes)
         for i in range(first, len(examples), count):
             if trees is not None:
                 with threadpool_limits(1):
@@ -270,16 +272,16 @@ def _held_out_means(
 
 def _training_stride(codes: Sequence[NDArray[np.int64]], rate: float, settings: Settings) -> int:
     """Of how many time steps one is used to grow the trees."""
-    labelled = sum(int(np.count_nonzero(own != UNLABELLED)) for own in codes)
+    labelled = sum(int(np.count_nonzero(item_codes != UNLABELLED)) for item_codes in codes)
     apart = round(APART * rate / settings.hop(rate))
     return max(settings.stride, apart, math.ceil(labelled / MOST), 1)
 
 
 def _means(examples: Examples, trees: Any) -> Real:
     """Mean probabilities over the middle of each segment, shape (segments, actions learnt)."""
-    found = trees.predict_proba(examples.all_features())
-    found[~examples.valid] = 0.0
-    sums = np.concatenate([np.zeros((1, found.shape[1])), np.cumsum(found, axis=0)])
+    probabilities = trees.predict_proba(examples.all_features())
+    probabilities[~examples.valid] = 0.0
+    sums = np.concatenate([np.zeros((1, probabilities.shape[1])), np.cumsum(probabilities, axis=0)])
     valid_counts = np.concatenate([[0], np.cumsum(examples.valid)])
     margins = np.array([MARGIN * s.duration for s in examples.segments])
     starts = np.array([s.start for s in examples.segments]) + margins
@@ -295,23 +297,28 @@ def _choose_dropped(
     """Demonstration and index of the segments to leave out, with the code they rather have."""
     number = {action: code for code, action in enumerate(actions)}
     codes = [
-        [number[s.action] if row.any() else UNLABELLED for s, row in zip(e.segments, own)]  # noqa: B905
-        for e, own in zip(examples, probabilities, strict=True)
+        [
+            number[s.action] if row.any() else UNLABELLED
+            for s, row in zip(e.segments, item_probabilities)  # noqa: B905
+        ]
+        for e, item_probabilities in zip(examples, probabilities, strict=True)
     ]
-    every = [(i, k) for i, e in enumerate(examples) for k in range(len(e.segments))]
+    places = [(i, k) for i, e in enumerate(examples) for k in range(len(e.segments))]
     sequence = SegmentSequence(codes)
     if len(sequence.known) == 0:
         return {}
-    total = Counter(code for own in codes for code in own)
+    total = Counter(code for sequence_codes in codes for code in sequence_codes)
     dropped: dict[tuple[int, int], int] = {}
-    less: Counter[int] = Counter()
-    found = score_suspicions(np.concatenate(probabilities)[sequence.known], sequence)
-    for place, other, suspicion in sorted(found, key=lambda segment: (-segment[2], segment[0])):
+    dropped_counts: Counter[int] = Counter()
+    suspicions = score_suspicions(np.concatenate(probabilities)[sequence.known], sequence)
+    for place, other, suspicion in sorted(
+        suspicions, key=lambda segment: (-segment[2], segment[0])
+    ):
         if suspicion < SURE:
             break
-        i, k = every[place]
-        own = codes[i][k]
-        if less[own] < total[own] // ONE_IN:
-            less[own] += 1
+        i, k = places[place]
+        code = codes[i][k]
+        if dropped_counts[code] < total[code] // ONE_IN:
+            dropped_counts[code] += 1
             dropped[i, k] = other
     return dropped

@@ -139,18 +139,18 @@ def edit_distance(a: NDArray[np.int64], b: NDArray[np.int64]) -> int:
         code: int.from_bytes(np.packbits(long == code, bitorder="little").tobytes(), "little")
         for code in np.unique(short).tolist()
     }
-    everywhere = (1 << len(long)) - 1
+    all_bits = (1 << len(long)) - 1
     bottom = 1 << (len(long) - 1)
-    rises, falls, distance = everywhere, 0, len(long)
+    rises, falls, distance = all_bits, 0, len(long)
     for code in short.tolist():
         equal = places[code]
         diagonal = (((equal & rises) + rises) ^ rises) | equal | falls
-        right_rises = falls | (everywhere & ~(diagonal | rises))
+        right_rises = falls | (all_bits & ~(diagonal | rises))
         right_falls = rises & diagonal
         distance += bool(right_rises & bottom) - bool(right_falls & bottom)
-        right_rises = ((right_rises << 1) | 1) & everywhere
-        right_falls = (right_falls << 1) & everywhere
-        rises = right_falls | (everywhere & ~(diagonal | right_rises))
+        right_rises = ((right_rises << 1) | 1) & all_bits
+        right_falls = (right_falls << 1) & all_bits
+        rises = right_falls | (all_bits & ~(diagonal | right_rises))
         falls = right_rises & diagonal
     return distance
 
@@ -297,10 +297,10 @@ class _EventPieces:
 
 def _event_pieces(over: Overlay) -> _EventPieces:
     """Cut time by the binary answers of each action."""
-    wrong = np.flatnonzero(over.human_codes != over.predicted_codes)
-    false = wrong[over.predicted_codes[wrong] >= 0]
+    disagreeing = np.flatnonzero(over.human_codes != over.predicted_codes)
+    false = disagreeing[over.predicted_codes[disagreeing] >= 0]
     kinds = np.full(len(over.pieces), _RIGHT)
-    kinds[wrong] = _MISSED
+    kinds[disagreeing] = _MISSED
     # A piece is right or missed for the human's action and, if wrong, false for the predicted one.
     piece = np.concatenate([np.arange(len(over.pieces)), false])
     action = np.concatenate([over.human_codes, over.predicted_codes[false]])
@@ -332,10 +332,10 @@ def event_errors(over: Overlay) -> Events:
     def tally(kind: int, neighbours: int, events: Runs | None = None) -> Tally:
         """Sum up stretches, counting the events that hold them where `events` is given."""
         chosen = (cut.kinds == kind) & (cut.neighbours == neighbours)
-        held = np.flatnonzero(chosen)
+        numbers = np.flatnonzero(chosen)
         if events is not None:
-            held = np.unique(events.holding(cut.firsts[chosen]))
-        return Tally(len(held), float(cut.seconds[chosen].sum()))
+            numbers = np.unique(events.holding(cut.firsts[chosen]))
+        return Tally(len(numbers), float(cut.seconds[chosen].sum()))
 
     return Events(
         human=Tally(len(over.human), float(over.human.seconds.sum())),
@@ -668,10 +668,10 @@ def score_tracks(
         If an action is not among `actions`.
     """
     used = tuple(dict.fromkeys(segment.action for segment in (*human, *predicted)))
-    known = used if actions is None else tuple(actions)
-    if unknown := [action for action in used if action not in known]:
-        raise InputError(f"'{unknown[0]}' is not among the actions {', '.join(known)}.")
-    return pool(name, [count_segments(human, predicted, known)])
+    scored = used if actions is None else tuple(actions)
+    if unknown := [action for action in used if action not in scored]:
+        raise InputError(f"'{unknown[0]}' is not among the actions {', '.join(scored)}.")
+    return pool(name, [count_segments(human, predicted, scored)])
 
 
 def _codes(
@@ -694,5 +694,5 @@ def _timed_runs(
     codes: NDArray[np.int64], ticks: NDArray[np.int64], times: NDArray[np.float64]
 ) -> Runs:
     """Gather neighbours of equal code, numbered in ticks instead of in edges."""
-    found = stretches(codes, times[:-1], times[1:])
-    return Runs(found.codes, ticks[found.firsts], ticks[found.lasts], found.starts, found.ends)
+    runs = stretches(codes, times[:-1], times[1:])
+    return Runs(runs.codes, ticks[runs.firsts], ticks[runs.lasts], runs.starts, runs.ends)

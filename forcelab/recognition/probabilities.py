@@ -164,9 +164,9 @@ class Reliability:
         table = np.array([place.get(action, -1) for action in actions], dtype=np.int64)
         P, code = probabilities[labelled], table[human[labelled]]
         rows = np.arange(len(code))
-        own = np.where(code >= 0, P[rows, code], 0.0)
+        of_predicted = np.where(code >= 0, P[rows, code], 0.0)
         # Summed over actions, (p - 1)^2 of the right one beside p^2 of all others.
-        squares = float((P**2).sum() + (1.0 - 2.0 * own).sum())
+        squares = float((P**2).sum() + (1.0 - 2.0 * of_predicted).sum())
         top = P.argmax(axis=1)
         sure = P[rows, top]
         bins = np.minimum((sure * BINS).astype(np.int64), BINS - 1)

@@ -173,14 +173,14 @@ class Recogniser:
             What the remark says of the samples before the rate, and before "nothing".
         """
         bands = self.settings.bands(self.rate)
-        lost = bands[bands > rate / 2]
-        if rate >= (1 - SAME_RATE) * self.rate or not len(lost):
+        unreachable = bands[bands > rate / 2]
+        if rate >= (1 - SAME_RATE) * self.rate or not len(unreachable):
             return ()
         kind = "scales" if self.settings.features == "wavelets" else "windows"
         return (
             f"{come} at {rate:.4g} Hz, and the recogniser learnt at {self.rate:.4g} Hz: "
-            f"{len(lost)} of its {len(bands)} {kind} look above {rate / 2:.4g} Hz, where {have} "
-            f"nothing, so expect poor labels; train one with --rate {rate:.4g}.",
+            f"{len(unreachable)} of its {len(bands)} {kind} look above {rate / 2:.4g} Hz, where "
+            f"{have} nothing, so expect poor labels; train one with --rate {rate:.4g}.",
         )
 
     def prepare(self, demonstration: Demonstration) -> Examples:
@@ -260,9 +260,9 @@ class Recogniser:
         trace = None
         if probability_trace and probabilities is not None and examples.valid.any():
             valid = examples.valid
-            known = probabilities if apply_grammar is None else apply_grammar(marginals, use)
+            refined = probabilities if apply_grammar is None else apply_grammar(marginals, use)
             trace = ProbabilityTrace.from_probabilities(
-                examples.times[valid], known[valid], self.actions
+                examples.times[valid], refined[valid], self.actions
             )
         return Prediction(
             examples.times,

@@ -55,14 +55,14 @@ class HeldOutPrediction:
         """Time at which the last sample ends, in seconds."""
         return float(self.times[-1] + np.median(np.diff(self.times)))
 
-    def segments(self, which: str) -> Segments:
+    def segments(self, kind: str) -> Segments:
         """Segments of ``"human"``, ``"raw"``, ``"filtered"`` or one of the stages."""
-        codes = self.stages[which] if which in self.stages else getattr(self, which)
+        codes = self.stages[kind] if kind in self.stages else getattr(self, kind)
         return from_codes(codes, self.times, self.actions)
 
-    def counts(self, which: str) -> Counts:
+    def counts(self, kind: str) -> Counts:
         """Compare ``"raw"``, ``"unaided"``, ``"unadapted"`` or ``"filtered"`` with the human."""
-        return count(self.human, getattr(self, which), self.times, self.actions)
+        return count(self.human, getattr(self, kind), self.times, self.actions)
 
 
 @dataclass(frozen=True)
@@ -107,40 +107,40 @@ class Evaluation:
     def kinds(self) -> tuple[str, ...]:
         """The kinds of scores: raw, filtered, and those without the grammar or adaptation."""
         left_away = [
-            which
-            for which in ("unaided", "unadapted")
-            if self.tested and all(getattr(item, which) is not None for item in self.tested)
+            kind
+            for kind in ("unaided", "unadapted")
+            if self.tested and all(getattr(item, kind) is not None for item in self.tested)
         ]
         return ("raw", *left_away, "filtered")
 
-    def scores(self, which: str) -> tuple[Scores, list[Scores]]:
+    def scores(self, kind: str) -> tuple[Scores, list[Scores]]:
         """Pooled scores, and each demonstration's, of one of :attr:`kinds`."""
-        return self._scores[which]
+        return self._scores[kind]
 
-    def intervals(self, which: str) -> Intervals:
+    def intervals(self, kind: str) -> Intervals:
         """Intervals of the pooled scores of one of :attr:`kinds`."""
-        return self._intervals[which]
+        return self._intervals[kind]
 
     @cached_property
     def _counts(self) -> dict[str, list[Counts]]:
         """Each demonstration, counted once."""
-        return {which: [item.counts(which) for item in self.tested] for which in self.kinds}
+        return {kind: [item.counts(kind) for item in self.tested] for kind in self.kinds}
 
     @cached_property
     def _scores(self) -> dict[str, tuple[Scores, list[Scores]]]:
         """All scores."""
         result = {}
-        for which, counts in self._counts.items():
+        for kind, counts in self._counts.items():
             named = zip(self.tested, counts, strict=True)
             single = [pool(item.name, [part]) for item, part in named]
-            result[which] = (pool("pooled", counts), single)
+            result[kind] = (pool("pooled", counts), single)
         return result
 
     @cached_property
     def _intervals(self) -> dict[str, Intervals]:
         """All intervals, resampled once."""
         seed = self.settings.seed
-        return {which: score_intervals(counts, seed) for which, counts in self._counts.items()}
+        return {kind: score_intervals(counts, seed) for kind, counts in self._counts.items()}
 
     def to_json(self) -> dict[str, Any]:
         """Settings, seed, versions, labels, run times and all scores, as plain values."""
@@ -160,12 +160,12 @@ class Evaluation:
         }
         if self.reliability is not None:
             result["reliability"] = self.reliability.to_json()
-        for which in self.kinds:
-            pooled, single = self.scores(which)
-            result[which] = {
+        for kind in self.kinds:
+            pooled, single = self.scores(kind)
+            result[kind] = {
                 "pooled": pooled.to_json(),
                 "demonstrations": [scores.to_json() for scores in single],
-                "intervals": self.intervals(which).to_json(),
+                "intervals": self.intervals(kind).to_json(),
             }
         return result
 
@@ -182,8 +182,8 @@ class Evaluation:
             {"demonstration": item.id}
             | ({"start": item.start, "end": item.end} if stages else {})
             | {
-                which: [[s.start, s.end, s.action] for s in item.segments(which)]
-                for which in ("human", "raw", *(item.stages if stages else ()), "filtered")
+                kind: [[s.start, s.end, s.action] for s in item.segments(kind)]
+                for kind in ("human", "raw", *(item.stages if stages else ()), "filtered")
             }
             for item in self.tested
         ]
@@ -212,24 +212,24 @@ def empty_prediction_remarks(
         "median": f"what a median over {settings.median} samples turns (median)",
         "drop": f"what lasts less than {settings.drop} of the shortest segment trained on (drop)",
     }
-    on = [name for name in filters if getattr(settings, name) is not None]
-    if not on or settings.decodes:
+    active = [name for name in filters if getattr(settings, name) is not None]
+    if not active or settings.decodes:
         return ()
-    counts = [before, *map(left, on)]
-    culprit = max(range(len(on)), key=lambda i: counts[i] - counts[i + 1])
+    counts = [before, *map(left, active)]
+    culprit = max(range(len(active)), key=lambda i: counts[i] - counts[i + 1])
     cause = ""
     if settings.features == "wavelets":
         # To three digits, but as 1,020 and not as 1.02e+03.
         low, high = (float(f"{1000 * item / rate:.3g}") for item in settings.scales[[0, -1]])
-        such = "" if rate == USUAL else f", such as {USUAL} Hz"
+        example = "" if rate == USUAL else f", such as {USUAL} Hz"
         cause = (
             f"; at {rate:.6g} Hz the scales are {low:,g} to {high:,g} ms, so try others or another "
-            f"rate{such}"
+            f"rate{example}"
         )
     share = 100 * left("all") / before
     return (
         f"The filters left {share:.1f} % of the predicted time, most of it taken by one that "
-        f"unlabels {filters[on[culprit]]}{cause}; or train on more, or switch that filter off.",
+        f"unlabels {filters[active[culprit]]}{cause}; or train on more, or switch that filter off.",
     )
 
 

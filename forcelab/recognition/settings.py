@@ -143,12 +143,12 @@ class Settings:
     choreography: str = "order"
 
     def __post_init__(self) -> None:
-        for name, known in _CHOICES.items():
-            if getattr(self, name) not in known:
-                what = "kind of features" if name == "features" else name
-                raise InputError(unknown_word(what, getattr(self, name), known))
-        for name, (fine, need) in self._ranges().items():
-            if not fine:
+        for name, choices in _CHOICES.items():
+            if getattr(self, name) not in choices:
+                noun = "kind of features" if name == "features" else name
+                raise InputError(unknown_word(noun, getattr(self, name), choices))
+        for name, (in_range, need) in self._ranges().items():
+            if not in_range:
                 raise InputError(
                     f"The setting {name} must {need}, not {_value_text(getattr(self, name))}."
                 )
@@ -290,8 +290,8 @@ class Settings:
         InputError
             If a name is unknown or a value has the wrong type.
         """
-        known = {f.name for f in dataclasses.fields(cls)}
-        unknown = sorted(set(values) - known)
+        field_names = {f.name for f in dataclasses.fields(cls)}
+        unknown = sorted(set(values) - field_names)
         if unknown:
             raise InputError(
                 f"The setting '{unknown[0]}' is unknown; it may come from a newer forcelab."

@@ -208,14 +208,16 @@ def _recogniser(content: object, name: str) -> Recogniser:
     width = settings.width(len(recogniser.channels))
     if (changes := content.get("changes")) is not None:  # older files have nothing of it
         recogniser = replace(recogniser, boundary_model=BoundaryModel.from_plain(changes, width))
-    known = len(recogniser.actions)
+    action_count = len(recogniser.actions)
     if recogniser.grammar is not None and recogniser.grammar.actions != recogniser.actions:
         raise ValueError("the choreography is of other actions")
     if settings.classifier in PLAIN_CLASSIFIERS:
         return replace(
-            recogniser, classifier=CalibratedEnsemble.from_plain(classifier, width, known)
+            recogniser, classifier=CalibratedEnsemble.from_plain(classifier, width, action_count)
         )
-    check_classifier(classifier, settings.classifier, settings.needs_probabilities, width, known)
+    check_classifier(
+        classifier, settings.classifier, settings.needs_probabilities, width, action_count
+    )
     return recogniser
 
 

@@ -84,9 +84,9 @@ class TaskGrammar:
     def learn(cls, tracks: Iterable[Segments], actions: Sequence[str]) -> TaskGrammar:
         """Learn from tracks; segments of other actions than `actions` count as unlabelled."""
         number = {action: code for code, action in enumerate(actions)}
-        known = [tuple(s for s in track if s.action in number) for track in tracks]
-        known = _without_slips(known)
-        runs = [run for track in known for run in _runs(track)]
+        sequences = [tuple(s for s in track if s.action in number) for track in tracks]
+        sequences = _without_slips(sequences)
+        runs = [run for track in sequences for run in _runs(track)]
         K = len(actions)
         logs: list[list[float]] = [[] for _ in range(K)]
         seconds, follow = np.full(K, SHARE_SECONDS), np.zeros((K, K))
@@ -97,7 +97,7 @@ class TaskGrammar:
                 seconds[code] += segment.duration
             np.add.at(follow, (codes[:-1], codes[1:]), 1.0)
         start = np.zeros(K)
-        np.add.at(start, [number[track[0].action] for track in known if track], 1.0)
+        np.add.at(start, [number[track[0].action] for track in sequences if track], 1.0)
         mean, sd = _durations(logs)
         return cls(
             tuple(actions),
@@ -158,21 +158,21 @@ def _without_slips(tracks: Sequence[Segments]) -> list[Segments]:
     for segment in (segment for track in tracks for segment in track):
         seconds.setdefault(segment.action, []).append(segment.duration)
     least = {
-        action: min(max(SLIP * median(own), SLIP_SECONDS), max(own))
-        for action, own in seconds.items()
+        action: min(max(SLIP * median(durations), SLIP_SECONDS), max(durations))
+        for action, durations in seconds.items()
     }
     return [tuple(s for s in track if s.duration >= least[s.action]) for track in tracks]
 
 
 def _durations(logs: Sequence[Sequence[float]]) -> tuple[Real, Real]:
     """Mean and sd of each action's log durations, drawn towards what all have in common."""
-    counts = np.array([len(own) for own in logs], dtype=np.float64)
+    counts = np.array([len(action_logs) for action_logs in logs], dtype=np.float64)
     is_observed = counts > 0
     if not is_observed.any():
         return np.full(len(logs), math.log(USUAL)), np.full(len(logs), 2 * SPREAD)
-    means = np.array([np.mean(own) if own else 0.0 for own in logs])
+    means = np.array([np.mean(action_logs) if action_logs else 0.0 for action_logs in logs])
     pairs = zip(logs, means, strict=True)
-    squares = np.array([np.sum((np.array(own) - m) ** 2) for own, m in pairs])
+    squares = np.array([np.sum((np.array(action_logs) - m) ** 2) for action_logs, m in pairs])
     free = np.maximum(counts - 1, 0)
     common = means[is_observed].mean()
     within = (squares.sum() + SPREAD_COUNT * SPREAD**2) / (free.sum() + SPREAD_COUNT)

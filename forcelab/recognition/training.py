@@ -63,13 +63,13 @@ def prepare_all(
         raise InputError("There is no demonstration to recognise; import some first.")
     rate = common_rate([item.demonstration for item in labelled], settings)
     examples: list[Examples] = []
-    taken = 0
+    used_bytes = 0
     for item in labelled:
         example = None if known is None else known.get((item, rate))
         if example is None:
-            kept = taken < room
-            example = prepare_examples(item, settings, rate, kept=kept)
-            taken += example.features.nbytes if kept else 0
+            fits_room = used_bytes < room
+            example = prepare_examples(item, settings, rate, kept=fits_room)
+            used_bytes += example.features.nbytes if fits_room else 0
             if known is not None:
                 known[item, rate] = example
         examples.append(example)
@@ -83,8 +83,8 @@ def _shortest(examples: Sequence[Examples], actions: tuple[str, ...]) -> dict[st
     shortest: dict[str, float] = {}
     for example in examples:
         for segment in from_codes(example.codes(actions), example.times, actions):
-            known = shortest.get(segment.action, np.inf)
-            shortest[segment.action] = min(known, segment.duration)
+            least = shortest.get(segment.action, np.inf)
+            shortest[segment.action] = min(least, segment.duration)
     return shortest
 
 
@@ -109,19 +109,19 @@ def fit_cleaned(
     change (:mod:`forcelab.recognition.task_grammar`). The recogniser knows the actions that have at
     least one training sample; an InputError where these are fewer than two.
     """
-    every = actions_of(examples)
+    all_actions = actions_of(examples)
     codes, groups, steps = training_steps(
-        [example.codes(every) for example in examples],
+        [example.codes(all_actions) for example in examples],
         settings.stride,
-        every=settings.classifier not in MEMBERS,
+        complete=settings.classifier not in MEMBERS,
     )
     used, y = np.unique(codes, return_inverse=True)
     # An action between two strides has nothing to learn.
-    actions = tuple(every[code] for code in used)
+    actions = tuple(all_actions[code] for code in used)
     if len(actions) < 2:
-        found = f"only {actions[0]}" if actions else "none of any action"
+        available = f"only {actions[0]}" if actions else "none of any action"
         raise InputError(
-            f"Training needs samples of two actions and there is {found}, after merging, "
+            f"Training needs samples of two actions and there is {available}, after merging, "
             f"without missing samples and with a stride of {settings.stride}; label more or "
             "change these."
         )
@@ -165,7 +165,7 @@ def training_job(
     examples = yield from prepare_all(used, settings, ROOM, known)
     ids = [item.demonstration.id for item in used]
     cleaned, dropped = yield from drop_contradicted(examples, settings)
-    taught = [
+    live_training = [
         # The segments of examples are merged already.
         LabelledDemonstration(item.demonstration, example.segments, apart=True)
         for item, example in zip(used, cleaned, strict=True)
@@ -176,9 +176,9 @@ def training_job(
     # Where offline both units stand side by side, a stream has its own alone, by a running size: on
     # the stylus recordings its probabilities then have a Brier score of 0.253, with both 0.264,
     # with newtons 0.280 (50 ms ahead), and as many labels are right.
-    own = settings.amplitude != "absolute"
+    own_units = settings.amplitude != "absolute"
     rate = common_rate([item.demonstration for item in used], settings)
-    parts = yield from fit_live_models(taught, settings, rate, recogniser.actions, own)
+    parts = yield from fit_live_models(live_training, settings, rate, recogniser.actions, own_units)
     return replace(recogniser, live_models=parts)
 
 

@@ -49,10 +49,10 @@ Steps = NDArray[np.float32]
 def sample_steps(examples: Examples) -> Steps:
     """Features of at most :data:`STEPS` valid time steps, spread evenly; float32, shape (m, f)."""
     valid = np.flatnonzero(examples.valid)
-    every = -(-len(valid) // STEPS) or 1
+    stride = -(-len(valid) // STEPS) or 1
     # What is larger than the type holds is as odd as what it can hold.
     most = np.finfo(np.float32).max
-    return np.clip(examples.features[valid[::every]], -most, most).astype(np.float32)
+    return np.clip(examples.features[valid[::stride]], -most, most).astype(np.float32)
 
 
 def typicality(demonstrations: Sequence[Steps]) -> NDArray[np.float64]:
@@ -63,20 +63,20 @@ def typicality(demonstrations: Sequence[Steps]) -> NDArray[np.float64]:
     the distance of their means and spreads and h the median distance of two that differ. Above 0,
     at most 1: of 1 where all are alike, as one by itself is; 0 for one without rows.
     """
-    found = np.zeros(len(demonstrations))
+    typical = np.zeros(len(demonstrations))
     nonempty = [i for i, steps in enumerate(demonstrations) if len(steps)]
     if not nonempty:
-        return found
-    every = np.concatenate([demonstrations[i] for i in nonempty])
-    mean, scale = every.mean(axis=0, dtype=np.float64), every.std(axis=0, dtype=np.float64)
+        return typical
+    all_steps = np.concatenate([demonstrations[i] for i in nonempty])
+    mean, scale = all_steps.mean(axis=0, dtype=np.float64), all_steps.std(axis=0, dtype=np.float64)
     scale[scale == 0] = 1.0
     summaries = np.stack([_mean_and_spread((demonstrations[i] - mean) / scale) for i in nonempty])
     # One after the other: of all pairs at once the differences of 1,000 take gigabytes.
     apart = np.stack([np.linalg.norm(summaries - summary, axis=1) for summary in summaries])
     differing = apart[apart > 0]
     usual = float(np.median(differing)) if len(differing) else 1.0
-    found[nonempty] = np.exp(-np.square(apart / usual)).mean(axis=1)
-    return found
+    typical[nonempty] = np.exp(-np.square(apart / usual)).mean(axis=1)
+    return typical
 
 
 def _mean_and_spread(steps: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -159,15 +159,15 @@ def rank_proposals(run: RunResult) -> tuple[Proposal, ...]:
     """
     calibration = calibrate_confidence(run)
     candidates = (_proposal(result, calibration) for result in run.proposals)
-    found = [proposal for proposal in candidates if proposal is not None]
-    typical = weighs_typicality(found)
+    proposals = [proposal for proposal in candidates if proposal is not None]
+    typical = weighs_typicality(proposals)
 
     def urgency(proposal: Proposal) -> float:
         return (
             proposal.uncertainty * (proposal.typicality or 0.0) if typical else proposal.uncertainty
         )
 
-    return tuple(sorted(found, key=urgency, reverse=True))
+    return tuple(sorted(proposals, key=urgency, reverse=True))
 
 
 def weighs_typicality(proposals: Sequence[Proposal]) -> bool:
@@ -200,8 +200,8 @@ def uncertainty(trace: ProbabilityTrace) -> float:
 
     Bins without a probability do not count; where there is no other, the uncertainty is 0.
     """
-    met = trace.known
-    return float(1.0 - _confidence(trace)[met].mean()) if met.any() else 0.0
+    defined = trace.known
+    return float(1.0 - _confidence(trace)[defined].mean()) if defined.any() else 0.0
 
 
 def _pool_adjacent_violators(values: Real, weights: Real) -> Real:
@@ -213,9 +213,9 @@ def _pool_adjacent_violators(values: Real, weights: Real) -> Real:
     for value, weight in zip(values.tolist(), weights.tolist(), strict=True):
         mean, mass, count = value, weight, 1
         while pools and pools[-1][0] >= mean:
-            before, more, others = pools.pop()
-            mean = (before * more + mean * mass) / (more + mass)
-            mass, count = mass + more, count + others
+            before, pool_mass, others = pools.pop()
+            mean = (before * pool_mass + mean * mass) / (pool_mass + mass)
+            mass, count = mass + pool_mass, count + others
         pools.append((mean, mass, count))
     return np.repeat([mean for mean, _, _ in pools], [count for _, _, count in pools])
 
@@ -223,7 +223,7 @@ def _pool_adjacent_violators(values: Real, weights: Real) -> Real:
 def _proposal(result: DemonstrationResult, calibration: ConfidenceCalibration) -> Proposal | None:
     """The proposal of one demonstration; None where no probability is known."""
     trace = result.probability_trace
-    if trace is None or not (met := trace.known).any():
+    if trace is None or not (defined := trace.known).any():
         return None
     confidence = _confidence(trace)
     return Proposal(
@@ -232,7 +232,7 @@ def _proposal(result: DemonstrationResult, calibration: ConfidenceCalibration) -
         task=result.task,
         seconds=result.end - result.start,
         uncertainty=uncertainty(trace),
-        wrong=float(calibration.wrong(confidence[met]).sum() / trace.rate),
+        wrong=float(calibration.wrong(confidence[defined]).sum() / trace.rate),
         place=_least_certain_interval(result, trace),
         typicality=result.typicality,
     )

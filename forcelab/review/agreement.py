@@ -95,8 +95,8 @@ def overlay_tracks(tracks: Sequence[Segments], actions: Sequence[str]) -> TrackP
     starts, ends = starts[long], ends[long]
     middles = starts + (ends - starts) / 2
     codes = np.stack([to_codes(track, middles, actions) for track in tracks])
-    some = (codes >= 0).any(axis=0)
-    return TrackPieces(starts[some], ends[some], codes[:, some])
+    is_labelled = (codes >= 0).any(axis=0)
+    return TrackPieces(starts[is_labelled], ends[is_labelled], codes[:, is_labelled])
 
 
 def actions_of(tracks: Iterable[Segments]) -> tuple[str, ...]:
@@ -138,13 +138,13 @@ def coded_demonstrations(
     InputError
         If there is no such task or coder.
     """
-    known = project.coding.coders()
-    if unknown := [name for name in authors if name not in known]:
-        names = ", ".join(f"'{name}'" for name in known) or "none at all"
+    coders = project.coding.coders()
+    if unknown := [name for name in authors if name not in coders]:
+        names = ", ".join(f"'{name}'" for name in coders) or "none at all"
         raise InputError(f"There is no coder '{unknown[0]}'; there are {names}.")
     if task is not None:
         project.demonstrations.check_task(task)
-    found, hidden = [], 0
+    coded, hidden = [], 0
     for info in project.demonstrations.infos(task):
         if viewer is not None and project.coding.is_blind(info.id, viewer):
             hidden += 1
@@ -157,8 +157,8 @@ def coded_demonstrations(
             and (track.author in authors if authors else track.author not in without)
         }
         if tracks:
-            found.append(CoderTracks(info.id, info.name, info.task, tracks))
-    return tuple(found), hidden
+            coded.append(CoderTracks(info.id, info.name, info.task, tracks))
+    return tuple(coded), hidden
 
 
 #: Each word with the kappa up to which it holds.
@@ -200,11 +200,11 @@ def fleiss_kappa(ratings: NDArray[np.int64], weights: NDArray[np.float64]) -> fl
     coders throughout it is the figure of Fleiss (1971).
     """
     coders = ratings.sum(axis=1)
-    enough = coders >= 2
-    n, w = ratings[enough].astype(np.float64), weights[enough]
+    comparable = coders >= 2
+    n, w = ratings[comparable].astype(np.float64), weights[comparable]
     if not w.sum() > 0:
         return None
-    m, w = coders[enough].astype(np.float64), w / w.sum()
+    m, w = coders[comparable].astype(np.float64), w / w.sum()
     agreed = float(w @ ((n * (n - 1)).sum(axis=1) / (m * (m - 1))))
     expected = float((((w / m) @ n) ** 2).sum())
     return None if 1 - expected < 1e-12 else (agreed - expected) / (1 - expected)
@@ -235,8 +235,8 @@ def kappa_interval(matrices: NDArray[np.float64]) -> tuple[float, float] | None:
     kappas = kappas[~np.isnan(kappas)]
     if not len(kappas):
         return None
-    aside = 50 * (1 - LEVEL)
-    low, high = np.percentile(kappas, [aside, 100 - aside])
+    tail = 50 * (1 - LEVEL)
+    low, high = np.percentile(kappas, [tail, 100 - tail])
     return float(low), float(high)
 
 
@@ -272,43 +272,45 @@ def boundary_times(segments: Segments) -> dict[_Kind, list[float]]:
 
     Touching segments of one action are one: there is no boundary between them.
     """
-    found: dict[_Kind, list[float]] = {}
+    times: dict[_Kind, list[float]] = {}
     for index, segment in enumerate(segments):
         before = segments[index - 1] if index else None
         after = segments[index + 1] if index + 1 < len(segments) else None
         touched = before is not None and segment.start - before.end <= SLIVER
         if not (touched and before is not None and before.action == segment.action):
-            found.setdefault((True, segment.action), []).append(segment.start)
+            times.setdefault((True, segment.action), []).append(segment.start)
         if after is None or after.start - segment.end > SLIVER:
-            found.setdefault((False, segment.action), []).append(segment.end)
-    return found
+            times.setdefault((False, segment.action), []).append(segment.end)
+    return times
 
 
 def match_boundaries(a: Segments, b: Segments, window: float = WINDOW) -> MatchedBoundaries:
     """Match boundaries of the same kind, the nearest first, at most `window` seconds apart."""
-    ours, theirs = boundary_times(a), boundary_times(b)
+    times_a, times_b = boundary_times(a), boundary_times(b)
     rows: list[tuple[float, float, _Kind]] = []
-    for kind in ours.keys() & theirs.keys():
-        rows += [(s, t, kind) for s, t in _nearest(ours[kind], theirs[kind], window)]
+    for kind in times_a.keys() & times_b.keys():
+        rows += [(s, t, kind) for s, t in _nearest(times_a[kind], times_b[kind], window)]
     rows.sort()
     return MatchedBoundaries(
         times=np.array([row[:2] for row in rows], dtype=np.float64).reshape(-1, 2),
         actions=tuple(action for _, _, (_, action) in rows),
         starting=tuple(starting for _, _, (starting, _) in rows),
-        counts=(sum(map(len, ours.values())), sum(map(len, theirs.values()))),
+        counts=(sum(map(len, times_a.values())), sum(map(len, times_b.values()))),
     )
 
 
-def _nearest(ours: list[float], theirs: list[float], window: float) -> list[tuple[float, float]]:
+def _nearest(
+    times_a: list[float], times_b: list[float], window: float
+) -> list[tuple[float, float]]:
     """Pairs of times, the nearest first; which track is the first makes no difference."""
-    all_theirs = np.array(theirs)
+    all_theirs = np.array(times_b)
     near = []
-    for i, time in enumerate(ours):
+    for i, time in enumerate(times_a):
         low, high = np.searchsorted(all_theirs, [time - window, time + window])
         # Rounded, so that the last bits of two equal distances do not decide.
         near += [
-            (round(abs(theirs[j] - time), 9), time + theirs[j], i, j)
-            for j in range(max(int(low) - 1, 0), min(int(high) + 1, len(theirs)))
+            (round(abs(times_b[j] - time), 9), time + times_b[j], i, j)
+            for j in range(max(int(low) - 1, 0), min(int(high) + 1, len(times_b)))
         ]
     used_ours: set[int] = set()
     used_theirs: set[int] = set()
@@ -317,7 +319,7 @@ def _nearest(ours: list[float], theirs: list[float], window: float) -> list[tupl
         if distance <= window and i not in used_ours and j not in used_theirs:
             used_ours.add(i)
             used_theirs.add(j)
-            pairs.append((ours[i], theirs[j]))
+            pairs.append((times_a[i], times_b[j]))
     return pairs
 
 
@@ -333,14 +335,14 @@ def segment_counts(pieces: TrackPieces, a: Segments, b: Segments) -> NDArray[np.
     segment is weighed without the rest of it, and one that the other coder left unlabelled
     altogether is no segment. Durations are rounded to microseconds.
     """
-    laid = _cut_to_both(pieces, a, b)
-    ways = _pair_overlay(laid, 0, 1), _pair_overlay(laid, 1, 0)
-    found = []
+    common = _cut_to_both(pieces, a, b)
+    overlays = _pair_overlay(common, 0, 1), _pair_overlay(common, 1, 0)
+    counts = []
     for overlap in OVERLAPS:
-        for over in ways:
+        for over in overlays:
             true = len(match_segments(over, overlap))
-            found.append((true, len(over.predicted) - true, len(over.human) - true))
-    return np.array(found, dtype=np.int64).reshape(len(OVERLAPS), 2, 3)
+            counts.append((true, len(over.predicted) - true, len(over.human) - true))
+    return np.array(counts, dtype=np.int64).reshape(len(OVERLAPS), 2, 3)
 
 
 def segment_f1(counts: NDArray[np.int64]) -> dict[int, float | None]:
@@ -349,11 +351,11 @@ def segment_f1(counts: NDArray[np.int64]) -> dict[int, float | None]:
     The mean of both ways, which differ only where segments compete for one another. `counts` as of
     :func:`segment_counts`, summed over demonstrations.
     """
-    found: dict[int, float | None] = {}
-    for overlap, ways in zip(OVERLAPS, counts.tolist(), strict=True):
-        values = [value for way in ways if (value := f1(*way)) is not None]
-        found[overlap] = sum(values) / len(values) if values else None
-    return found
+    scores: dict[int, float | None] = {}
+    for overlap, directions in zip(OVERLAPS, counts.tolist(), strict=True):
+        values = [value for direction in directions if (value := f1(*direction)) is not None]
+        scores[overlap] = sum(values) / len(values) if values else None
+    return scores
 
 
 class _LabelledByBoth(NamedTuple):
@@ -370,13 +372,13 @@ def _cut_to_both(pieces: TrackPieces, a: Segments, b: Segments) -> _LabelledByBo
     On the remaining clock a segment stays one, even where the other coder left a gap within it.
     """
     ticks = np.rint(pieces.seconds * TICKS).astype(np.int64)
-    both = pieces.labelled_by_all & (ticks > 0)
-    middles = (pieces.starts + pieces.seconds / 2)[both]
+    overlapping = pieces.labelled_by_all & (ticks > 0)
+    middles = (pieces.starts + pieces.seconds / 2)[overlapping]
     numbers = [
         np.searchsorted(_segment_starts(track), middles, side="right") - 1 for track in (a, b)
     ]
-    clock = np.concatenate([[0], np.cumsum(ticks[both])])
-    return _LabelledByBoth(np.stack(numbers), pieces.codes[:, both], clock)
+    clock = np.concatenate([[0], np.cumsum(ticks[overlapping])])
+    return _LabelledByBoth(np.stack(numbers), pieces.codes[:, overlapping], clock)
 
 
 def _segment_starts(track: Segments) -> list[float]:
@@ -388,31 +390,31 @@ def _segment_starts(track: Segments) -> list[float]:
     ]
 
 
-def _pair_overlay(laid: _LabelledByBoth, human: int, predicted: int) -> Overlay:
+def _pair_overlay(common: _LabelledByBoth, human: int, predicted: int) -> Overlay:
     """The overlay of the two tracks, in ticks instead of samples."""
-    either = laid.numbers[human] * (int(laid.numbers[predicted].max(initial=0)) + 1)
-    pairs = _number_runs(laid, either + laid.numbers[predicted], laid.codes[human])
-    first = np.searchsorted(laid.ticks, pairs.firsts)
+    either = common.numbers[human] * (int(common.numbers[predicted].max(initial=0)) + 1)
+    pairs = _number_runs(common, either + common.numbers[predicted], common.codes[human])
+    first = np.searchsorted(common.ticks, pairs.firsts)
     return Overlay(
-        human=_number_runs(laid, laid.numbers[human], laid.codes[human]),
-        predicted=_number_runs(laid, laid.numbers[predicted], laid.codes[predicted]),
+        human=_number_runs(common, common.numbers[human], common.codes[human]),
+        predicted=_number_runs(common, common.numbers[predicted], common.codes[predicted]),
         pieces=pairs,
-        human_codes=laid.codes[human][first],
-        predicted_codes=laid.codes[predicted][first],
-        actions=int(laid.codes.max(initial=-1)) + 1,
+        human_codes=common.codes[human][first],
+        predicted_codes=common.codes[predicted][first],
+        actions=int(common.codes.max(initial=-1)) + 1,
     )
 
 
 def _number_runs(
-    laid: _LabelledByBoth, numbers: NDArray[np.int64], codes: NDArray[np.int64]
+    common: _LabelledByBoth, numbers: NDArray[np.int64], codes: NDArray[np.int64]
 ) -> Runs:
     """Neighbouring pieces of one number as one stretch."""
     if not len(numbers):
-        none, never = np.empty(0, dtype=np.int64), np.empty(0)
-        return Runs(none, none, none, never, never)
+        none, empty_times = np.empty(0, dtype=np.int64), np.empty(0)
+        return Runs(none, none, none, empty_times, empty_times)
     firsts = np.concatenate([[0], np.flatnonzero(np.diff(numbers)) + 1])
-    starts = laid.ticks[firsts]
-    ends = np.append(starts[1:], laid.ticks[-1])
+    starts = common.ticks[firsts]
+    ends = np.append(starts[1:], common.ticks[-1])
     return Runs(codes[firsts], starts, ends, starts / TICKS, ends / TICKS)
 
 
@@ -445,18 +447,18 @@ def coder_differences(a: Segments, b: Segments) -> tuple[CoderDifference, ...]:
     if not a and not b:
         return ()
     actions = actions_of((a, b))
-    laid = overlay_tracks((a, b), actions)
-    pieces = laid.joined(np.ones(len(laid.starts), dtype=np.bool_))
+    overlay = overlay_tracks((a, b), actions)
+    pieces = overlay.joined(np.ones(len(overlay.starts), dtype=np.bool_))
     names = (*actions, None)
-    found = []
+    differences = []
     for i, (first, second) in enumerate(pieces.codes.T.tolist()):
         if first == second:
             continue
         before, after = _common_neighbour(pieces, i, -1), _common_neighbour(pieces, i, 1)
         edge = before is not None and after is not None and {before, after} == {first, second}
         start, end = float(pieces.starts[i]), float(pieces.ends[i])
-        found.append(CoderDifference(start, end, names[first], names[second], edge))
-    return tuple(found)
+        differences.append(CoderDifference(start, end, names[first], names[second], edge))
+    return tuple(differences)
 
 
 def _common_neighbour(pieces: TrackPieces, index: int, step: int) -> int | None:
@@ -640,11 +642,11 @@ def _time_matrix(pieces: TrackPieces, k: int) -> NDArray[np.float64]:
     return total
 
 
-def _shifted_intervals(id_: str, found: MatchedBoundaries) -> list[Interval]:
+def _shifted_intervals(id_: str, boundaries: MatchedBoundaries) -> list[Interval]:
     """The stretches between matched boundaries that are not at the same time."""
     places = []
     for (s, t), action, starting in zip(
-        found.times.tolist(), found.actions, found.starting, strict=True
+        boundaries.times.tolist(), boundaries.actions, boundaries.starting, strict=True
     ):
         # Who of the two says the action between its own boundary and the other's.
         first_says = (s < t) == starting
@@ -714,34 +716,34 @@ def consistency(coded: Sequence[CoderTracks], author: str) -> Consistency:
     odd: list[tuple[float, Interval]] = []
     rare: list[Interval] = []
     for task in tasks:
-        theirs = (item for item in coded if item.task == task and author in item.tracks)
-        tracks = {item.id: item.tracks[author] for item in theirs}
+        coded_by_author = (item for item in coded if item.task == task and author in item.tracks)
+        tracks = {item.id: item.tracks[author] for item in coded_by_author}
         by_action: dict[str, list[tuple[str, Segment]]] = {}
         for id_, segments in tracks.items():
             for segment in segments:
                 by_action.setdefault(segment.action, []).append((id_, segment))
-        for action, found in by_action.items():
-            lengths = np.array([segment.duration for _, segment in found])
+        for action, coded_segments in by_action.items():
+            lengths = np.array([segment.duration for _, segment in coded_segments])
             mean = float(lengths.mean())
             variation = float(lengths.std(ddof=1)) / mean if len(lengths) > 1 else None
             durations.append(Durations(task, action, len(lengths), mean, variation))
-            odd += _odd_durations(found)
+            odd += _odd_durations(coded_segments)
         rare += _rare_transitions(tracks)
     odd.sort(key=lambda item: -item[0])
     return Consistency(author, tuple(durations), tuple(place for _, place in odd), tuple(rare))
 
 
-def _odd_durations(found: Sequence[tuple[str, Segment]]) -> list[tuple[float, Interval]]:
+def _odd_durations(segments: Sequence[tuple[str, Segment]]) -> list[tuple[float, Interval]]:
     """Segments of one action whose duration stands out, with their robust z."""
-    lengths = np.array([segment.duration for _, segment in found])
+    lengths = np.array([segment.duration for _, segment in segments])
     away = np.abs(lengths - np.median(lengths))
     deviation = float(np.median(away))
-    if len(found) < FEWEST_SEGMENTS or deviation <= 0:
+    if len(segments) < FEWEST_SEGMENTS or deviation <= 0:
         return []
     scores = 0.6745 * away / deviation
     return [
         (float(z), Interval(id_, segment.start, segment.end, segment.action))
-        for z, (id_, segment) in zip(scores, found, strict=True)
+        for z, (id_, segment) in zip(scores, segments, strict=True)
         if z > STANDS_OUT
     ]
 
@@ -784,12 +786,12 @@ class Agreement:
     @property
     def counts(self) -> dict[str, dict[str, int]]:
         """Number of demonstrations that each coder labelled, by coder and task."""
-        found: dict[str, dict[str, int]] = {}
+        totals: dict[str, dict[str, int]] = {}
         for item in self.coded:
             for author in item.tracks:
-                of_tasks = found.setdefault(author, {})
+                of_tasks = totals.setdefault(author, {})
                 of_tasks[item.task] = of_tasks.get(item.task, 0) + 1
-        return found
+        return totals
 
     def to_json(self) -> dict[str, Any]:
         """The figures as plain values."""
@@ -834,7 +836,7 @@ def agreement(
     for a, b in combinations(compared, 2):
         if (pair := (yield from compare_pair(coded, a, b))) is not None:
             pairs.append(pair)
-    again = None if same is None else (yield from compare_pair(coded, *same))
+    repeated = None if same is None else (yield from compare_pair(coded, *same))
     return Agreement(
         authors=compared,
         coded=tuple(coded),
@@ -843,7 +845,7 @@ def agreement(
         fleiss_coders=max(
             (sum(name in compared for name in item.tracks) for item in coded), default=0
         ),
-        repeated=() if again is None else (again,),
+        repeated=() if repeated is None else (repeated,),
         own=tuple(item for name in names if (item := consistency(coded, name)).actions),
         hidden=hidden,
     )

@@ -89,8 +89,8 @@ class ConfusionCounts:
             (parts.human == self.actions.index(human)) & (parts.predicted == column)
         )
         longest = chosen[np.argsort(-parts.ticks[chosen], kind="stable")][:most]
-        found = [self._place(parts, number, human, predicted) for number in longest.tolist()]
-        return tuple(sorted(found, key=lambda interval: interval.score, reverse=True))
+        intervals = [self._place(parts, number, human, predicted) for number in longest.tolist()]
+        return tuple(sorted(intervals, key=lambda interval: interval.score, reverse=True))
 
     def _place(self, parts: _Parts, number: int, human: str, predicted: str | None) -> Interval:
         """One stretch with the model's confidence in what it predicts."""
@@ -129,14 +129,14 @@ def count_confusion(
     )
 
 
-def normalise(matrix: NDArray[np.float64], of: Share) -> NDArray[np.float64]:
+def normalise(matrix: NDArray[np.float64], share: Share) -> NDArray[np.float64]:
     """A matrix over the sums of its rows or columns; of ``"counts"`` over its largest cell.
 
     Zero where there is nothing to have a share of.
     """
-    if of == "row":
+    if share == "row":
         total = matrix.sum(axis=1, keepdims=True)
-    elif of == "column":
+    elif share == "column":
         total = matrix.sum(axis=0, keepdims=True)
     else:
         total = matrix.max(keepdims=True, initial=0.0)
@@ -152,7 +152,7 @@ def _count_demonstration(
     predicted = np.where(over.predicted_codes < 0, k, over.predicted_codes)
     covered = np.zeros((len(human), k + 1), dtype=np.int64)
     np.add.at(covered, (human.holding(pieces.firsts), predicted), pieces.samples)
-    mostly = covered.argmax(axis=1)  # of two that cover as much the first, unlabelled last
+    majority = covered.argmax(axis=1)  # of two that cover as much the first, unlabelled last
     return (
         _Parts(
             np.full(len(pieces), number),
@@ -168,6 +168,6 @@ def _count_demonstration(
             human.ends,
             human.samples,
             human.codes,
-            mostly,
+            majority,
         ),
     )

@@ -120,18 +120,20 @@ class Consensus:
                 after = paint(after, start, end, segment.action)
         return self._store(after, f"what {self.a} and {self.b} agree on taken")
 
-    def take(self, difference: CoderDifference, who: Literal["a", "b"]) -> Edit | None:
+    def take(self, difference: CoderDifference, side: Literal["a", "b"]) -> Edit | None:
         """Decide for one of the two coders."""
-        name = self.a if who == "a" else self.b
-        action = difference.a if who == "a" else difference.b
+        name = self.a if side == "a" else self.b
+        action = difference.a if side == "a" else difference.b
         if action is None:
             return self.leave(difference)
         return self.put(difference, action, f"as {name}")
 
     def put(self, difference: CoderDifference, action: str, why: str = "decided") -> Edit | None:
         """Decide for any action."""
-        what = f"{action} {_span_text(difference)} {why}"
-        return self._decide([(difference, [(difference.start, difference.end, action)])], what)
+        description = f"{action} {_span_text(difference)} {why}"
+        return self._decide(
+            [(difference, [(difference.start, difference.end, action)])], description
+        )
 
     def leave(self, difference: CoderDifference) -> Edit | None:
         """Decide that it is unlabelled."""
@@ -142,8 +144,8 @@ class Consensus:
         """Set the boundary to the middle between the two coders' edges."""
         if not difference.edge:
             raise InputError("Only a boundary has a mean; here the actions differ.")
-        what = f"edge in {_span_text(difference)} set to the mean"
-        return self._decide([(difference, self._halves(difference))], what)
+        description = f"edge in {_span_text(difference)} set to the mean"
+        return self._decide([(difference, self._halves(difference))], description)
 
     def mean_all(self, tolerance: float = TOLERANCE) -> Edit | None:
         """Set every undecided boundary that differs by at most `tolerance` s to its mean."""
@@ -151,8 +153,10 @@ class Consensus:
         if not near:
             return None
         edges = counted(len(near), "edge")
-        what = f"{edges} up to {1000 * tolerance:g} ms apart set to the mean"
-        return self._decide([(difference, self._halves(difference)) for difference in near], what)
+        description = f"{edges} up to {1000 * tolerance:g} ms apart set to the mean"
+        return self._decide(
+            [(difference, self._halves(difference)) for difference in near], description
+        )
 
     def undo(self) -> Edit | None:
         """Take back the latest decision; reaches back past restarts."""
@@ -177,7 +181,10 @@ class Consensus:
         return [(difference.start, middle, before), (middle, difference.end, after)]
 
     def _decide(
-        self, decisions: Sequence[tuple[CoderDifference, _Parts]], what: str, force: bool = False
+        self,
+        decisions: Sequence[tuple[CoderDifference, _Parts]],
+        description: str,
+        force: bool = False,
     ) -> Edit | None:
         """Write parts in the place of differences, as one edit.
 
@@ -190,21 +197,23 @@ class Consensus:
                 if action is not None:
                     after = paint(after, start, end, action)
         decided = all(self.decided(difference) for difference, _ in decisions)
-        return self._store(after, what, force=force and not decided)
+        return self._store(after, description, force=force and not decided)
 
-    def _store(self, after: Segments, what: str, force: bool = False) -> Edit | None:
+    def _store(self, after: Segments, description: str, force: bool = False) -> Edit | None:
         """Store the consensus as an edit."""
         if after == self.segments and not force:
             return None
-        edit = self.project.tracks.edit(self.demonstration, self.author, self.segments, after, what)
+        edit = self.project.tracks.edit(
+            self.demonstration, self.author, self.segments, after, description
+        )
         self.refresh()
         return edit
 
     def _agreed(self) -> Segments:
         """The stretches on which both coders agree, in order."""
         actions = actions_of((self.track_a, self.track_b))
-        laid = overlay_tracks((self.track_a, self.track_b), actions)
-        same = laid.joined(laid.codes[0] == laid.codes[1])
+        overlay = overlay_tracks((self.track_a, self.track_b), actions)
+        same = overlay.joined(overlay.codes[0] == overlay.codes[1])
         rows = zip(same.starts.tolist(), same.ends.tolist(), same.codes[0].tolist(), strict=True)
         return tuple(Segment(start, end, actions[code]) for start, end, code in rows)
 

@@ -74,17 +74,17 @@ def interval_at(result: DemonstrationResult, time: float) -> Interval | None:
     None where nothing is labelled and nothing is predicted there.
     """
     start, end = result.start, result.end
-    found = False
+    differs = False
     for segments in (result.human, result.predicted):
         for segment in segments:
             if segment.start <= time < segment.end:
-                found = True
+                differs = True
                 start, end = max(start, segment.start), min(end, segment.end)
             elif segment.end <= time:
                 start = max(start, segment.end)
             else:
                 end = min(end, segment.start)
-    return interval_of(result, start, end) if found else None
+    return interval_of(result, start, end) if differs else None
 
 
 DifferenceKind = Literal["action", "missed", "invented", "boundary"]
@@ -241,17 +241,17 @@ def _edges(pieces: Sequence[_Piece]) -> set[int]:
     agree, both have nothing.
     """
     agreed = [i for i, p in enumerate(pieces) if p.human is not None and not p.differs]
-    found: set[int] = set()
+    edges: set[int] = set()
     for left, right in pairwise([-1, *agreed, len(pieces)]):
         before = pieces[left] if left >= 0 else None
         after = pieces[right] if right < len(pieces) else None
-        between = range(left + 1, right)
-        if _same_transition(before, after, [pieces[i] for i in between]):
+        inner = range(left + 1, right)
+        if _same_transition(before, after, [pieces[i] for i in inner]):
             room = EDGE_SHARE * min(_length(before), _length(after))
-            for i in between:
+            for i in inner:
                 if pieces[i].differs and pieces[i].end - pieces[i].start <= room:
-                    found.add(i)
-    return found
+                    edges.add(i)
+    return edges
 
 
 def _length(piece: _Piece | None) -> float:

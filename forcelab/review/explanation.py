@@ -123,10 +123,10 @@ def summarise_segments(
     """The numbers of all human segments of a demonstration."""
     places, values = [], []
     for segment in examples.segments:
-        found = summarise(examples, demonstration, scales, segment.start, segment.end)
-        if found is not None:
+        summary = summarise(examples, demonstration, scales, segment.start, segment.end)
+        if summary is not None:
             places.append(Interval(demonstration.id, segment.start, segment.end, segment.action))
-            values.append(found)
+            values.append(summary)
     width = (2 * scales + 1) * len(examples.channels) + 1
     return SegmentFeatures(tuple(places), np.array(values).reshape(len(values), width))
 
@@ -192,7 +192,7 @@ def preview_job(
     path: Path, places: Sequence[Interval]
 ) -> Generator[Progress, None, list[ForcePreview]]:
     """Previews of intervals of a project; a video that cannot be read gives no frame."""
-    found = []
+    previews = []
     with Project.open(path) as project:
         for place in places:
             demonstration = project.demonstrations.load(place.demonstration)
@@ -201,9 +201,9 @@ def preview_job(
                 middle = 0.5 * (place.start + place.end)
                 frame = yield from _read_frame(demonstration.video, middle)
                 preview = ForcePreview(preview.name, preview.low, preview.high, frame)
-            found.append(preview)
-            yield Progress(len(found), len(places), "traces")
-    return found
+            previews.append(preview)
+            yield Progress(len(previews), len(places), "traces")
+    return previews
 
 
 def _read_frame(
@@ -293,49 +293,49 @@ def train_held_out(path: Path, run: RunResult, id_: str) -> Generator[Progress, 
     started = perf_counter()
     with Project.open(path) as project:
         labelled = _labelled(project, run)
-        own = next((item for item in labelled if item.demonstration.id == id_), None)
-        held_out = own or LabelledDemonstration(project.demonstrations.load(id_))
+        labelled_item = next((item for item in labelled if item.demonstration.id == id_), None)
+        held_out = labelled_item or LabelledDemonstration(project.demonstrations.load(id_))
         final = None
-        if own is None and run.recogniser:
+        if labelled_item is None and run.recogniser:
             final = load_recogniser(project.runs.recogniser_path(run.recogniser))
     tested = {demonstration_item.id for demonstration_item in run.tested}
     how: TrainedHow = (
-        "final" if own is None else "left out" if run.test_task is None else "other task"
+        "final" if labelled_item is None else "left out" if run.test_task is None else "other task"
     )
     together = labelled
     if run.test_task is not None:
         together = [item for item in labelled if item.demonstration.id not in tested]
-    learnt = [item for item in together if item is not own]
+    learnt = [item for item in together if item is not labelled_item]
     if how == "left out":
-        at = next(i for i, item in enumerate(together) if item is own)
+        at = next(i for i, item in enumerate(together) if item is labelled_item)
         parts = fold_groups([item.demonstration for item in together], run.folds)
-        of = next(group for group in parts if at in group)
-        learnt = [item for i, item in enumerate(together) if i not in of]
+        fold = next(group for group in parts if at in group)
+        learnt = [item for i, item in enumerate(together) if i not in fold]
     # The run had all demonstrations on one grid, the one that is left out among them.
     rate = common_rate([item.demonstration for item in together], run.settings)
     settings = run.settings.replace(rate=rate)
     if final is not None:
         settings = settings.replace(rate=final.rate, channels=final.channels)
-    *known, examples = yield from prepare_all([*learnt, held_out], settings)
+    *training_examples, examples = yield from prepare_all([*learnt, held_out], settings)
     hertz = settings.bands(examples.rate)
     prepared = perf_counter()
     # What is shown as trained on must have been.
-    known, left_out = yield from drop_contradicted(known, run.settings)
+    training_examples, left_out = yield from drop_contradicted(training_examples, run.settings)
     training = SegmentFeatures.joined(
         [
             summarise_segments(example, item.demonstration, len(hertz))
-            for example, item in zip(known, learnt, strict=True)
+            for example, item in zip(training_examples, learnt, strict=True)
         ]
     )
-    recogniser = final or (yield from fit_cleaned(known, left_out, run.settings))
+    recogniser = final or (yield from fit_cleaned(training_examples, left_out, run.settings))
     fitted = perf_counter()
     scorer = make_scorer(recogniser)
     trace = result.probability_trace
     if trace is None and (proba := scorer.probabilities(examples.features)) is not None:
         trace = ProbabilityTrace.from_probabilities(examples.times, proba, recogniser.actions)
-    mean, sample = _rows(known, recogniser)
+    mean, sample = _rows(training_examples, recogniser)
     # What was tested is scored on its own stamps; a proposal is as the recogniser made it.
-    stamps = examples.times if own is None else held_out.demonstration.times
+    stamps = examples.times if labelled_item is None else held_out.demonstration.times
     return HeldOutModel(
         run=run.number,
         how=how,
@@ -368,12 +368,12 @@ def _labelled(project: Project, run: RunResult) -> list[LabelledDemonstration]:
     return suffix_actions([item.merged(run.settings.merge) for item in items], tasks)
 
 
-def _rows(known: Sequence[Examples], recogniser: Recogniser) -> tuple[Real, Real]:
+def _rows(training_examples: Sequence[Examples], recogniser: Recogniser) -> tuple[Real, Real]:
     """The mean over all time steps that were trained on, and some of them drawn at random."""
     stride, actions = recogniser.settings.stride, recogniser.actions
     random = np.random.default_rng(recogniser.settings.seed)
     parts = []
-    for example in known:
+    for example in training_examples:
         trained = example.codes(actions)[::stride] != UNLABELLED
         parts.append(example.features[::stride][trained])
     counts = np.array([len(part) for part in parts])
@@ -564,7 +564,7 @@ class Explanation:
 
     def to_json(self) -> dict[str, Any]:
         """Everything but the probabilities outside of the place, as plain values."""
-        found = self.attribution
+        attribution = self.attribution
         return {
             "place": _interval_json(self.place),
             "favoured": self.favoured,
@@ -572,21 +572,21 @@ class Explanation:
             "probabilities": self._probabilities(),
             "probabilities_of_run": self.trace_from_run,
             "recogniser": {"how": self.how, "same": self.same_share, "seconds": dict(self.seconds)},
-            "method": found.method,
-            "log_odds": found.log_odds,
-            "reference": found.reference,
-            "gap": found.gap,
-            "steps": found.steps,
-            "repeats": found.repeats,
+            "method": attribution.method,
+            "log_odds": attribution.log_odds,
+            "reference": attribution.reference,
+            "gap": attribution.gap,
+            "steps": attribution.steps,
+            "repeats": attribution.repeats,
             "channels": [
                 {"channel": name, "weight": float(weight), "error": float(error)}
                 for name, weight, error in zip(
-                    self.channels, found.channels, found.channels_error, strict=True
+                    self.channels, attribution.channels, attribution.channels_error, strict=True
                 )
             ],
             "hertz": self.hertz.tolist(),
-            "bands": found.bands.tolist(),
-            "bands_error": found.bands_error.tolist(),
+            "bands": attribution.bands.tolist(),
+            "bands_error": attribution.bands_error.tolist(),
             "nearest": {
                 action: [_interval_json(n.place) | {"distance": n.distance} for n in found_here]
                 for action, found_here in self.neighbours.items()
@@ -616,7 +616,7 @@ def explain(
         )
     favoured, against = _sides(scorer, rows, place)
     shape = len(examples.channels), len(held_out.hertz)
-    found = yield from attribute_bands(
+    attribution = yield from attribute_bands(
         scorer, rows, favoured, against, shape, mean=held_out.mean, sample=held_out.sample
     )
     target = summarise(
@@ -635,7 +635,7 @@ def explain(
         against=against,
         channels=examples.channels,
         hertz=held_out.hertz,
-        attribution=found,
+        attribution=attribution,
         probability_trace=held_out.probability_trace,
         trace_from_run=held_out.trace_from_run,
         how=held_out.how,
@@ -691,22 +691,22 @@ def explain_at(
 
 def _sides(scorer: Scorer, rows: Real, place: Interval) -> tuple[str, str]:
     """The favoured action, and the one that it is compared with."""
-    known, scores = scorer.actions, scorer.scores(rows).mean(axis=0)
-    order = [known[i] for i in np.argsort(-scores, kind="stable")]
-    favoured = place.predicted if place.predicted in known else order[0]
+    actions, scores = scorer.actions, scorer.scores(rows).mean(axis=0)
+    order = [actions[i] for i in np.argsort(-scores, kind="stable")]
+    favoured = place.predicted if place.predicted in actions else order[0]
     assert favoured is not None
-    if place.human in known and place.human not in (None, favoured):
+    if place.human in actions and place.human not in (None, favoured):
         return favoured, place.human
     return favoured, next(action for action in order if action != favoured)
 
 
-def _neighbour_with_prediction(run: RunResult, found: Neighbour) -> Neighbour:
+def _neighbour_with_prediction(run: RunResult, neighbour: Neighbour) -> Neighbour:
     """A neighbour with its predicted action."""
-    place, result = found.place, run.find(found.place.demonstration)
+    place, result = neighbour.place, run.find(neighbour.place.demonstration)
     if result is None:
-        return found
+        return neighbour
     predicted = action_over(result.predicted, place.start, place.end)
-    return replace(found, place=replace(place, predicted=predicted))
+    return replace(neighbour, place=replace(place, predicted=predicted))
 
 
 def _remarks(held_out: HeldOutModel, place: Interval) -> tuple[str, ...]:

@@ -114,9 +114,9 @@ def _shares(segments: Segments, start: float, end: float, actions: Sequence[str]
     """Share of ``[start, end)`` that segments give to each action."""
     seconds = dict.fromkeys(actions, 0.0)
     for segment in segments:
-        both = min(segment.end, end) - max(segment.start, start)
-        if both > 0 and segment.action in seconds:
-            seconds[segment.action] += both
+        overlap = min(segment.end, end) - max(segment.start, start)
+        if overlap > 0 and segment.action in seconds:
+            seconds[segment.action] += overlap
     return np.array(list(seconds.values())) / (end - start)
 
 
@@ -141,20 +141,20 @@ class _SuspectPart:
 
 
 def suspect_parts(
-    everything: Sequence[ModelEvidence], actions: Sequence[str]
+    evidences: Sequence[ModelEvidence], actions: Sequence[str]
 ) -> Mapping[tuple[str, float], list[Difference]]:
     """The parts with their suspicion, by demonstration and start of their segment.
 
     `actions` are the columns of the evidence; parts with other actions are left out.
     """
     codes = {action: code for code, action in enumerate(actions)}
-    parts = list(_numbered_parts(everything, codes))
-    words, order = _ProbabilityEvidence(everything, codes, parts), _OrderEvidence(everything, codes)
+    parts = list(_numbered_parts(evidences, codes))
+    words, order = _ProbabilityEvidence(evidences, codes, parts), _OrderEvidence(evidences, codes)
     lengths: dict[str | None, list[float]] = defaultdict(list)
-    for evidence_item in everything:
+    for evidence_item in evidences:
         for segment in evidence_item.segments:
             lengths[segment.action].append(segment.duration)
-    usual = {action: median(found) for action, found in lengths.items()}
+    usual = {action: median(durations) for action, durations in lengths.items()}
     result = defaultdict(list)
     for part in parts:
         difference = part.difference
@@ -168,11 +168,11 @@ def suspect_parts(
 
 
 def _numbered_parts(
-    everything: Sequence[ModelEvidence], codes: Mapping[str, int]
+    evidences: Sequence[ModelEvidence], codes: Mapping[str, int]
 ) -> Iterator[_SuspectPart]:
     """The parts whose actions are known."""
     before = 0
-    for evidence in everything:
+    for evidence in evidences:
         sequence = _code_sequence(evidence, codes)
         starts = [segment.start for segment in evidence.segments]
         for difference, probabilities in zip(
@@ -208,31 +208,33 @@ class _ProbabilityEvidence:
 
     def __init__(
         self,
-        everything: Sequence[ModelEvidence],
+        evidences: Sequence[ModelEvidence],
         codes: Mapping[str, int],
         parts: Sequence[_SuspectPart],
     ) -> None:
         K = len(codes)
-        own = [code for evidence in everything for code in _code_sequence(evidence, codes)[1:-1]]
-        self._said = np.concatenate([evidence.probabilities for evidence in everything])
+        sequence_codes = [
+            code for evidence in evidences for code in _code_sequence(evidence, codes)[1:-1]
+        ]
+        self._probabilities = np.concatenate([evidence.probabilities for evidence in evidences])
         self._totals = np.zeros((K + 1, K))
-        np.add.at(self._totals, own, self._said)
-        self._counts = np.bincount(own, minlength=K + 1)
+        np.add.at(self._totals, sequence_codes, self._probabilities)
+        self._counts = np.bincount(sequence_codes, minlength=K + 1)
         self._longest: dict[tuple[int, int], dict[int, float]] = defaultdict(dict)
         for part in parts:
-            known = self._longest[part.x, part.y]
+            longest = self._longest[part.x, part.y]
             length = part.difference.duration
-            known[part.number] = max(known.get(part.number, 0.0), length)
+            longest[part.number] = max(longest.get(part.number, 0.0), length)
 
     def evidence(self, part: _SuspectPart) -> float:
         """Log ratio of the probabilities over a part."""
         x, y, spread = part.x, part.y, 1.0 / len(part.probabilities)
         called_y = (self._totals[y] + spread) / (self._counts[y] + 1)
-        without = np.maximum(self._totals[x] - self._said[part.number], 0.0)
+        without = np.maximum(self._totals[x] - self._probabilities[part.number], 0.0)
         least = ALIKE * part.difference.duration
         longest = self._longest[x, y].items()
-        alike = sum(length >= least for number, length in longest if number != part.number)
-        without[y] = max(without[y], alike)
+        longer = sum(length >= least for number, length in longest if number != part.number)
+        without[y] = max(without[y], longer)
         called_x = (without + spread) / self._counts[x]
         return float(part.probabilities @ np.log(called_y / called_x))
 
@@ -240,19 +242,21 @@ class _ProbabilityEvidence:
 class _OrderEvidence:
     """Counts of which action follows which."""
 
-    def __init__(self, everything: Sequence[ModelEvidence], codes: Mapping[str, int]) -> None:
-        self._met = np.zeros((len(codes) + 1, len(codes) + 1))
-        for evidence in everything:
+    def __init__(self, evidences: Sequence[ModelEvidence], codes: Mapping[str, int]) -> None:
+        self._transitions = np.zeros((len(codes) + 1, len(codes) + 1))
+        for evidence in evidences:
             for pair in pairwise(_code_sequence(evidence, codes)):
-                self._met[pair] += 1.0
-        self._mutual_information = neighbour_information(self._met)
+                self._transitions[pair] += 1.0
+        self._mutual_information = neighbour_information(self._transitions)
 
     def evidence(self, part: _SuspectPart) -> float:
         """Log ratio of the order with a part."""
-        met = self._met.copy()
+        transitions = self._transitions.copy()
         for pair in pairwise(part.coded):
-            met[pair] -= 1.0
-        chances = (met + PSEUDO) / (met.sum(axis=1) + PSEUDO * len(met))[:, None]
+            transitions[pair] -= 1.0
+        chances = (transitions + PSEUDO) / (transitions.sum(axis=1) + PSEUDO * len(transitions))[
+            :, None
+        ]
         instead, coded = (
             sum(math.log(chances[pair]) for pair in pairwise(path))
             for path in (part.instead, part.coded)
@@ -274,48 +278,53 @@ def suspect_segments(
     listed as a whole where that is suspected, and otherwise as what is more suspect: the whole, or
     its parts.
     """
-    everything = [evidence for evidence in everything_in if evidence.segments]
-    if not everything:
+    evidences = [evidence for evidence in everything_in if evidence.segments]
+    if not evidences:
         return ()
     # Of an action that it never learnt, as of another task, the model cannot be a witness.
-    learnt = np.flatnonzero(
-        np.concatenate([evidence.probabilities for evidence in everything]).any(axis=0)
+    learnt_codes = np.flatnonzero(
+        np.concatenate([evidence.probabilities for evidence in evidences]).any(axis=0)
     )
-    if len(learnt) < 2:
+    if len(learnt_codes) < 2:
         return ()
-    known = [actions[code] for code in learnt.tolist()]
-    everything = [
+    learnt_actions = [actions[code] for code in learnt_codes.tolist()]
+    evidences = [
         replace(
             evidence,
-            probabilities=evidence.probabilities[:, learnt],
-            predicted=evidence.predicted[:, learnt],
-            part_probabilities=evidence.part_probabilities[:, learnt],
+            probabilities=evidence.probabilities[:, learnt_codes],
+            predicted=evidence.predicted[:, learnt_codes],
+            part_probabilities=evidence.part_probabilities[:, learnt_codes],
         )
-        for evidence in everything
+        for evidence in evidences
     ]
-    wholes = {(d.demonstration, d.start): d for d in _segments(everything, known)}
-    parts = suspect_parts(everything, known)
+    wholes = {(d.demonstration, d.start): d for d in _segments(evidences, learnt_actions)}
+    parts = suspect_parts(evidences, learnt_actions)
     result: list[Difference] = []
     for place in wholes.keys() | parts.keys():
-        whole, own = wholes.get(place), parts.get(place, [])
-        most = max((part.suspicion for part in own), default=0.0)
+        whole, own_parts = wholes.get(place), parts.get(place, [])
+        most = max((part.suspicion for part in own_parts), default=0.0)
         if whole is not None and whole.suspicion >= min(SUSPECT, most):
             result.append(whole)
         else:
-            result += own
+            result += own_parts
     return tuple(sorted(result, key=lambda d: (-d.suspicion, d.demonstration, d.start)))
 
 
-def _segments(everything: Sequence[ModelEvidence], actions: Sequence[str]) -> list[Difference]:
+def _segments(evidences: Sequence[ModelEvidence], actions: Sequence[str]) -> list[Difference]:
     """The whole segments with a suspicion."""
-    probabilities = np.concatenate([h.probabilities for h in everything])
+    probabilities = np.concatenate([h.probabilities for h in evidences])
     number = {action: code for code, action in enumerate(actions)}
-    sequence = SegmentSequence([[number.get(s.action, -1) for s in h.segments] for h in everything])
-    segments = [(h.demonstration, segment) for h in everything for segment in h.segments]
-    predicted = np.concatenate([h.predicted for h in everything])[sequence.known]
-    known, own = probabilities[sequence.known], (np.arange(len(sequence.known)), sequence.codes)
+    sequence = SegmentSequence([[number.get(s.action, -1) for s in h.segments] for h in evidences])
+    segments = [(h.demonstration, segment) for h in evidences for segment in h.segments]
+    predicted = np.concatenate([h.predicted for h in evidences])[sequence.known]
+    coded_probabilities, own_cells = (
+        probabilities[sequence.known],
+        (np.arange(len(sequence.known)), sequence.codes),
+    )
     # A label may be unusual: the model contradicts it only by seeing more of something else.
-    contradicts = (known > known[own][:, None]) & (predicted > predicted[own][:, None])
+    contradicts = (coded_probabilities > coded_probabilities[own_cells][:, None]) & (
+        predicted > predicted[own_cells][:, None]
+    )
     return [
         Difference(
             segments[i][0],
@@ -326,7 +335,7 @@ def _segments(everything: Sequence[ModelEvidence], actions: Sequence[str]) -> li
             float(probabilities[i, other]),
             suspicion=suspicion,
         )
-        for i, other, suspicion in score_suspicions(known, sequence, contradicts)
+        for i, other, suspicion in score_suspicions(coded_probabilities, sequence, contradicts)
         if suspicion > 0
     ]
 
@@ -342,7 +351,7 @@ def suspect_edges(
     for difference in differences:
         if difference.kind == "boundary":
             lengths.setdefault(_transition(difference), []).append(difference.duration)
-    usual = {pair: max(median(found), LEAST_USUAL) for pair, found in lengths.items()}
+    usual = {pair: max(median(durations), LEAST_USUAL) for pair, durations in lengths.items()}
     return tuple(
         replace(d, suspicion=_edge(d, usual[_transition(d)], traces.get(d.demonstration)))
         if d.kind == "boundary"

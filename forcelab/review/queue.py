@@ -99,28 +99,28 @@ def arrange_queue(
     earlier call returned, nothing is compared again.
     """
     now: dict[str, ComparedDemonstration] = {}
-    shown = [d for d in run.tested if tracks.get(d.id)]
-    for result in shown:
+    visible = [d for d in run.tested if tracks.get(d.id)]
+    for result in visible:
         old = (known or {}).get(result.id)
         segments = tracks[result.id]
         if old is None or old.result is not result or old.segments != segments:
             old = _compare(result, segments, run.actions)
         now[result.id] = old
-        yield Progress(len(now), len(shown), "comparing")
-    everything = [d for each in now.values() for d in each.differences]
-    traces = {result.id: result.probability_trace for result in shown}
-    differing = suspect_edges(everything, traces)
+        yield Progress(len(now), len(visible), "comparing")
+    differences = [d for each in now.values() for d in each.differences]
+    traces = {result.id: result.probability_trace for result in visible}
+    differing = suspect_edges(differences, traces)
     segments_suspected = suspect_segments((c.evidence for c in now.values()), run.actions)
-    mine = [v for v in verdicts if v.coder == run.author and v.demonstration in tracks]
-    return _arrange(differing, segments_suspected, mine, invented), now
+    own_verdicts = [v for v in verdicts if v.coder == run.author and v.demonstration in tracks]
+    return _arrange(differing, segments_suspected, own_verdicts, invented), now
 
 
 def _compare(
     result: DemonstrationResult, segments: Segments, actions: tuple[str, ...]
 ) -> ComparedDemonstration:
     """Compare one demonstration."""
-    found = find_differences(result.id, segments, result.predicted, result.probability_trace)
-    listed = tuple(d for d in found if d.duration >= LEAST)
+    differences = find_differences(result.id, segments, result.predicted, result.probability_trace)
+    listed = tuple(d for d in differences if d.duration >= LEAST)
     return ComparedDemonstration(
         result, segments, listed, gather_evidence(result, segments, actions, listed)
     )

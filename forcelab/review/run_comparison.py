@@ -60,43 +60,47 @@ def comparison_job(first: RunResult, second: RunResult) -> Generator[Progress, N
     Scores are those that the runs store; where one of them tested more than the other, pooled
     scores are computed anew from the segments of the shared demonstrations.
     """
-    theirs = {each.id: each for each in second.tested}
-    pairs = [(mine, theirs[mine.id]) for mine in first.tested if mine.id in theirs]
-    shared = tuple(mine.id for mine, _ in pairs)
-    pooled, each, found = {}, {}, {}
+    second_by_id = {each.id: each for each in second.tested}
+    pairs = [
+        (result, second_by_id[result.id]) for result in first.tested if result.id in second_by_id
+    ]
+    shared = tuple(result.id for result, _ in pairs)
+    pooled, each, intervals = {}, {}, {}
     for step, stage in enumerate(STAGES):
         counts: tuple[list[Counts], list[Counts]] = ([], [])
         for number, pair in enumerate(pairs):
             if all(stage in side.stages for side in pair):
-                for run, side, into in zip((first, second), pair, counts, strict=True):
-                    into.append(count_segments(side.human, side.stages[stage], run.actions))
+                for run, side, counts_of_run in zip((first, second), pair, counts, strict=True):
+                    counts_of_run.append(
+                        count_segments(side.human, side.stages[stage], run.actions)
+                    )
             yield Progress(step * len(pairs) + number + 1, 2 * len(pairs), pair[0].name)
         sides = list(zip((first, second), counts, strict=True))
-        mine, yours = (_pooled(run, stage, shared, parts) for run, parts in sides)
-        pooled[stage] = (mine, yours)
+        first_scores, second_scores = (_pooled(run, stage, shared, parts) for run, parts in sides)
+        pooled[stage] = (first_scores, second_scores)
         mine_by_id, yours_by_id = (_by_id(run, stage) for run in (first, second))
         each[stage] = {id_: (mine_by_id.get(id_, {}), yours_by_id.get(id_, {})) for id_ in shared}
-        found[stage] = difference_intervals(*counts, seed=first.settings.seed)
+        intervals[stage] = difference_intervals(*counts, seed=first.settings.seed)
     return Comparison(
         first,
         second,
         shared,
-        {mine.id: mine.name for mine, _ in pairs},
+        {result.id: result.name for result, _ in pairs},
         pooled,
         each,
-        found,
+        intervals,
         settings_that_differ(first, second),
-        tuple(mine.id for mine, yours in pairs if mine.human != yours.human),
+        tuple(result.id for result, other in pairs if result.human != other.human),
     )
 
 
 def settings_that_differ(first: RunResult, second: RunResult) -> tuple[tuple[str, str, str], ...]:
     """Name and both values, as text, of every setting and selection in which the runs differ."""
-    mine, yours = _requested(first), _requested(second)
+    first_settings, second_settings = _requested(first), _requested(second)
     return tuple(
-        (name, as_text(mine.get(name)), as_text(yours.get(name)))
-        for name in dict.fromkeys((*mine, *yours))
-        if mine.get(name) != yours.get(name)
+        (name, as_text(first_settings.get(name)), as_text(second_settings.get(name)))
+        for name in dict.fromkeys((*first_settings, *second_settings))
+        if first_settings.get(name) != second_settings.get(name)
     )
 
 

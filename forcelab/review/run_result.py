@@ -164,7 +164,9 @@ def latest_run(project: Project, tasks: Sequence[str] | None = None) -> RunResul
     if tasks is not None:
         candidates = [(run, *tasks_of(run.settings)) for run in runs]
         requested = set(tasks)
-        trained = [(run, test) for run, of, test in candidates if set(of) == requested]
+        trained = [
+            (run, test) for run, trained_on, test in candidates if set(trained_on) == requested
+        ]
         runs = (
             # A task's own demonstrations come first, before tests on those of another one.
             *(run for run, test in trained if test is None),
@@ -208,15 +210,15 @@ def _run_result(project: Project, run: StoredRun) -> RunResult:
 
     tracks = existing("tracks")
     remarks = list(result["remarks"])
-    if gone := len(result["tracks"]) - len(tracks):
+    if removed := len(result["tracks"]) - len(tracks):
         if not tracks:
             raise InputError(
                 f"All demonstrations that run {run.id} tested were removed from "
                 f"'{project.path}'; train again."
             )
         remarks.append(
-            f"{gone} of the {len(result['tracks'])} demonstrations that were tested were removed "
-            f"from the project since; the scores are those of all."
+            f"{removed} of the {len(result['tracks'])} demonstrations that were tested were "
+            f"removed from the project since; the scores are those of all."
         )
     tasks, test_task = tasks_of(run.settings)
     selection = run.settings.get("choice", {})
@@ -235,13 +237,13 @@ def _run_result(project: Project, run: StoredRun) -> RunResult:
         proposals=tuple(reviewed(plain) for plain in existing("proposals")),
         recogniser=str(result.get("recogniser", "")),
         scores={
-            which: _scores(result[which], result["tracks"], tracks)
-            for which in ("raw", "filtered")
-            if which in result
+            kind: _scores(result[kind], result["tracks"], tracks)
+            for kind in ("raw", "filtered")
+            if kind in result
         },
-        seconds={name: float(spent) for name, spent in result["seconds"].items()},
+        seconds={name: float(duration) for name, duration in result["seconds"].items()},
         remarks=tuple(remarks),
-        removed=gone,
+        removed=removed,
         folds=int(selection.get("folds") or 0),
         reliability=result.get("reliability", {}),
     )
@@ -312,6 +314,6 @@ def action_styles(project: Project, run: RunResult) -> Vocabulary:
     that are kept apart by their task, like ``grab_hard`` and ``grab_soft``.
     """
     tasks = dict.fromkeys(([run.test_task] if run.test_task else []) + [*run.tasks])
-    found = joined({task: project.actions.vocabulary(task) for task in tasks}, apart=run.apart)
-    keyless = Vocabulary(tuple(replace(action, key="") for action in found))
+    vocabulary = joined({task: project.actions.vocabulary(task) for task in tasks}, apart=run.apart)
+    keyless = Vocabulary(tuple(replace(action, key="") for action in vocabulary))
     return keyless.with_actions(*run.actions)

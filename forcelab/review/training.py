@@ -235,12 +235,12 @@ def review_job(
             remarks += refused
         result["remarks"] = [*result["remarks"], *remarks]
         result["trained_on"] = list(trained_on)
-        made = provenance(settings, selection, snapshot.tasks, snapshot.labels)
+        origin = provenance(settings, selection, snapshot.tasks, snapshot.labels)
         while True:
             yield steps.storing()
             try:
                 with interruptible():
-                    return _store(project, snapshot, made, result, name, recogniser)
+                    return _store(project, snapshot, origin, result, name, recogniser)
             except StoreBusyError:  # what took minutes is not lost for that; one can cancel
                 continue
 
@@ -257,9 +257,9 @@ def _snapshot(project: Project, settings: Settings, selection: DataSelection) ->
     return _Snapshot(tasks, datasets, tuple(infos.values()))
 
 
-def _check(found: Dataset, settings: Settings, tasks: Sequence[str]) -> None:
+def _check(dataset: Dataset, settings: Settings, tasks: Sequence[str]) -> None:
     """Refuse fewer than two actions before anything is computed."""
-    merged = [item.merged(settings.merge) for item in found.labelled]
+    merged = [item.merged(settings.merge) for item in dataset.labelled]
     actions = list(dict.fromkeys(s.action for item in merged for s in item.segments))
     if len(actions) < 2:
         labelled = f"only '{actions[0]}' is" if actions else "none is"
@@ -290,9 +290,9 @@ def _evaluate(
     What stands in the way of training, too, is left to the training to report.
     """
     if not steps.folds and fit:
-        whose = f" by {selection.author}" if selection.author else ""
+        by_author = f" by {selection.author}" if selection.author else ""
         return None, (
-            f"Only one demonstration is labelled{whose}, so nothing could be tested; label a "
+            f"Only one demonstration is labelled{by_author}, so nothing could be tested; label a "
             f"second one. The recogniser was trained all the same, and proposes labels for the "
             f"others.",
         )
@@ -362,11 +362,11 @@ def _proposal(demonstration: Demonstration, prediction: Prediction) -> dict[str,
     }
     stages = {"raw": prediction.raw, **prediction.stages, "filtered": prediction.filtered}
     tracks = {
-        which: [
+        stage: [
             [s.start, s.end, s.action]
             for s in from_codes(codes, prediction.times, prediction.actions)
         ]
-        for which, codes in stages.items()
+        for stage, codes in stages.items()
     }
     trace = prediction.probability_trace
     kept_trace = {} if trace is None else {"certainty": trace.to_json()}
@@ -376,18 +376,18 @@ def _proposal(demonstration: Demonstration, prediction: Prediction) -> dict[str,
 def _store(
     project: Project,
     snapshot: _Snapshot,
-    made: Provenance,
+    origin: Provenance,
     result: dict[str, Any],
     name: str,
     recogniser: Recogniser | None,
 ) -> int:
     """Store the run and its recogniser in one transaction."""
-    made = replace(made, labels=project.runs.existing_labels(made.labels))
+    origin = replace(origin, labels=project.runs.existing_labels(origin.labels))
     if recogniser is None:
-        return project.runs.add(KIND, made, result)
+        return project.runs.add(KIND, origin, result)
     trained_on = project.runs.existing_labels(
         used for used in snapshot.train.labels if used.demonstration in recogniser.trained_on
     )
     return project.runs.add_training(
-        KIND, name, dump(recogniser), made, result, trained_on=trained_on
+        KIND, name, dump(recogniser), origin, result, trained_on=trained_on
     )

@@ -95,8 +95,8 @@ def count_verdicts(verdicts: Iterable[Verdict]) -> tuple[VerdictCount, ...]:
     for verdict in verdicts:
         pair = (verdict.human, verdict.predicted)
         counts.setdefault(pair, Counter())[verdict.verdict] += 1
-    found = [
+    judged = [
         VerdictCount(human, predicted, counted["human"], counted["model"], counted["ambiguous"])
         for (human, predicted), counted in counts.items()
     ]
-    return tuple(sorted(found, key=lambda j: (-j.total, j.human or "", j.predicted or "")))
+    return tuple(sorted(judged, key=lambda j: (-j.total, j.human or "", j.predicted or "")))

@@ -50,14 +50,14 @@ class ChannelMap:
 
 def _sensors(names: Sequence[str], requested: Collection[str]) -> dict[str, dict[str, int]]:
     """Columns of each complete 3-axis force sensor, by sensor and axis, in order of appearance."""
-    found: dict[str, dict[str, int]] = {}
+    sensors: dict[str, dict[str, int]] = {}
     for column, name in enumerate(names):
         match = _AXIS.fullmatch(name.strip())
         # Recognisers were trained on columns such as left_fx before these were known for axes.
         if match and not (match["before"] and name in requested):
-            sensor = found.setdefault(" ".join(filter(None, match.group(1, 3))).lower(), {})
+            sensor = sensors.setdefault(" ".join(filter(None, match.group(1, 3))).lower(), {})
             sensor.setdefault(match["axis"].lower(), column)
-    return {key: axes for key, axes in found.items() if set(axes) == {"x", "y", "z"}}
+    return {key: axes for key, axes in sensors.items() if set(axes) == {"x", "y", "z"}}
 
 
 def channel_map(channels: Sequence[Channel], requested: Sequence[str] | None = None) -> ChannelMap:
@@ -71,25 +71,28 @@ def channel_map(channels: Sequence[Channel], requested: Sequence[str] | None = N
     """
     names = [channel.name for channel in channels]
     sensors = _sensors(names, requested or ())
-    found: dict[str, tuple[int, ...]] = {}
+    columns_by_name: dict[str, tuple[int, ...]] = {}
     for sensor, axes in sensors.items():
-        found[f"tangential {sensor}".strip()] = (axes["x"], axes["y"])
+        columns_by_name[f"tangential {sensor}".strip()] = (axes["x"], axes["y"])
     for sensor, axes in sensors.items():
-        found[f"normal {sensor}".strip()] = (axes["z"],)
-    used = {column for columns in found.values() for column in columns}
+        columns_by_name[f"normal {sensor}".strip()] = (axes["z"],)
+    used = {column for columns in columns_by_name.values() for column in columns}
     for column, name in enumerate(names):
         if column not in used:
-            found[name if name not in found else f"{name} (column {column + 1})"] = (column,)
-    chosen = list(found) if requested is None else list(requested)
+            columns_by_name[
+                name if name not in columns_by_name else f"{name} (column {column + 1})"
+            ] = (column,)
+    chosen = list(columns_by_name) if requested is None else list(requested)
     if len(set(chosen)) < len(chosen):
         raise InputError(f"A recognition channel is named twice in {', '.join(chosen)}.")
-    missing = [name for name in chosen if name not in found]
+    missing = [name for name in chosen if name not in columns_by_name]
     if missing:
         raise InputError(
-            f"There is no recognition channel '{missing[0]}'; there are {', '.join(found)}; "
+            f"There is no recognition channel '{missing[0]}'; there are "
+            f"{', '.join(columns_by_name)}; "
             f"choose of these, or a recogniser that was trained on them."
         )
-    recorded = sorted({column for name in chosen for column in found[name]})
+    recorded = sorted({column for name in chosen for column in columns_by_name[name]})
     places = {column: place for place, column in enumerate(recorded)}
-    made_of = tuple(tuple(places[column] for column in found[name]) for name in chosen)
+    made_of = tuple(tuple(places[column] for column in columns_by_name[name]) for name in chosen)
     return ChannelMap(tuple(chosen), tuple(recorded), made_of)

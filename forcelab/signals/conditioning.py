@@ -39,13 +39,13 @@ class Conditioned:
 
 def bridge(x: NDArray[np.float64]) -> NDArray[np.float64]:
     """Replace non-finite samples by straight lines; beyond the ends the nearest sample holds."""
-    good = np.isfinite(x)
-    if good.all():
+    finite = np.isfinite(x)
+    if finite.all():
         return x
-    if not good.any():
+    if not finite.any():
         return np.zeros_like(x)
     index = np.arange(x.size)
-    return np.interp(index, index[good], x[good])
+    return np.interp(index, index[finite], x[finite])
 
 
 def glitches(channel: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -58,22 +58,22 @@ def glitches(channel: NDArray[np.float64]) -> NDArray[np.bool_]:
 
     `channel` (n,): what is not finite is missing already, and no glitch.
     """
-    found = np.zeros(len(channel), dtype=bool)
+    glitching = np.zeros(len(channel), dtype=bool)
     finite = np.isfinite(channel)
-    good = channel[finite]
+    values = channel[finite]
     # Nothing is further from the median than twice the largest: as good as always the answer.
-    if not good.size or np.max(np.abs(good)) <= GLITCH / 2:
-        return found
+    if not values.size or np.max(np.abs(values)) <= GLITCH / 2:
+        return glitching
     with np.errstate(over="ignore"):
-        away = np.abs(good - np.median(good))
-        found[finite] = away > GLITCH * max(1.0, float(robust_peak(away)))
-    return in_short_runs(found)
+        away = np.abs(values - np.median(values))
+        glitching[finite] = away > GLITCH * max(1.0, float(robust_peak(away)))
+    return in_short_runs(glitching)
 
 
-def in_short_runs(found: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """What was found in at most :data:`SPIKE` samples in a row, shape (n,) as `found`."""
-    runs = np.flatnonzero(np.diff(np.concatenate([[False], found, [False]]))).reshape(-1, 2)
-    short = found.copy()
+def in_short_runs(marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """What was found in at most :data:`SPIKE` samples in a row, shape (n,) as `marked`."""
+    runs = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]]))).reshape(-1, 2)
+    short = marked.copy()
     for first, last in runs[runs[:, 1] - runs[:, 0] > SPIKE].tolist():
         short[first:last] = False
     return short

@@ -95,14 +95,16 @@ def find_contacts(
             f"and signals of shape {values.shape}."
         )
     period = float(np.median(np.diff(stamps[:CHUNK]))) if stamps.size > 1 else 1.0
-    found: list[ContactEvent] = []
+    contacts: list[ContactEvent] = []
     for column in range(values.shape[1]):
         progress = Progress(column, values.shape[1], "looking for contact events")
         yield progress
-        good = np.isfinite(readings(values[:, column]))  # a glitch would hide all forces beside it
-        complete = bool(good.all())
-        t = stamps if complete else stamps[good]
-        x = values[:, column] if complete else values[good, column]
+        finite = np.isfinite(
+            readings(values[:, column])
+        )  # a glitch would hide all forces beside it
+        complete = bool(finite.all())
+        t = stamps if complete else stamps[finite]
+        x = values[:, column] if complete else values[finite, column]
         if t.size < 3:
             continue
         levels = yield from _levels(x, period, progress)
@@ -110,9 +112,9 @@ def find_contacts(
         edges = [0, *breaks.tolist(), t.size]
         for first, last in pairwise(edges):
             for events in _in_run(t[first:last], x[first:last], levels, period):
-                found += events
+                contacts += events
                 yield progress
-    return _merge(found, max(MERGED * SCALE, 2.0 * period))
+    return _merge(contacts, max(MERGED * SCALE, 2.0 * period))
 
 
 def _sigma(period: float) -> float:

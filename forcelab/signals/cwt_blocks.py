@@ -74,8 +74,8 @@ class Kernel:
     def __call__(self, z: Real) -> Real:
         """The kernel at `z` steps of the grid."""
         inside = np.maximum(1.0 - (2.0 * z / self.taps) ** 2, 0.0)
-        fallen = np.exp(self.beta * (np.sqrt(inside) - 1.0))
-        return np.where(inside > 0, fallen, 0.0)
+        decayed = np.exp(self.beta * (np.sqrt(inside) - 1.0))
+        return np.where(inside > 0, decayed, 0.0)
 
     def transform(self, omega: Real) -> Real:
         """phi_hat at `omega` of at most 5 pi rad a step, by the midpoint rule.
@@ -86,9 +86,9 @@ class Kernel:
         count = 12 * self.taps + 40
         width = math.pi / count
         theta = width * (np.arange(count) + 0.5) - 0.5 * math.pi
-        fallen = width * np.cos(theta) * np.exp(self.beta * (np.cos(theta) - 1))
+        weighted = width * np.cos(theta) * np.exp(self.beta * (np.cos(theta) - 1))
         waves = np.cos(np.multiply.outer(omega, 0.5 * self.taps * np.sin(theta)))
-        return np.asarray(0.5 * self.taps * (waves @ fallen), dtype=np.float64)
+        return np.asarray(0.5 * self.taps * (waves @ weighted), dtype=np.float64)
 
     @cached_property
     def _series(self) -> Real:
@@ -221,7 +221,7 @@ class Design:
 def design(p: float, tolerance: float) -> Design:
     """Work out the cheapest design for a Morlet wavelet that holds a tolerance."""
     if tolerance not in TOLERANCES:
-        choices = ", ".join(f"{known:g}" for known in TOLERANCES)
+        choices = ", ".join(f"{choice:g}" for choice in TOLERANCES)
         raise InputError(f"The engine's tolerance is one of {choices}, not {tolerance:g}.")
     wavelet = Morlet(p)
     high = p + math.sqrt(2 * math.log(1 / (SHARE * tolerance)))
@@ -255,11 +255,11 @@ def band(tolerance: float) -> tuple[Kernel, float, float]:
 
 
 def _grid(
-    u: Real, size: Real, high: float, tolerance: float, more: int = 0
+    u: Real, size: Real, high: float, tolerance: float, extra_taps: int = 0
 ) -> tuple[Kernel, float]:
     """The shortest kernel, and for it the coarsest grid whose aliases are small enough.
 
-    With `more` the kernel has so many taps more than the tolerance needs at least.
+    With `extra_taps` the kernel has so many taps more than the tolerance needs at least.
 
     They count with the spectrum where they come from: near the end of the band, where they are
     largest, it is small.
@@ -274,7 +274,7 @@ def _grid(
                 return kernel
         return None
 
-    taps, fine = TOLERANCES[tolerance] + more, FINEST
+    taps, fine = TOLERANCES[tolerance] + extra_taps, FINEST
     while (best := holding(taps, fine)) is None:
         taps += 2
         if taps > MOST_TAPS:
@@ -423,8 +423,8 @@ def spectrum(ring: Callable[[NDArray[np.int64]], Real], length: int, kind: Any) 
         table += [row.astype(kind) for row in fft.rfft(rows, axis=-1)]
     for columns, turned in _turns(length, 0, len(table[0])):
         part = np.stack([row[columns] for row in table])
-        for row, found in zip(table, fft.fft(part * np.conj(turned), axis=0), strict=True):
-            row[columns] = found
+        for row, spectrum_part in zip(table, fft.fft(part * np.conj(turned), axis=0), strict=True):
+            row[columns] = spectrum_part
     return table
 
 
@@ -442,13 +442,13 @@ def from_spectrum(
     blocks: dict[int, Complex] = {}
     for j in range(PARTS // 2):
         first, last = table.pop(0), table.pop()  # each other's mirror images
-        for place, own, mirrored in ((j, first, last), (PARTS - 1 - j, last, first)):
+        for place, half_bins, mirrored in ((j, first, last), (PARTS - 1 - j, last, first)):
             bins = np.empty(part, dtype=kind)
-            bins[: half + 1] = own
+            bins[: half + 1] = half_bins
             bins[half + 1 :] = np.conj(mirrored[half - 1 : 0 : -1])
             for k in range(0, part, STRETCH):
-                here = bins[k : k + STRETCH]
-                here *= response(slice(place * part + k, place * part + k + len(here)))
+                section = bins[k : k + STRETCH]
+                section *= response(slice(place * part + k, place * part + k + len(section)))
             # Every M-th bin beside each other.
             blocks[place] = bins.reshape(-1, PARTS).T.copy()
     for r in range(0, PARTS, ROWS):
@@ -490,7 +490,7 @@ class Smoothing:
 
     def variance(self, step: int) -> float:
         """Of all Gaussians that a copy went through together, in samples squared."""
-        return float(sum((self.width * made) ** 2 for made in self.steps if 1 < made <= step))
+        return float(sum((self.width * finer) ** 2 for finer in self.steps if 1 < finer <= step))
 
 
 @dataclass(frozen=True)
@@ -510,23 +510,23 @@ class Copies:
 
     def __init__(self, values: Real, smoothing: Smoothing) -> None:
         self._smoothing = smoothing
-        self._made = [_Copy(values, 1, 0)]
+        self._copies = [_Copy(values, 1, 0)]
 
     @property
     def original(self) -> Real:
         """The channels themselves."""
-        return self._made[0].values
+        return self._copies[0].values
 
     def held(self, step: int, start: int, count: int) -> Real:
         """Values at every `step` samples from sample `start`, a multiple of it, shape (c, count).
 
         Before the first and after the last sample the end values hold.
         """
-        while self._made[-1].step < step:
-            finer = self._made[-1]
-            coarser = self._smoothing.steps[len(self._made)]
-            self._made.append(_smoothed(finer, coarser // finer.step, self._smoothing))
-        copy = next(made for made in self._made if made.step == step)
+        while self._copies[-1].step < step:
+            finer = self._copies[-1]
+            coarser = self._smoothing.steps[len(self._copies)]
+            self._copies.append(_smoothed(finer, coarser // finer.step, self._smoothing))
+        copy = next(candidate for candidate in self._copies if candidate.step == step)
         begin = (start - copy.first) // step
         return held(copy.values, begin, begin + count)
 
@@ -564,12 +564,12 @@ def gaussian_means(
     ROW).
     """
     out = np.empty((channels, rows * MEANS_A_ROW))
-    beyond = len(matrix) - MEANS_A_ROW * ratio
+    overlap = len(matrix) - MEANS_A_ROW * ratio
     together = max(1, CHUNK // (MEANS_A_ROW * ratio))
     for row in range(0, rows, together):
         chosen = min(together, rows - row)
         start = row * MEANS_A_ROW * ratio
-        part = values(start, start + chosen * MEANS_A_ROW * ratio + beyond)
+        part = values(start, start + chosen * MEANS_A_ROW * ratio + overlap)
         # Each row of the left factor begins ROW means after the one before, and overlaps it.
         strides = (part.strides[0], MEANS_A_ROW * ratio * part.strides[1], part.strides[1])
         shape = (channels, chosen, len(matrix))

@@ -143,8 +143,8 @@ def _response(
     omega = 2 * np.pi * (bins / length)
     response = np.sqrt(scale) * np.conj(wavelet.spectrum(scale * omega))
     # The Nyquist bin stands for both signs of its frequency.
-    both = wavelet.spectrum(scale * np.array([-np.pi, np.pi]))
-    response[2 * np.abs(bins) == length] = np.sqrt(scale) * np.conj(both.mean())
+    nyquist = wavelet.spectrum(scale * np.array([-np.pi, np.pi]))
+    response[2 * np.abs(bins) == length] = np.sqrt(scale) * np.conj(nyquist.mean())
     return np.asarray(response, dtype=np.complex128)
 
 
@@ -160,12 +160,12 @@ class Ring:
     ) -> None:
         self._n, self._wavelet, self._single = n, wavelet, single
         self._lengths: dict[int, list[tuple[int, float]]] = {}
-        self._kept: dict[int, NDArray[Any]] = {}
+        self._kept_weights: dict[int, NDArray[Any]] = {}
         for j, scale in zip(members, scales.tolist(), strict=True):
             length = ring_length(n, scale, wavelet.radius)
             self._lengths.setdefault(length, []).append((j, scale))
             if length <= RING_KEPT:
-                self._kept[j] = self._weights(scale, length)
+                self._kept_weights[j] = self._weights(scale, length)
 
     def _weights(self, scale: float, length: int) -> NDArray[Any]:
         """The response at the frequencies of ``fftfreq``."""
@@ -200,7 +200,7 @@ class Ring:
         j: int,
     ) -> None:
         """One scale of some channels."""
-        weights = self._kept[j]
+        weights = self._kept_weights[j]
         product = np.empty_like(spectra)
         np.multiply(spectra.view(weights.dtype), weights, out=product.view(weights.dtype))
         rows = fft.ifft(product, axis=-1, overwrite_x=True)[:, : self._n]
@@ -310,8 +310,8 @@ class Frames:
         np.multiply(spectra.view(weights.dtype), weights, out=product.view(weights.dtype))
         # The inverse transform divides by the length.
         product[:, :, 0] = slopes * (-1j * slope * self.length)
-        found = fft.ifft(product, axis=-1, overwrite_x=True)
-        return np.asarray(found[:, :, self.margin : self.margin + self.hop])
+        frames = fft.ifft(product, axis=-1, overwrite_x=True)
+        return np.asarray(frames[:, :, self.margin : self.margin + self.hop])
 
 
 def slope_at_zero(wavelet: Morlet, scale: float) -> float:
@@ -507,8 +507,8 @@ class Wide:
             for grid in self._grids:
                 most = max(1, POINTS // (len(starts) * channels * grid.points))
                 for first in range(0, len(grid.positive), most):
-                    some = slice(first, min(first + most, len(grid.positive)))
-                    self._transform(spectra, slopes, sink, starts, grid, some)
+                    members = slice(first, min(first + most, len(grid.positive)))
+                    self._transform(spectra, slopes, sink, starts, grid, members)
 
     def _transform(
         self,
@@ -517,16 +517,16 @@ class Wide:
         sink: Sink,
         starts: range,
         grid: _Grid,
-        some: slice,
+        members: slice,
     ) -> None:
         """Some scales of one grid, of neighbouring blocks."""
         blocks, channels, bins = spectra.shape
-        coarse = _coarse(spectra.reshape(-1, bins), slopes.reshape(-1, 1), grid, some)
+        coarse = _coarse(spectra.reshape(-1, bins), slopes.reshape(-1, 1), grid, members)
         coarse = coarse.reshape(blocks, channels, *coarse.shape[1:])
         product = interpolation(self._design.kernel, grid.step, self._single)
         # The grid's points that the first row of the product starts from.
         skipped = self._lead // grid.step - product.before
-        scales = slice(grid.scales.start + some.start, grid.scales.start + some.stop)
+        scales = slice(grid.scales.start + members.start, grid.scales.start + members.stop)
         for start, grids in zip(starts, coarse, strict=True):
             samples = min(self._block, self._n - start)
             rows = -(-samples // product.outputs)
@@ -537,14 +537,14 @@ class Wide:
                 _write_complex(points, product, rows, sink.direct[:, scales], start)
 
 
-def _coarse(spectra: Complex128, slopes: Real, grid: _Grid, some: slice) -> Complex128:
+def _coarse(spectra: Complex128, slopes: Real, grid: _Grid, members: slice) -> Complex128:
     """Rows of some scales on their grid, shape (rows of spectra, scales, points)."""
-    positive, negative = grid.positive[some], grid.negative[some]
+    positive, negative = grid.positive[members], grid.negative[members]
     product = np.empty((len(spectra), len(positive), grid.points), dtype=np.complex128)
     parts, source = product.view(np.float64), spectra.view(np.float64)
     above, below = positive.shape[1], negative.shape[1]
     np.multiply(source[:, None, :above], positive, out=parts[:, :, :above])
-    product[:, :, 0] = slopes * grid.lines[some]
+    product[:, :, 0] = slopes * grid.lines[members]
     parts[:, :, above : 2 * grid.points - below] = 0.0
     if below:
         mirrored = np.conj(spectra[:, 1 : below // 2 + 1]).view(np.float64)[:, None]
@@ -687,8 +687,8 @@ class Cut:
         # Below the Nyquist frequency, and above it, where the negative ones begin.
         weights = response(self._wavelet, scale, omega + np.where(omega > 0, -math.pi, math.pi))
         # Its own bin stands for both signs.
-        both = response(self._wavelet, scale, np.array([-math.pi, math.pi]))
-        weights[omega == 0] = both.mean()
+        nyquist = response(self._wavelet, scale, np.array([-math.pi, math.pi]))
+        weights[omega == 0] = nyquist.mean()
         return np.asarray(weights * self._window(np.abs(omega)) / passed, dtype=np.float64)
 
     def transform(self, copies: Copies, sink: Sink) -> None:
@@ -729,7 +729,7 @@ class Cut:
         np.multiply(spectra[:, : bins + 1], weights[bins:], out=product[:, : bins + 1])
         np.conj(spectra[:, bins:0:-1], out=product[:, points - bins :])
         product[:, points - bins :] *= weights[:bins]
-        found = fft.ifft(product, axis=-1, overwrite_x=True)
+        coefficients = fft.ifft(product, axis=-1, overwrite_x=True)
         before = self._product.before
         needed = before + self._frames.count * self._frames.hop // GRID + self._product.inputs
         parts = np.empty((2, len(spectra), needed), dtype=self._matrix.dtype)
@@ -737,17 +737,23 @@ class Cut:
         while place < needed:  # round and round the ring
             at = (place - before) % points
             count = min(points - at, needed - place)
-            parts[0, :, place : place + count] = found.real[:, at : at + count]
-            parts[1, :, place : place + count] = found.imag[:, at : at + count]
+            parts[0, :, place : place + count] = coefficients.real[:, at : at + count]
+            parts[1, :, place : place + count] = coefficients.imag[:, at : at + count]
             place += count
         return parts
 
     def _transform(
-        self, values: Real, length: int, grids: dict[int, Floats], sink: Sink, c: int, some: slice
+        self,
+        values: Real,
+        length: int,
+        grids: dict[int, Floats],
+        sink: Sink,
+        c: int,
+        members: slice,
     ) -> None:
         """Some scales, over some frames."""
         frames, product = self._frames, self._product
-        first, count = some.start, min(some.stop, frames.count) - some.start
+        first, count = members.start, min(members.stop, frames.count) - members.start
         rows_of_one = next(iter(grids.values())).shape[1]
         channels = slice(c, c + rows_of_one)
         start = first * frames.hop
@@ -757,12 +763,14 @@ class Cut:
         rows = count * frames.hop // product.outputs
         from_point = start // GRID
         for j, points in grids.items():
-            found = frames.rows(spectra, slopes, *self._ways[j])
+            coefficients = frames.rows(spectra, slopes, *self._ways[j])
             left = np.ascontiguousarray(windows(points[:, :, from_point:], rows, product))
-            both = (left.reshape(-1, product.inputs) @ self._matrix).reshape(2, *found.shape)
-            both[0] += found.real
-            both[1] += found.imag
-            real, imag = both.reshape(2, rows_of_one, 1, -1)
+            parts = (left.reshape(-1, product.inputs) @ self._matrix).reshape(
+                2, *coefficients.shape
+            )
+            parts[0] += coefficients.real
+            parts[1] += coefficients.imag
+            real, imag = parts.reshape(2, rows_of_one, 1, -1)
             sink.write(channels, slice(j, j + 1), start, real, imag)
 
 
@@ -812,30 +820,30 @@ class Plan:
             design(5.0, tolerance)  # refuses unknown tolerances
             self._paths = [Ring(n, rising, range(len(rising)), wavelet, single)]
 
-    def _morlet(self, scales: Real, wavelet: Morlet, made: Design, block: int) -> list[_Path]:
+    def _morlet(self, scales: Real, wavelet: Morlet, design: Design, block: int) -> list[_Path]:
         """Ways for cut, narrow, wide and the widest wavelets."""
         n, single = self.n, self.single
-        cut = [j for j, a in enumerate(scales.tolist()) if made.is_cut(a)]
+        cut = [j for j, a in enumerate(scales.tolist()) if design.is_cut(a)]
         narrow = [
-            j for j, a in enumerate(scales.tolist()) if j not in cut and made.step(a) < COARSE
+            j for j, a in enumerate(scales.tolist()) if j not in cut and design.step(a) < COARSE
         ]
         paths: list[_Path] = []
         if cut and ring_length(n, float(scales[0]), wavelet.radius) > RING_KEPT:
-            paths.append(Cut(n, scales[cut], cut, wavelet, made, self.tolerance, single))
+            paths.append(Cut(n, scales[cut], cut, wavelet, design, self.tolerance, single))
         elif cut:
             paths.append(Ring(n, scales[cut], cut, wavelet, single))
         if narrow:
-            paths.append(Narrow(n, scales[narrow], narrow, wavelet, made, single))
+            paths.append(Narrow(n, scales[narrow], narrow, wavelet, design, single))
         first = len(cut) + len(narrow)
         if first < len(scales):
             self._padded = WIDEST_STEP * -(-n // WIDEST_STEP)
-        half = math.ceil(made.reach * made.gaussian)
-        self._smoothing = Smoothing((1,), made.gaussian, half)
+        half = math.ceil(design.reach * design.gaussian)
+        self._smoothing = Smoothing((1,), design.gaussian, half)
         while first < len(scales):
             scale = float(scales[first])
-            near = made.half_width(scale) <= max(SHARE * block, 512)
-            step = self._copy_step(scale, made, near)
-            last = int(np.searchsorted(scales, self._reached(scale, step, made, block)))
+            near = design.half_width(scale) <= max(SHARE * block, 512)
+            step = self._copy_step(scale, design, near)
+            last = int(np.searchsorted(scales, self._reached(scale, step, design, block)))
             last = max(last, first + 1)
             paths.append(
                 Wide(
@@ -844,7 +852,7 @@ class Plan:
                     scales[first:last],
                     first,
                     wavelet,
-                    made,
+                    design,
                     single,
                     step,
                     self._smoothing.variance(step),
@@ -853,18 +861,18 @@ class Plan:
             first = last
         return paths
 
-    def _copy_step(self, scale: float, made: Design, near: bool) -> int:
+    def _copy_step(self, scale: float, design: Design, near: bool) -> int:
         """Samples a step of the copy that a scale is transformed on; 1 for the signal itself."""
-        known = self._smoothing.steps
-        step = min(made.copy_step(scale), 1 << max(0, (self.n // 32).bit_length() - 1))
-        if step <= known[-1] or (near and self.n <= SHORT):
-            return known[-1]
-        self._smoothing = replace(self._smoothing, steps=(*known, step))
+        steps = self._smoothing.steps
+        step = min(design.copy_step(scale), 1 << max(0, (self.n // 32).bit_length() - 1))
+        if step <= steps[-1] or (near and self.n <= SHORT):
+            return steps[-1]
+        self._smoothing = replace(self._smoothing, steps=(*steps, step))
         return step
 
-    def _reached(self, scale: float, step: int, made: Design, block: int) -> float:
+    def _reached(self, scale: float, step: int, design: Design, block: int) -> float:
         """The scale up to which others join that one on its copy."""
-        farthest = (max(SHARE * block, 512) - 2) / made.reach
+        farthest = (max(SHARE * block, 512) - 2) / design.reach
         if scale > farthest:
             return SPAN * scale
         return min(farthest * (1 + 1e-12), SPAN * scale if step > 1 else math.inf)
@@ -909,7 +917,7 @@ class Plan:
         return rows[:, np.argsort(self._order)]
 
 
-_kept = lru_cache(maxsize=8)(Plan)
+_cached_plan = lru_cache(maxsize=8)(Plan)
 
 
 def plan_for(
@@ -934,4 +942,6 @@ def plan_for(
     if sizes.ndim != 1 or sizes.size == 0 or not np.all((sizes > 0) & np.isfinite(sizes)):
         raise InputError("Scales are positive numbers of samples.")
     single = tolerance >= SINGLE and not double
-    return _kept(int(n), tuple(sizes.tolist()), wavelet or Morlet(), float(tolerance), single)
+    return _cached_plan(
+        int(n), tuple(sizes.tolist()), wavelet or Morlet(), float(tolerance), single
+    )

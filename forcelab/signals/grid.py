@@ -55,10 +55,10 @@ def readings(channel: NDArray[np.float64]) -> NDArray[np.float64]:
 
     Glitches are found here, as recorded: on another grid each would be spread over more samples.
     """
-    good = measured(channel)
-    known = channel if good.all() else np.where(good, channel, np.nan)
-    wild = glitches(known)
-    return np.where(wild, np.nan, known) if wild.any() else known
+    recorded = measured(channel)
+    bridged = channel if recorded.all() else np.where(recorded, channel, np.nan)
+    glitching = glitches(bridged)
+    return np.where(glitching, np.nan, bridged) if glitching.any() else bridged
 
 
 def _missing_runs(demonstration: Demonstration, columns: Columns) -> list[tuple[float, float]]:
@@ -66,8 +66,8 @@ def _missing_runs(demonstration: Demonstration, columns: Columns) -> list[tuple[
     ends = np.append(demonstration.times, demonstration.end)
     runs = []
     for column in columns:
-        lost = np.concatenate([[False], ~np.isfinite(column), [False]])
-        edges = np.flatnonzero(np.diff(lost))
+        missing = np.concatenate([[False], ~np.isfinite(column), [False]])
+        edges = np.flatnonzero(np.diff(missing))
         runs += [
             (float(ends[first]), float(ends[last]))
             for first, last in edges.reshape(-1, 2)

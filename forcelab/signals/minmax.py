@@ -61,17 +61,17 @@ Whole = NDArray[np.int64]
 class _Ends:
     """The samples, or the blocks of one level, at both ends of columns."""
 
-    which: Whole  # (m,), the columns that hold any
+    numbers: Whole  # (m,), the columns that hold any
     blocks: Whole  # (2 * few, m), those of each, none outside of it, some of them more than once
 
     @classmethod
-    def of(cls, which: Whole, firsts: Whole, lasts: Whole, few: int) -> _Ends:
+    def of(cls, numbers: Whole, firsts: Whole, lasts: Whole, few: int) -> _Ends:
         """The `few` at either end of the runs from `firsts` up to `lasts`."""
         occupied = firsts < lasts
         first, final = firsts[occupied], lasts[occupied] - 1
         steps = np.arange(few)[:, np.newaxis]
         ends = (np.minimum(first + steps, final), np.maximum(final - steps, first))
-        return cls(which[occupied], np.concatenate(ends))
+        return cls(numbers[occupied], np.concatenate(ends))
 
 
 class Columns:
@@ -157,12 +157,12 @@ class Columns:
 
         Which edges, the sample after each, and the share of the way to it.
         """
-        which = np.flatnonzero((self._bounds > 0) & (self._bounds < len(self._times)))
-        after = self._bounds[which]
+        edges = np.flatnonzero((self._bounds > 0) & (self._bounds < len(self._times)))
+        after = self._bounds[edges]
         left, right = self._times.take(after - 1), self._times.take(after)
         joined = right - left <= self._longest
-        share = (self._edges[which] - left) / (right - left)
-        return which[joined], after[joined], share[joined]
+        share = (self._edges[edges] - left) / (right - left)
+        return edges[joined], after[joined], share[joined]
 
     @cached_property
     def top(self) -> int:
@@ -172,12 +172,12 @@ class Columns:
     @cached_property
     def narrow(self) -> Whole:
         """The columns that hold samples, but whose blocks would reach too far out of them."""
-        which, size = self.full, SIZES[self.top]
-        opening = self._times.take(self.firsts[which] // size * size)
-        closing = -(-self.lasts[which] // size) * size
+        numbers, size = self.full, SIZES[self.top]
+        opening = self._times.take(self.firsts[numbers] // size * size)
+        closing = -(-self.lasts[numbers] // size) * size
         closing = self._times.take(np.minimum(closing, len(self._times)) - 1)
-        left, right = self._edges[which], self._edges[which + 1]
-        return which[np.maximum(left - opening, closing - right) > right - left]
+        left, right = self._edges[numbers], self._edges[numbers + 1]
+        return numbers[np.maximum(left - opening, closing - right) > right - left]
 
     @cached_property
     def ends(self) -> tuple[_Ends, ...]:
@@ -185,15 +185,15 @@ class Columns:
 
         First samples, then the blocks of each level below :attr:`top`.
         """
-        which = self.narrow
-        if not len(which):
+        numbers = self.narrow
+        if not len(numbers):
             return ()
-        begin, end = self.firsts[which], self.lasts[which]
-        found = []
+        begin, end = self.firsts[numbers], self.lasts[numbers]
+        ends = []
         for few in (UNIT, *[FACTOR] * self.top):
-            found.append(_Ends.of(which, begin, end, few - 1))
+            ends.append(_Ends.of(numbers, begin, end, few - 1))
             begin, end = -(-begin // few), end // few
-        return tuple(found)
+        return tuple(ends)
 
     @cached_property
     def run(self) -> tuple[Whole, Whole]:
@@ -207,8 +207,8 @@ class Columns:
             if len(inside):
                 begin[inside] = -(-self.firsts[inside] // size)
                 end[inside] = self.lasts[inside] // size
-        which = np.flatnonzero(begin < end)
-        return which, np.stack([begin[which], end[which]], axis=1).ravel()
+        numbers = np.flatnonzero(begin < end)
+        return numbers, np.stack([begin[numbers], end[numbers]], axis=1).ravel()
 
 
 def _columns_of(times: Real, edges: Real) -> Whole:
@@ -224,9 +224,9 @@ def _columns_of(times: Real, edges: Real) -> Whole:
     guess = np.clip(np.ceil((edges - times[0]) * rate), 0, n).astype(np.int64)
     after = (guess == n) | (times.take(np.minimum(guess, n - 1)) >= edges)
     before = (guess == 0) | (times.take(np.maximum(guess - 1, 0)) < edges)
-    wrong = np.flatnonzero(~(after & before))
-    if len(wrong):
-        guess[wrong] = np.searchsorted(times, edges[wrong])
+    misplaced = np.flatnonzero(~(after & before))
+    if len(misplaced):
+        guess[misplaced] = np.searchsorted(times, edges[misplaced])
     return guess
 
 
@@ -331,14 +331,14 @@ class Envelope:
             samples, *ends = columns.ends
             values = self._flat.take(samples.blocks * self._width + self._column)
             least, greatest = _present(values, self.limits)
-            low[samples.which], high[samples.which] = least.min(axis=0), greatest.max(axis=0)
+            low[samples.numbers], high[samples.numbers] = least.min(axis=0), greatest.max(axis=0)
             for end, level in zip(ends, self._levels, strict=False):
-                _lower(low, high, end.which, level.take(end.blocks, axis=1).min(axis=1))
-        which, bounds = columns.run
-        if len(which):
+                _lower(low, high, end.numbers, level.take(end.blocks, axis=1).min(axis=1))
+        numbers, bounds = columns.run
+        if len(numbers):
             level = self._levels[columns.top][:, bounds[0] : bounds[-1] + 1]
-            found = np.minimum.reduceat(level, bounds - bounds[0], axis=1)[:, ::2]
-            _lower(low, high, which, found)
+            lowest = np.minimum.reduceat(level, bounds - bounds[0], axis=1)[:, ::2]
+            _lower(low, high, numbers, lowest)
 
     def _outermost(self) -> tuple[float, float] | None:
         """Least and greatest value of the pyramid; None where it holds none."""
@@ -351,16 +351,16 @@ class Envelope:
         if outermost is None or max(-outermost[0], outermost[1]) <= GLITCH / 2:
             return  # no glitch is as small: as good as always the answer
         values = np.array(self.values)
-        known = readings(values)
-        known = known[np.isfinite(known)]
-        if not known.size:
+        finite = readings(values)
+        finite = finite[np.isfinite(finite)]
+        if not finite.size:
             return
-        low, high = float(known.min()), float(known.max())
-        beyond = np.isfinite(values) & _beyond(values, (low, high))
-        if beyond.any():
-            self.glitches = np.flatnonzero(in_short_runs(beyond))
+        low, high = float(finite.min()), float(finite.max())
+        outlying = np.isfinite(values) & _beyond(values, (low, high))
+        if outlying.any():
+            self.glitches = np.flatnonzero(in_short_runs(outlying))
             self.limits = (low, high)
-        for chunk in np.unique(np.flatnonzero(beyond) // CHUNK).tolist():
+        for chunk in np.unique(np.flatnonzero(outlying) // CHUNK).tolist():
             self.read(chunk * CHUNK)
 
 
@@ -371,12 +371,15 @@ def drawn_together(envelopes: Sequence[Envelope], columns: Columns) -> list[Extr
     """
     if not envelopes:
         return []
-    found = _few(envelopes, columns) or [envelope.extremes(columns) for envelope in envelopes]
-    met = _met(envelopes, columns)
-    lowest, highest = np.fmin(met[:, :-1], met[:, 1:]), np.fmax(met[:, :-1], met[:, 1:])
+    extremes = _few(envelopes, columns) or [envelope.extremes(columns) for envelope in envelopes]
+    meeting = _edge_values(envelopes, columns)
+    lowest, highest = (
+        np.fmin(meeting[:, :-1], meeting[:, 1:]),
+        np.fmax(meeting[:, :-1], meeting[:, 1:]),
+    )
     return [
         Extremes(np.fmin(envelope.low, low), np.fmax(envelope.high, high))
-        for envelope, low, high in zip(found, lowest, highest, strict=True)
+        for envelope, low, high in zip(extremes, lowest, highest, strict=True)
     ]
 
 
@@ -401,9 +404,9 @@ def _few(envelopes: Sequence[Envelope], columns: Columns) -> list[Extremes] | No
     return [Extremes(low[:, envelope._column], high[:, envelope._column]) for envelope in envelopes]
 
 
-def _met(envelopes: Sequence[Envelope], columns: Columns) -> Real:
+def _edge_values(envelopes: Sequence[Envelope], columns: Columns) -> Real:
     """Where the lines between samples meet the edges of columns, shape (channels, k + 1)."""
-    which, after, share = columns.crossings
+    numbers, after, share = columns.crossings
     flat, width = envelopes[0]._flat, envelopes[0]._width
     chosen = np.array([envelope._column for envelope in envelopes])
     if 2 * len(envelopes) < width:
@@ -415,12 +418,12 @@ def _met(envelopes: Sequence[Envelope], columns: Columns) -> Real:
         if envelope.limits:
             for side in (left[i], right[i]):
                 side[_beyond(side, envelope.limits)] = np.nan
-    met = np.full((len(envelopes), len(columns) + 1), np.nan)
-    met[:, which] = _between(left, right, share)
+    meeting = np.full((len(envelopes), len(columns) + 1), np.nan)
+    meeting[:, numbers] = _between(left, right, share)
     if columns.pyramid:
-        for envelope, row in zip(envelopes, met, strict=True):
-            row[which[np.searchsorted(after, envelope.filled) :]] = np.nan
-    return met
+        for envelope, row in zip(envelopes, meeting, strict=True):
+            row[numbers[np.searchsorted(after, envelope.filled) :]] = np.nan
+    return meeting
 
 
 def read_envelopes(envelopes: Sequence[Envelope]) -> Generator[Progress, None, None]:
@@ -464,10 +467,10 @@ def _between(left: Real, right: Real, share: Real) -> Real:
     return np.where(np.isfinite(value), value, np.nan)
 
 
-def _lower(low: Real, high: Real, which: Whole, lowest: Real) -> None:
+def _lower(low: Real, high: Real, numbers: Whole, lowest: Real) -> None:
     """Widen some of the extremes to those of a level, shape (2, m)."""
-    low[which] = np.minimum(low[which], lowest[0])
-    high[which] = np.maximum(high[which], -lowest[1])
+    low[numbers] = np.minimum(low[numbers], lowest[0])
+    high[numbers] = np.maximum(high[numbers], -lowest[1])
 
 
 def _coarser(values: Real, width: int) -> Real:
@@ -476,7 +479,7 @@ def _coarser(values: Real, width: int) -> Real:
         rest = np.broadcast_to(values[-1], (-len(values) % width, 2))
         values = np.concatenate([values, rest])
     parts = values.reshape(-1, width, 2)
-    found = parts[:, 0].copy()
+    lowest = parts[:, 0].copy()
     for i in range(1, width):  # many times faster than a reduction along a short axis
-        np.minimum(found, parts[:, i], out=found)
-    return found
+        np.minimum(lowest, parts[:, i], out=lowest)
+    return lowest

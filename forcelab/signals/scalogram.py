@@ -132,8 +132,8 @@ def magnitudes(
     end = max(group.reading - group.half for group in groups)
     values, known = source.read(first - half, first + end)
     yield Progress(0, len(scales), "reading")
-    told = values[half : half + last - first]
-    level = Level.of(float(told.min()), float(told.max()))
+    measured_values = values[half : half + last - first]
+    level = Level.of(float(measured_values.min()), float(measured_values.max()))
     level.sized(values)
     out = np.empty((len(scales), columns), dtype=np.float32)
 
@@ -143,8 +143,8 @@ def magnitudes(
     threads = 1 if last - first < _ALONE else THREADS
     for group in groups:
         yield from in_threads(group.tasks(values[half - group.half :], take), "rows", threads)
-    there = np.maximum.reduceat(known[half : half + last - first], bounds[:-1] - first)
-    return decimal(out, noise, scales, level.exponent, there)
+    covered = np.maximum.reduceat(known[half : half + last - first], bounds[:-1] - first)
+    return decimal(out, noise, scales, level.exponent, covered)
 
 
 def phases(
@@ -178,8 +178,8 @@ def phases(
         origin = math.floor(grid.first) - halo
         count = math.ceil((grid.last + halo - origin) / step) + 1
         values = yield from coarser(source, origin, count, step, level)
-        made = band_rows(values, origin, step, scales=scales[rows], wavelet=wavelet, columns=grid)
-        for j, row in zip(rows, made, strict=True):
+        band = band_rows(values, origin, step, scales=scales[rows], wavelet=wavelet, columns=grid)
+        for j, row in zip(rows, band, strict=True):
             out[j] = row
             yield Progress(int(j), len(scales), "rows")
     values = np.angle(out)
@@ -214,12 +214,12 @@ def _levels(
         if spots and end - begin > _SPOT:
             begin = (begin + end - _SPOT) // 2
             end = begin + _SPOT
-        values, good = source.read(begin, end)
+        values, measured = source.read(begin, end)
         if spots:
-            known[left:right] = good.any()
+            known[left:right] = measured.any()
         else:
-            at = np.minimum(edges[left:right] - begin, len(good) - 1)
-            known[left:right] = np.add.reduceat(good, at) > 0
+            at = np.minimum(edges[left:right] - begin, len(measured) - 1)
+            known[left:right] = np.add.reduceat(measured, at) > 0
         low, high = min(low, float(values.min())), max(high, float(values.max()))
         yield Progress(right, grid.count, "levels")
     return Level.of(low, high), known
@@ -292,7 +292,7 @@ def spots(
     """
     grid = Columns(places[0], (places[1] - places[0]) / columns, columns)
     out = np.full((len(scales), columns), np.nan, dtype=np.float32)
-    frames, there = source.pieces(grid.centres() - SPOT // 2, SPOT)
+    frames, covered = source.pieces(grid.centres() - SPOT // 2, SPOT)
     yield Progress(0, len(scales), "spots")
     level = Level.of(float(frames.min()), float(frames.max()))
     level.sized(frames)
@@ -303,7 +303,7 @@ def spots(
     if fitting := narrow(scales):
         group = _frames(tuple(scales[:fitting].tolist()), wavelet)
         yield from in_threads(group.tasks_of(frames, take), "spots")
-    return decimal(out, noise, scales, level.exponent, there)
+    return decimal(out, noise, scales, level.exponent, covered)
 
 
 @lru_cache(maxsize=4)
@@ -368,7 +368,7 @@ CELL, RATIO = 64, 4
 CHUNK = 1 << 16
 #: Bytes of all cells at most; of longer recordings cells are larger.
 MOST = 1 << 27
-#: Bytes at most that :meth:`Tiles.told` makes of the cells.
+#: Bytes at most that :meth:`Tiles.to_arrays` makes of the cells.
 TILES_TOLD = 10_000_000
 #: Samples are kept from overflowing in single precision.
 _LARGEST = 1e15
@@ -480,34 +480,34 @@ class Tiles:
         ):
             part = finer[:, cells]
             cells = slice(cells.start // RATIO, cells.stop // RATIO)
-            into = np.maximum(part[:, ::RATIO], part[:, 1::RATIO], out=next_coarser[:, cells])
+            coarse = np.maximum(part[:, ::RATIO], part[:, 1::RATIO], out=next_coarser[:, cells])
             for place in range(2, RATIO):  # a quarter of the time of the largest along a short axis
-                np.maximum(into, part[:, place::RATIO], out=into)
+                np.maximum(coarse, part[:, place::RATIO], out=coarse)
 
-    def _told_level(self) -> int:
+    def _stored_level(self) -> int:
         """The level of the smallest cells of which all together take few bytes."""
         few = (i for i, level in enumerate(self._levels) if 2 * level.size <= TILES_TOLD)
         return next(few, len(self._levels) - 1)
 
     @property
-    def told_cell(self) -> int:
-        """Samples of the cells that :meth:`told` tells of."""
-        return self.cell * RATIO ** self._told_level()
+    def stored_cell(self) -> int:
+        """Samples of the cells that :meth:`to_arrays` tells of."""
+        return self.cell * RATIO ** self._stored_level()
 
-    def told(self) -> dict[str, NDArray[Any]]:
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
         """What is worth keeping of tiles that are complete, in a few megabytes.
 
         Of each power's 32 bits the upper 16 are told, rounded, which errs by 0.4 % of it.
         """
-        level = self._told_level()
+        level = self._stored_level()
         bits = self._levels[level].view(np.uint32) + np.uint32(1 << 15)
         known: Flags = np.any(self._known.reshape(bits.shape[1], -1), axis=1)
         return {"cells": (bits >> 16).astype(np.uint16), "known": known, "sizes": self._sizes}
 
-    def restore(self, told: Mapping[str, NDArray[Any]]) -> bool:
-        """Take over what :meth:`told` told of the same channel; gives whether it fits."""
-        level = self._told_level()
-        cells, known, sizes = (told[name] for name in ("cells", "known", "sizes"))
+    def restore(self, arrays: Mapping[str, NDArray[Any]]) -> bool:
+        """Take over what :meth:`to_arrays` gave of the same channel; gives whether it fits."""
+        level = self._stored_level()
+        cells, known, sizes = (arrays[name] for name in ("cells", "known", "sizes"))
         finest = self._levels[level]
         shapes = [array.shape for array in (cells, known, sizes)]
         kinds = [array.dtype.kind for array in (cells, known, sizes)]
@@ -558,17 +558,19 @@ def _cells(power: Single, step: int, cell: int, count: int) -> Single:
         rise = power[:, 1 : count // each + 1, np.newaxis] - before
         at = np.arange(0, step, cell, dtype=np.float32) / np.float32(step)
         ends = at + np.float32((cell - 1) / step)
-        found = np.maximum(before + rise * at, before + rise * ends)
-        return np.asarray(found.reshape(rows, -1))
+        largest = np.maximum(before + rise * at, before + rise * ends)
+        return np.asarray(largest.reshape(rows, -1))
     each = cell // step
     # Faster than the largest along a short axis.
-    found = np.maximum.reduceat(power[:, : count * each], np.arange(0, count * each, each), axis=1)
+    largest = np.maximum.reduceat(
+        power[:, : count * each], np.arange(0, count * each, each), axis=1
+    )
     if step > 1:
         # The cell's last sample, between its last point and the next cell's first.
         last = power[:, each - 1 : count * each : each] / step
         last += power[:, each : count * each + 1 : each] * np.float32(1 - 1 / step)
-        np.maximum(found, last, out=found)
-    return found
+        np.maximum(largest, last, out=largest)
+    return largest
 
 
 #: Stretches of a demonstration that tell its range of colours, and the samples of each.
@@ -656,19 +658,19 @@ def survey(
     stretches = min(_STRETCHES, -(-source.count // length))
     scales = row_scales(24, largest)
     places = np.linspace(0, source.count - length, stretches).astype(int).tolist()
-    seen: dict[int, _Stretch] = {}
+    looked_at: dict[int, _Stretch] = {}
 
     def look(first: int) -> None:
         if (stretch := _look(source, first, length, scales, mother)) is not None:
-            seen[first] = stretch
+            looked_at[first] = stretch
 
     yield from in_threads([partial(look, first) for first in places], "range of colours")
-    if not seen:
+    if not looked_at:
         return Survey(source, 0.0, -1.0, 0.0, Level(0.0, 0), mother)
-    found = [seen[first] for first in places if first in seen]
-    noise = float(np.median([stretch.noise for stretch in found]))
-    dark, bright = colour_range(np.concatenate([stretch.known for stretch in found]))
-    level = Level.of(min(each.low for each in found), max(each.high for each in found))
+    samples = [looked_at[first] for first in places if first in looked_at]
+    noise = float(np.median([stretch.noise for stretch in samples]))
+    dark, bright = colour_range(np.concatenate([stretch.known for stretch in samples]))
+    level = Level.of(min(each.low for each in samples), max(each.high for each in samples))
     return Survey(source, noise, dark, bright, level, mother)
 
 
@@ -693,8 +695,8 @@ def _look(
     noise = float(np.ldexp(noise_level(np.ldexp(values, -peak)), peak))
     places = float(first), float(first + length)
     picture = finish(magnitudes(source, noise, places, scales, min(length, _LOOKED), wavelet))
-    shown = picture[np.isfinite(picture)]
-    return _Stretch(float(values.min()), float(values.max()), noise, shown)
+    finite = picture[np.isfinite(picture)]
+    return _Stretch(float(values.min()), float(values.max()), noise, finite)
 
 
 #: To be raised when anything is computed in another way: older files count as missing then.
@@ -717,12 +719,12 @@ def store_tiles(folder: Path, view: Survey, scales: Real) -> bool:
     facts = (view.noise, view.low, view.high, level.shift, level.exponent)
     grid = (source.uniform, source.rate, source.count)
     looked = source.looked_at
-    wild = [(column, place) for column in looked for place in source.glitches(column).tolist()]
+    glitches = [(column, place) for column in looked for place in source.glitches(column).tolist()]
     arrays: dict[str, NDArray[Any]] = {
         "facts": np.array((*facts, *grid), dtype=np.float64),
         "looked": np.array(looked, dtype=np.int64),
-        "wild": np.array(wild, dtype=np.int64).reshape(-1, 2),
-        **view.tiles(scales).told(),
+        "wild": np.array(glitches, dtype=np.int64).reshape(-1, 2),
+        **view.tiles(scales).to_arrays(),
     }
     try:
         with atomic_file(path) as stream:
@@ -745,18 +747,18 @@ def load_tiles(
     broken = (OSError, ValueError, LookupError, EOFError, OverflowError, MemoryError)
     with contextlib.suppress(*broken, zipfile.BadZipFile, zlib.error, NotImplementedError):
         # Given a path, NumPy leaves a file open that is no archive.
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as found:
-            told = {name: found[name] for name in found.files}
-        noise, low, high, shift, exponent, uniform, rate, count = told["facts"].tolist()
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+        noise, low, high, shift, exponent, uniform, rate, count = arrays["facts"].tolist()
         columns = columns_of(demonstration, channel)
         source = Source(demonstration, channel, columns, bool(uniform), rate, int(count))
         if source.uniform and source.count != len(demonstration.times):
             return None
-        for column in told["looked"].tolist():
-            source.know_glitches(column, told["wild"][told["wild"][:, 0] == column, 1])
+        for column in arrays["looked"].tolist():
+            source.know_glitches(column, arrays["wild"][arrays["wild"][:, 0] == column, 1])
         level = Level(shift, int(exponent))
         view = Survey(source, noise, low, high, level, wavelet)
-        if view.tiles(scales).restore(told):
+        if view.tiles(scales).restore(arrays):
             view.kept = True
             return view
     return None
@@ -769,8 +771,8 @@ def _path(
     columns = columns_of(demonstration, channel)
     # Another machine's powers may differ in the last digit.
     rounded = [f"{scale:.6g}" for scale in scales.tolist()]
-    asked = repr((EDITION, channel, columns, wavelet, rounded))
-    return folder / f"scalogram-{hashlib.sha256(asked.encode()).hexdigest()[:16]}.npz"
+    identity = repr((EDITION, channel, columns, wavelet, rounded))
+    return folder / f"scalogram-{hashlib.sha256(identity.encode()).hexdigest()[:16]}.npz"
 
 
 def _clear_away(folder: Path) -> None:
@@ -783,13 +785,13 @@ def _clear_away(folder: Path) -> None:
 
 def _make_room(folder: Path) -> None:
     """Delete the oldest of what was kept in the folders of all recordings, if it is too much."""
-    found = []
+    files = []
     for path in folder.glob("*/scalogram-*.npz"):
         with contextlib.suppress(OSError):  # another window has just deleted it
-            told = path.stat()
-            found.append((told.st_mtime_ns, told.st_size, path))
+            status = path.stat()
+            files.append((status.st_mtime_ns, status.st_size, path))
     total = 0
-    for _, size, path in sorted(found, reverse=True):
+    for _, size, path in sorted(files, reverse=True):
         total += size
         if total > MOST_ON_DISK:
             with contextlib.suppress(OSError):  # in use, or another's
@@ -872,14 +874,14 @@ def scalogram(
     if phase:
         draft = phases(source, view.noise, places, thinned, rough, mother, spots=long)
     else:
-        way = spots if long else magnitudes
-        draft = way(source, view.noise, places, thinned, rough, mother)
+        compute = spots if long else magnitudes
+        draft = compute(source, view.noise, places, thinned, rough, mother)
     values = yield from _steps(draft, None)
     picture = finished(values, thinned, True)
     few = averaged(thinned, mother)
     # Means are of the whole channel: of a small part of it the exact picture is there before.
-    worth = view.means is not None or source.count < WORTH * (last - first)
-    if long and not phase and few < len(thinned) and worth:
+    pays = view.means is not None or source.count < WORTH * (last - first)
+    if long and not phase and few < len(thinned) and pays:
         # Means take a while, once: what there is of a first picture is shown meanwhile.
         shown = picture if view.means is None else None
         means = yield from _steps(view.averaging(), shown)

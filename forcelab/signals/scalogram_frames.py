@@ -121,8 +121,8 @@ class Columns:
         inner = np.flatnonzero(low < high)
         if inner.size:
             # The points of one column end where those of the next one begin.
-            found = np.maximum.reduceat(power[:, : high[inner[-1]]], low[inner], axis=1)
-            out[:, inner] = np.maximum(out[:, inner], found)
+            largest = np.maximum.reduceat(power[:, : high[inner[-1]]], low[inner], axis=1)
+            out[:, inner] = np.maximum(out[:, inner], largest)
         return out
 
 
@@ -422,8 +422,8 @@ class Frames:
         """``|W|^2`` of some rows, shape (rows, frames * hop // step), frame by frame."""
         positive, negative = part.positive[chosen], part.negative[chosen]
         count, points = len(spectra), self.length // part.step
-        skipped, kept = self.half // part.step, self.hop // part.step
-        out = np.empty((len(positive), count, kept), dtype=np.float32)
+        skipped, length = self.half // part.step, self.hop // part.step
+        out = np.empty((len(positive), count, length), dtype=np.float32)
         together = min(count, max(1, _CACHED // (len(positive) * points)))
         above, below = positive.shape[1], negative.shape[1]
         room = np.empty((len(positive), together, points), dtype=np.complex64)
@@ -431,8 +431,8 @@ class Frames:
             source = spectra[f : f + together]
             product = room[:, : len(source)]
             parts = product.view(np.float32)
-            held = source.view(np.float32)[:, 2 * part.first : 2 * part.first + above]
-            np.multiply(held, positive[:, None], out=parts[:, :, :above])
+            lines = source.view(np.float32)[:, 2 * part.first : 2 * part.first + above]
+            np.multiply(lines, positive[:, None], out=parts[:, :, :above])
             parts[:, :, above : 2 * points - below] = 0.0
             if below:
                 mirrored = np.conj(source[:, 1 : below // 2 + 1]).view(np.float32)
@@ -440,7 +440,7 @@ class Frames:
                 product[:, :, : -below // 2 - 1 : -1] = turned
             if part.first == 0:
                 product[:, :, 0] = -1j * part.slopes[chosen] * slopes[f : f + together]
-            rows = fft.ifft(product, axis=-1, overwrite_x=True)[:, :, skipped : skipped + kept]
+            rows = fft.ifft(product, axis=-1, overwrite_x=True)[:, :, skipped : skipped + length]
             squares = np.square(rows.view(np.float32), out=rows.view(np.float32))
             np.add(squares[..., 0::2], squares[..., 1::2], out=out[:, f : f + together])
         return out.reshape(len(positive), -1)
@@ -451,13 +451,13 @@ def bank(scales: Real, wavelet: Morlet, span: int, width: float) -> list[Frames]
 
     `scales` (k,): in samples, rising; `span`: samples that are wanted at once.
     """
-    found = []
+    groups = []
     start = 0
     while start < len(scales):
         end = int(np.searchsorted(scales, TOGETHER * scales[start], side="right"))
-        found.append(Frames(scales[start:end], start, wavelet, span=span, width=width))
+        groups.append(Frames(scales[start:end], start, wavelet, span=span, width=width))
         start = end
-    return found
+    return groups
 
 
 Flags = NDArray[np.bool_]
@@ -521,11 +521,11 @@ class Source:
         parts, known = [], np.ones(inner[1] - inner[0], dtype=bool)
         for column in self.columns:
             if self.uniform:
-                part, good = self._recorded(column, *inner)
+                part, measured = self._recorded(column, *inner)
             else:
-                part, good = self._between(column, *inner)
+                part, measured = self._between(column, *inner)
             parts.append(part)
-            known &= good
+            known &= measured
         values = parts[0] if len(parts) == 1 else np.hypot(parts[0], parts[1])
         before, after = max(0, inner[0] - first), max(0, last - inner[1])
         if before or after:
@@ -550,46 +550,46 @@ class Source:
         known = whole.copy()
         for row in np.flatnonzero(~whole).tolist():
             first = int(firsts[row])
-            values[row], there = self.read(first, first + length)
-            known[row] = there.any()
+            values[row], measured = self.read(first, first + length)
+            known[row] = measured.any()
         return values, known
 
     def _recorded(self, column: int, first: int, last: int) -> tuple[Real, Flags]:
         """Recorded samples as they are, bridged from the nearest ones even outside the piece."""
         values = self.demonstration.signals[first:last, column].copy()
-        good = self._measured(column, first, values)
-        if good.all():
-            return values, good
-        places, heights = np.flatnonzero(good) + first, values[good]
+        is_measured = self._measured(column, first, values)
+        if is_measured.all():
+            return values, is_measured
+        places, heights = np.flatnonzero(is_measured) + first, values[is_measured]
         before = after = 0  # samples missing beyond the piece, of the runs it begins and ends in
         # Only a piece that begins or ends in a run needs to look for the run's other side.
-        if not good[0]:
+        if not is_measured[0]:
             left = self._finite(column, first, -1)
             before = first if left is None else first - left - 1
             if left is not None:
                 places = np.append(left, places)
                 heights = np.append(self.demonstration.signals[left, column], heights)
-        if not good[-1]:
+        if not is_measured[-1]:
             right = self._finite(column, last, 1)
             after = (len(self.demonstration.signals) if right is None else right) - last
             if right is not None:
                 places = np.append(places, right)
                 heights = np.append(heights, self.demonstration.signals[right, column])
-        wanted = np.arange(first, last)
-        bridged = np.interp(wanted, places, heights) if places.size else np.zeros(last - first)
-        return bridged, ~_long_runs(~good, before, after)
+        numbers = np.arange(first, last)
+        bridged = np.interp(numbers, places, heights) if places.size else np.zeros(last - first)
+        return bridged, ~_long_runs(~is_measured, before, after)
 
     def _measured(self, column: int, first: int, values: Real) -> Flags:
         """Which of the recorded samples from `first` on a sensor can have read."""
-        good = _plain(values)
-        if good.all():
-            return good
-        good = measured(values)
-        if np.abs(values, where=good, out=np.zeros(len(values))).max() > GLITCH / 2:
-            wild = self.glitches(column)
-            low, high = np.searchsorted(wild, (first, first + len(values)))
-            good[wild[low:high] - first] = False
-        return good
+        is_measured = _plain(values)
+        if is_measured.all():
+            return is_measured
+        is_measured = measured(values)
+        if np.abs(values, where=is_measured, out=np.zeros(len(values))).max() > GLITCH / 2:
+            glitches = self.glitches(column)
+            low, high = np.searchsorted(glitches, (first, first + len(values)))
+            is_measured[glitches[low:high] - first] = False
+        return is_measured
 
     def glitches(self, column: int) -> NDArray[np.int64]:
         """Which samples of a recorded column are glitches, rising; looked for once."""
@@ -614,8 +614,8 @@ class Source:
         # Asked for with every paint, while a job may come across more of them.
         span = self.time(first), self.time(last)
         begin, end = np.searchsorted(self.demonstration.times, span).tolist()
-        known = tuple(self._wild.values())
-        return sum(int(np.diff(np.searchsorted(wild, (begin, end)))[0]) for wild in known)
+        glitches = tuple(self._wild.values())
+        return sum(int(np.diff(np.searchsorted(places, (begin, end)))[0]) for places in glitches)
 
     def _finite(self, column: int, start: int, step: int) -> int | None:
         """The nearest sample that is there before `start`, or from `start` on."""
@@ -623,29 +623,31 @@ class Source:
         while start > 0 if step < 0 else start < len(signals):
             end = max(0, start - BLOCK) if step < 0 else min(len(signals), start + BLOCK)
             low, high = min(start, end), max(start, end)
-            found = np.flatnonzero(self._measured(column, low, signals[low:high, column]))
-            if found.size:
-                return low + int(found[-1 if step < 0 else 0])
+            places = np.flatnonzero(self._measured(column, low, signals[low:high, column]))
+            if places.size:
+                return low + int(places[-1 if step < 0 else 0])
             start = end
         return None
 
     def _between(self, column: int, first: int, last: int) -> tuple[Real, Flags]:
         """Straight lines between recorded samples, read off at the grid's times."""
         stamps = self.demonstration.times
-        wanted = self.demonstration.start + np.arange(first, last) / self.rate
-        low = max(0, int(np.searchsorted(stamps, wanted[0], side="right")) - 1)
-        high = min(len(stamps), int(np.searchsorted(stamps, wanted[-1])) + 1)
-        heights, good = self._recorded(column, low, max(high, low + 1))
+        grid_times = self.demonstration.start + np.arange(first, last) / self.rate
+        low = max(0, int(np.searchsorted(stamps, grid_times[0], side="right")) - 1)
+        high = min(len(stamps), int(np.searchsorted(stamps, grid_times[-1])) + 1)
+        heights, measured = self._recorded(column, low, max(high, low + 1))
         places = stamps[low : low + len(heights)]
-        values = np.interp(wanted, places, heights)
+        values = np.interp(grid_times, places, heights)
         spaces = np.diff(places, append=places[-1])
-        if good.all() and spaces.max() <= GAP_PERIODS / self.rate:
-            return values, np.ones(len(wanted), dtype=bool)
+        if measured.all() and spaces.max() <= GAP_PERIODS / self.rate:
+            return values, np.ones(len(grid_times), dtype=bool)
         # A time belongs to the stamp before it, for as long as a gap lasts at most.
-        owner = np.clip(np.searchsorted(places, wanted + 1e-6 / self.rate) - 1, 0, len(places) - 1)
+        owner = np.clip(
+            np.searchsorted(places, grid_times + 1e-6 / self.rate) - 1, 0, len(places) - 1
+        )
         gap = spaces[owner] > GAP_PERIODS / self.rate
-        late = wanted - places[owner] > (1 - 1e-6) / self.rate
-        return values, good[owner] & ~(gap & late)
+        late = grid_times - places[owner] > (1 - 1e-6) / self.rate
+        return values, measured[owner] & ~(gap & late)
 
 
 def _plain(values: Real) -> Flags:
@@ -671,8 +673,8 @@ def columns_of(demonstration: Demonstration, channel: str) -> tuple[int, ...]:
     names = [recorded.name for recorded in demonstration.channels]
     if channel in names:
         return (names.index(channel),)
-    found = channel_map(demonstration.channels, (channel,))
-    return tuple(found.recorded[place] for place in found.columns[0])
+    mapping = channel_map(demonstration.channels, (channel,))
+    return tuple(mapping.recorded[place] for place in mapping.columns[0])
 
 
 def open_source(demonstration: Demonstration, channel: str) -> Generator[Progress, None, Source]:
@@ -682,7 +684,7 @@ def open_source(demonstration: Demonstration, channel: str) -> Generator[Progres
     :func:`~forcelab.signals.channels.channel_map`).
     """
     columns = columns_of(demonstration, channel)
-    times, own = demonstration.times, 1.0 / demonstration.period
+    times, own_rate = demonstration.times, 1.0 / demonstration.period
     n = len(times)
     true = (n - 1) / float(times[-1] - times[0])
     uniform = True
@@ -693,18 +695,18 @@ def open_source(demonstration: Demonstration, channel: str) -> Generator[Progres
         part = times[start : start + BLOCK]
         off = np.subtract(part, steps[: len(part)], out=room[: len(part)])
         off -= times[0] + start / true
-        if max(off.max(), -off.min()) > UNIFORM / own:
+        if max(off.max(), -off.min()) > UNIFORM / own_rate:
             uniform = False
             break
     if uniform:
         return Source(demonstration, channel, columns, True, true, n)
-    count = int(np.floor((times[-1] - times[0]) * own + 1e-6)) + 1
+    count = int(np.floor((times[-1] - times[0]) * own_rate + 1e-6)) + 1
     if count > MAX_SAMPLES:
         raise InputError(
             f"Demonstration '{demonstration.name}' spans {demonstration.duration:.6g} s, "
-            f"{count:.3g} samples at {own:.6g} Hz; remove stray stamps."
+            f"{count:.3g} samples at {own_rate:.6g} Hz; remove stray stamps."
         )
-    return Source(demonstration, channel, columns, False, own, count)
+    return Source(demonstration, channel, columns, False, own_rate, count)
 
 
 #: Samples looked at in one step.
@@ -734,26 +736,26 @@ def coarser(
     out = np.empty(count)
     half = math.ceil(0.5 * _LENGTH * step / (2 * np.pi * (1 - _USED))) if step > 1 else 0
     half = -(-half // step) * step
-    enough = min(count * step, max(_STEP, 6 * half))
-    length = fft.next_fast_len(-(-enough // step) + 2 * half // step, real=True) * step
-    fresh = (length - 2 * half) // step
+    needed = min(count * step, max(_STEP, 6 * half))
+    length = fft.next_fast_len(-(-needed // step) + 2 * half // step, real=True) * step
+    new_points = (length - 2 * half) // step
     place = np.arange(-half, half + 1)
     taps = np.sinc(place / step) / step * np.kaiser(2 * half + 1, _BETA)
     response = fft.rfft(np.roll(np.pad(taps, (0, length - len(taps))), -half)) if half else None
-    for start in range(0, count, fresh):
-        wanted = min(fresh, count - start)
+    for start in range(0, count, new_points):
+        length_now = min(new_points, count - start)
         at = first + start * step
         if response is None:
-            values, _ = source.read(at, at + wanted)
-            out[start : start + wanted] = level.sized(values)
+            values, _ = source.read(at, at + length_now)
+            out[start : start + length_now] = level.sized(values)
         else:
             values, _ = source.read(at - half, at - half + length)
             spectrum = fft.rfft(level.sized(values), overwrite_x=True)
             spectrum *= response
             # Nothing is left above the coarser grid's frequencies: the rest is cut off.
             short = fft.irfft(spectrum[: length // step // 2 + 1] / step, length // step)
-            out[start : start + wanted] = short[half // step :][:wanted]
-        yield Progress(start + wanted, count, "coarser grid")
+            out[start : start + length_now] = short[half // step :][:length_now]
+        yield Progress(start + length_now, count, "coarser grid")
     return out
 
 

@@ -89,8 +89,8 @@ class Kernel:
         """The kernel of one scale."""
         n = 1 << max(14, int(np.ceil(np.log2(4 * wavelet.radius * scale))))
         response = np.sqrt(scale) * np.conj(wavelet.spectrum(2 * np.pi * scale * fft.fftfreq(n)))
-        both = wavelet.spectrum(scale * np.array([-np.pi, np.pi]))
-        response[n // 2] = np.sqrt(scale) * np.conj(both.mean())
+        nyquist = wavelet.spectrum(scale * np.array([-np.pi, np.pi]))
+        response[n // 2] = np.sqrt(scale) * np.conj(nyquist.mean())
         values = fft.ifft(response)
         if wavelet.real:
             values.imag = 0.0
@@ -118,12 +118,12 @@ class Kernel:
         and that of the oldest for all before, so that a constant gives nothing.
         """
         n = len(self.values)
-        kept = self.values[np.arange(-delay, past + 1) % n]
-        held = min(max(1, int(HELD * self.scale)), len(kept))
-        kept[:held] += np.sum(self.values[n // 2 : n - delay]) / held
-        kept[-held:] -= np.sum(kept) / held
-        kept[-1] -= np.sum(kept)  # what rounding has left
-        return kept
+        truncated = self.values[np.arange(-delay, past + 1) % n]
+        held = min(max(1, int(HELD * self.scale)), len(truncated))
+        truncated[:held] += np.sum(self.values[n // 2 : n - delay]) / held
+        truncated[-held:] -= np.sum(truncated) / held
+        truncated[-1] -= np.sum(truncated)  # what rounding has left
+        return truncated
 
     def without(self, filter_: Real) -> Complex:
         """The kernel with a symmetric filter's response divided out, laid out as `values`."""
@@ -131,9 +131,9 @@ class Kernel:
         ring = np.zeros(n)
         ring[np.arange(-half, half + 1)] = filter_
         gain = fft.fft(ring).real
-        wanted = np.abs(self.response) > 1e-3 * ENDED * np.max(np.abs(self.response))
+        passed = np.abs(self.response) > 1e-3 * ENDED * np.max(np.abs(self.response))
         # Beyond the wavelet's band a gain near zero would blow up what is nothing.
-        share = np.where(wanted & (gain > 1e-3), self.response / np.maximum(gain, 1e-3), 0.0)
+        share = np.where(passed & (gain > 1e-3), self.response / np.maximum(gain, 1e-3), 0.0)
         return fft.ifft(share)
 
 
@@ -168,7 +168,7 @@ class Tape:
     """
 
     def __init__(self, rows: int, columns: int) -> None:
-        self._kept = rows
+        self._rows = rows
         self._table = np.zeros((2 * rows + 2 * CHUNK, columns))
         self._end = rows
         #: Rows that were ever written.
@@ -178,8 +178,8 @@ class Tape:
         """Add rows at the end, at most :data:`CHUNK`."""
         end = self._end + len(rows)
         if end > len(self._table):
-            self._table[: self._kept] = self._table[self._end - self._kept : self._end]
-            self._end, end = self._kept, self._kept + len(rows)
+            self._table[: self._rows] = self._table[self._end - self._rows : self._end]
+            self._end, end = self._rows, self._rows + len(rows)
         self._table[self._end : end] = rows
         self._end = end
         self.written += len(rows)
@@ -207,9 +207,9 @@ class Tape:
             (step * down, down, across),
         )
 
-    def lower(self, by: Real) -> None:
+    def lower(self, offsets: Real) -> None:
         """Subtract from all rows that can still be read."""
-        self._table[max(0, self._end - self._kept - CHUNK) : self._end] -= by
+        self._table[max(0, self._end - self._rows - CHUNK) : self._end] -= offsets
 
     def shift(self, exponent: int) -> None:
         """Multiply all rows by a power of two."""
@@ -232,7 +232,8 @@ class Tapes:
         widest = max((len(taps) + step for step, taps in self._filters.items()), default=0)
         self.fine = Tape(max(1, rows, widest) + CHUNK, channels)
         self.coarse = {
-            step: Tape(kept + HALF + CHUNK // step + 2, channels) for step, kept in coarse.items()
+            step: Tape(samples + HALF + CHUNK // step + 2, channels)
+            for step, samples in coarse.items()
         }
         self.exponent = 0
         self._base: Real | None = None
@@ -265,15 +266,15 @@ class Tapes:
     def _scale(self) -> None:
         """Choose the exponent for the largest sample so far, and bring all there is to it."""
         size = int(np.frexp(self._peak)[1])
-        wanted = 0 if abs(size) <= SAFE else size // 64 * 64  # not anew for every larger sample
-        by = self.exponent - wanted
-        if by == 0:
+        exponent = 0 if abs(size) <= SAFE else size // 64 * 64  # not anew for every larger sample
+        step = self.exponent - exponent
+        if step == 0:
             return
-        self.exponent = wanted
+        self.exponent = exponent
         for tape in (self.fine, *self.coarse.values()):
-            tape.shift(by)
+            tape.shift(step)
         if self._base is not None:
-            self._base = np.ldexp(self._base, by)
+            self._base = np.ldexp(self._base, step)
 
     def _decimate(self, step: int, tape: Tape) -> None:
         """Write the decimated samples, at multiples of `step`, whose filter has all its samples."""
@@ -455,9 +456,9 @@ def _share(
     lines[:, :coarse] = np.where(away <= past, smooth[away % len(smooth)], 0.0)
     newest = places[places + half >= 0]
     spread = np.zeros((len(newest), lines.shape[1] - coarse))
-    for one, place in zip(spread, newest.tolist(), strict=True):
+    for row, place in zip(spread, newest.tolist(), strict=True):
         low, high = max(0, place - half), max(0, place + half + 1)
-        one[low:high] = filter_[half - place + low : half - place + high]
+        row[low:high] = filter_[half - place + low : half - place + high]
     lines[:, coarse:] -= lines[:, coarse - len(newest) : coarse] @ spread
 
 
@@ -466,8 +467,8 @@ def _balance(lines: Complex, reached: NDArray[np.bool_], held: int) -> None:
 
     Lines that reach no decimated sample are balanced as they are; `reached` is (rows, coarse).
     """
-    for line, seen in zip(lines, reached, strict=True):
-        places = np.flatnonzero(seen)[:held]
+    for line, reached_columns in zip(lines, reached, strict=True):
+        places = np.flatnonzero(reached_columns)[:held]
         if places.size:
             line[places] -= np.sum(line) / places.size
             line[places[0]] -= np.sum(line)
@@ -553,8 +554,8 @@ class StreamingCwt:
         coarse: dict[int, int] = {}
         for lv in self._levels:
             if lv.step > 1:
-                kept = lv.coarse + (lv.rows + lv.behind) // lv.step + 1
-                coarse[lv.step] = max(coarse.get(lv.step, 0), kept)
+                samples = lv.coarse + (lv.rows + lv.behind) // lv.step + 1
+                coarse[lv.step] = max(coarse.get(lv.step, 0), samples)
         self._tapes = Tapes(self.channels, fine, coarse)
 
     @property
@@ -613,11 +614,11 @@ class StreamingCwt:
                 count = (n - done) // level.block if row == 0 else 0
                 if count > 1:
                     size = count * level.block
-                    found = self._blocks(level, first + done, count)
+                    coefficients = self._blocks(level, first + done, count)
                 else:
                     size = min(n - done, level.rows - row)
-                    found = self._product(level, first + done - row, row, size)
-                out[:, level.members, done : done + size] = found
+                    coefficients = self._product(level, first + done - row, row, size)
+                out[:, level.members, done : done + size] = coefficients
                 done += size
         if self._tapes.exponent:
             np.ldexp(out, self._tapes.exponent, out=out)
@@ -627,28 +628,30 @@ class StreamingCwt:
         columns = level.fine + row + size
         first = row * 2 * level.count
         weights = level.matrix[first : first + size * 2 * level.count, : level.coarse + columns]
-        seen = self._tapes.fine.view(origin - level.fine, origin - level.fine + columns)
+        samples = self._tapes.fine.view(origin - level.fine, origin - level.fine + columns)
         if level.coarse:
             end = origin // level.step + 1  # on the tape: HALF back from here, HALF on
             coarse = self._tapes.coarse[level.step].view(end - level.coarse, end)
-            seen = np.concatenate([coarse, seen])
-        product = weights @ seen
+            samples = np.concatenate([coarse, samples])
+        product = weights @ samples
         return product.reshape(size, level.count, 2, self.channels).transpose(3, 1, 0, 2)
 
     def _blocks(self, level: Level, origin: int, count: int) -> Real:
         """Outputs of `count` whole blocks from `origin` on; shape (c, k, count * block, 2)."""
         block, columns, c = level.block, level.fine + level.block, self.channels
         # What the blocks see, side by side.
-        seen = np.empty((level.coarse + columns, count, c))
+        samples = np.empty((level.coarse + columns, count, c))
         if level.coarse:
             first = origin // level.step + 1 - level.coarse
             coarse = self._tapes.coarse[level.step]
             windows = coarse.windows(first, level.coarse, block // level.step, count)
-            seen[: level.coarse] = windows.transpose(1, 0, 2)
+            samples[: level.coarse] = windows.transpose(1, 0, 2)
         windows = self._tapes.fine.windows(origin - level.fine, columns, block, count)
-        seen[level.coarse :] = windows.transpose(1, 0, 2)
+        samples[level.coarse :] = windows.transpose(1, 0, 2)
         weights = level.matrix[: block * 2 * level.count, : level.coarse + columns]
-        product = (weights @ seen.reshape(len(seen), -1)).reshape(block, level.count, 2, count, c)
+        product = (weights @ samples.reshape(len(samples), -1)).reshape(
+            block, level.count, 2, count, c
+        )
         return product.transpose(4, 1, 3, 0, 2).reshape(c, level.count, count * block, 2)
 
 

@@ -289,11 +289,11 @@ def _tap_votes(times: Array, abrupt: Array, taps: tuple[Tap, ...], shift: Array)
     order[np.argsort(abrupt, kind="stable")] = np.linspace(-1.0, 1.0, abrupt.size)
     rank = np.where(order > 0, order**2, order)
     width = round(2.0 * MET / (times[1] - times[0])) | 1
-    met = maximum_filter1d(rank, width)
+    peaks = maximum_filter1d(rank, width)
     clearest = sorted(taps, key=lambda tap: -tap.clearness)[:MOST_TAPS]
     total = np.zeros(shift.size)
     for tap in clearest:
-        total += np.interp(tap.time + TAP_CENTRE - shift, times, met, left=0.0, right=0.0)
+        total += np.interp(tap.time + TAP_CENTRE - shift, times, peaks, left=0.0, right=0.0)
     return total / len(clearest)
 
 
@@ -396,9 +396,9 @@ def propose_clock(
     best: Lag | None = None
     for done, drift in enumerate(rates):
         yield Progress(done, len(rates), "comparing motion and force")
-        found = best_shift(motion, rate, taps, drift)
-        if best is None or found.score > best.score:
-            best = found
+        lag = best_shift(motion, rate, taps, drift)
+        if best is None or lag.score > best.score:
+            best = lag
     assert best is not None
     clock, residual, pairs, clear = _refine_by_taps(best.clock, t, e[:, 0], taps)
     confidence = _share(best.ratio, DOUBTFUL, SURE) * _share(best.alike, UNLIKE, ALIKE)
@@ -411,24 +411,24 @@ def _known(force: Array) -> Array:
     return np.stack([readings(channel) for channel in force.T], axis=1)
 
 
-def _share(value: float, nothing: float, everything: float) -> float:
+def _share(value: float, zero: float, full: float) -> float:
     """Where a value lies between two, 0..1."""
-    return float(np.clip((value - nothing) / (everything - nothing), 0.0, 1.0))
+    return float(np.clip((value - zero) / (full - zero), 0.0, 1.0))
 
 
-def _check_series(times: ArrayLike, values: ArrayLike, what: str) -> tuple[Array, Array]:
+def _check_series(times: ArrayLike, values: ArrayLike, noun: str) -> tuple[Array, Array]:
     """Times (n,) and values (n, c) as floats."""
     t = np.asarray(times, dtype=np.float64)
     v = np.asarray(values, dtype=np.float64)
     v = v[:, np.newaxis] if v.ndim == 1 else v
     if t.ndim != 1 or v.ndim != 2 or len(v) != t.size:
         raise InputError(
-            f"Synchronising needs one time for each value of the {what}; there are {t.size} times "
+            f"Synchronising needs one time for each value of the {noun}; there are {t.size} times "
             f"and values of shape {v.shape}."
         )
     if t.size < SHORTEST or t[-1] - t[0] < 1.0:
         raise InputError(
-            f"The {what} is too short to find the video's clock by; mark a tap by hand instead."
+            f"The {noun} is too short to find the video's clock by; mark a tap by hand instead."
         )
     return t, v
 

@@ -19,9 +19,9 @@ from forcelab.labels import Segment, Segments, Track, is_model
 from forcelab.simulation.scene import Performance
 
 
-def _check_probability(what: str, probability: float) -> None:
+def _check_probability(name: str, probability: float) -> None:
     if not 0 <= probability <= 1:
-        raise InputError(f"{what} needs a probability from 0 to 1, not {probability}.")
+        raise InputError(f"{name} needs a probability from 0 to 1, not {probability}.")
 
 
 @dataclass(frozen=True, slots=True)

@@ -80,9 +80,9 @@ def bristle_rate(velocity: Array, bristle: Array, stiffness: Array, limit: Array
 
 def dot(first: Array, second: Array) -> Array:
     """Products of vectors along one or two axes, the first of the arrays."""
-    both = first * second
+    products = first * second
     # For so few axes, numpy's own sums cost more than all the rest.
-    product: Array = both[0] + both[1] if len(both) == 2 else both[0]
+    product: Array = products[0] + products[1] if len(products) == 2 else products[0]
     return product
 
 

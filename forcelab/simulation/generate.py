@@ -94,11 +94,11 @@ def _batches(orders: Sequence[Job]) -> Iterator[tuple[Origin, ...]]:
 
     The tasks that take longest come last, so that progress is seen soon.
     """
-    every = sorted(
+    ordered = sorted(
         (order.origin for order in orders),
         key=lambda origin: (-TASKS.index(origin.task), origin.seed, origin.number),
     )
-    for _, batch in groupby(every, key=lambda o: (o.task, o.seed, (o.number - 1) // BATCH)):
+    for _, batch in groupby(ordered, key=lambda o: (o.task, o.seed, (o.number - 1) // BATCH)):
         yield tuple(batch)
 
 

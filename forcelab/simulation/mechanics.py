@@ -630,11 +630,11 @@ class Mechanics:
         p, count, d = self._p, len(self.positions), self._x
         instant = SimpleNamespace()
         # Places and velocities in one: how near each jaw is to the body's middle.
-        both = states[: 2 * count].reshape(2, count, -1)
-        near, nearing = both[:, :2] + SIDES * both[:, d, None]
+        bodies = states[: 2 * count].reshape(2, count, -1)
+        near, nearing = bodies[:, :2] + SIDES * bodies[:, d, None]
         half, stiffness, depth_rate = p.body.half_width, p.body.stiffness, -nearing
         if p.profile is not None:
-            along, passing = both[:, d - 1] - both[:, -1]
+            along, passing = bodies[:, d - 1] - bodies[:, -1]
             instant.width = width_at(along, half, p.profile)
             half, stiffness = instant.width.half, stiffness * instant.width.left
             depth_rate += instant.width.slope * passing
@@ -644,7 +644,7 @@ class Mechanics:
         )
         instant.touch = -(states[0] + states[1])
         if self.layout.ground:
-            place, speed = both[:, self._held]
+            place, speed = bodies[:, self._held]
             instant.table = table_under(place[1:], speed[1:], p.socket)
         return instant
 
@@ -676,9 +676,9 @@ class Mechanics:
         instant.limit, instant.friction = limit[0], surfaces.jaws(friction)
         instant.rates[self._rub] = surfaces.jaws(rate).reshape(2 * len(sliding), -1)
         if not self.layout.thread:
-            both = instant.friction[:, 0] + instant.friction[:, 1]
-            force[2:d] -= both
-            force[self._along] += both
+            friction_sum = instant.friction[:, 0] + instant.friction[:, 1]
+            force[2:d] -= friction_sum
+            force[self._along] += friction_sum
         if self.layout.ground:
             instant.rates[self._slide] = surfaces.table(rate)
             force[d : d + len(slides)] -= surfaces.table(friction)
@@ -691,9 +691,9 @@ class Mechanics:
         body, width = self._p.body, instant.width
         stored = contact.hunt_crossley_energy(instant.depth, body.stiffness, self._exponent)
         instant.widening = -instant.normal * width.slope - stored * width.left_slope
-        both = instant.widening.sum(axis=0)
-        force[self._x - 1] += both
-        force[-1] -= both
+        push = instant.widening.sum(axis=0)
+        force[self._x - 1] += push
+        force[-1] -= push
 
     def _turn(self, instant: SimpleNamespace, states: Array, force: Array) -> None:
         """Turn the cap: the jaws' friction turns it, the thread holds it back."""

@@ -65,11 +65,11 @@ class Origin:
     @classmethod
     def parsed(cls, source: str) -> Origin | None:
         """The origin that a demonstration's source tells; None where it tells anything else."""
-        found = _SOURCE.fullmatch(source)
-        if found is None or found[1] not in TASKS:
+        match = _SOURCE.fullmatch(source)
+        if match is None or match[1] not in TASKS:
             return None
         try:
-            origin = cls(cast(Task, found[1]), int(found[2]), int(found[3]), float(found[4]))
+            origin = cls(cast(Task, match[1]), int(match[2]), int(match[3]), float(match[4]))
         except InputError:
             return None
         return origin if str(origin) == source else None

@@ -1173,16 +1173,16 @@ def _has_index(path: Path) -> bool:
     """Whether an mp4 file is a sequence of whole boxes, one of them the index of its frames."""
     with path.open("rb") as stream:
         end = stream.seek(0, os.SEEK_END)
-        place, found = 0, False
+        place, has_index = 0, False
         while place < end:
             stream.seek(place)
             head = stream.read(8)
             size = int.from_bytes(head[:4], "big")
-            found = found or head[4:] == b"moov"
+            has_index = has_index or head[4:] == b"moov"
             if size < 8:
                 return False
             place += size
-    return found and place == end
+    return has_index and place == end
 
 
 @contextlib.contextmanager

@@ -94,9 +94,9 @@ class _Part:
                     f"{'above zero' if above else 'not negative'}, not {value}."
                 )
 
-    def _demand(self, met: bool, sentence: str) -> None:
+    def _demand(self, holds: bool, sentence: str) -> None:
         """Refuse a part whose numbers do not fit together."""
-        if not met:
+        if not holds:
             raise InputError(f"{type(self).__name__}: {sentence}.")
 
 
@@ -316,8 +316,8 @@ class Scene:
     @property
     def parts(self) -> tuple[object, ...]:
         """Which parts it has, and the axes of its arm: what a batch has in common."""
-        has = tuple(getattr(self, field.name) is not None for field in fields(self))
-        return (*has, self.arm.axes if self.arm else ())
+        present = tuple(getattr(self, field.name) is not None for field in fields(self))
+        return (*present, self.arm.axes if self.arm else ())
 
     def __post_init__(self) -> None:
         axes = self.arm.axes if self.arm else ()
@@ -327,8 +327,8 @@ class Scene:
             (self.profile, "z" in axes, "a width that varies needs an arm that moves along z"),
             (self.thread, self.arm is None, "a thread and an arm are not combined"),
         )
-        for part, met, sentence in needs:
-            if part is not None and not met:
+        for part, holds, sentence in needs:
+            if part is not None and not holds:
                 raise InputError(f"The scene of '{self.task}' does not fit together: {sentence}.")
 
 

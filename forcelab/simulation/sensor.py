@@ -72,8 +72,8 @@ class Sensor:
             shape = _SHAPES.get(item.name, ())
             values = np.array(getattr(self, item.name), dtype=np.float64)
             if values.shape != shape or not np.isfinite(values).all():
-                what = "a finite number" if shape == () else f"finite, of shape {shape}"
-                raise InputError(f"Sensor.{item.name} must be {what}.")
+                need = "a finite number" if shape == () else f"finite, of shape {shape}"
+                raise InputError(f"Sensor.{item.name} must be {need}.")
             if (values < _LEAST.get(item.name, 0.0)).any():
                 raise InputError(f"Sensor.{item.name} must not be {values.min():g}.")
             if shape:

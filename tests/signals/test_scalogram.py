@@ -689,7 +689,7 @@ def test_what_is_not_in_the_file_is_computed(file, complete, demonstration, monk
     assert store_tiles(file.parent, complete, TILE_SCALES)
     view = again(file.parent, demonstration)
     tiles = view.tiles(TILE_SCALES)
-    assert tiles.told_cell == 256
+    assert tiles.stored_cell == 256
     assert not tiles.missing(0, N, 256)
     assert tiles.missing(0, N)
     found, expected = entire(view, 1000, 300_000), entire(complete, 1000, 300_000)
@@ -775,5 +775,5 @@ def test_a_file_is_a_few_megabytes_however_long_the_recording_is():
     source = finish(open_source(short, "fz"))
     for count, cell in ((1_000_000, 64), (10_000_000, 256), (86_000_000, 2048)):
         tiles = module.Tiles(replace(source, count=count), 0.0, Level(0.0, 0), scales, Morlet())
-        assert tiles.told_cell == cell
-        assert tiles.told()["cells"].nbytes <= 10_000_000
+        assert tiles.stored_cell == cell
+        assert tiles.to_arrays()["cells"].nbytes <= 10_000_000

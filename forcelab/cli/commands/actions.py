@@ -27,8 +27,8 @@ def run(arguments: argparse.Namespace) -> None:
     entries = {entry.action: entry for entry in glossary()}
     for action in arguments.actions:
         if action not in entries:
-            known = ", ".join(entries)
-            raise UsageError(f"There is no '{action}' in the glossary; it has {known}.")
+            names = ", ".join(entries)
+            raise UsageError(f"There is no '{action}' in the glossary; it has {names}.")
     chosen = [entries[action] for action in arguments.actions or entries]
     print_result(
         arguments.json,

@@ -66,30 +66,30 @@ def run(arguments: argparse.Namespace) -> None:
             coded_demonstrations(project, arguments.task, same)  # says who is not known
         coded, _ = coded_demonstrations(project, arguments.task, chosen, without=(CONSENSUS,))
     with progress_bar("comparing") as watch:
-        found = finish(agreement(coded, same=same), watch)
-    if not found.pairs and not found.repeated:
+        result = finish(agreement(coded, same=same), watch)
+    if not result.pairs and not result.repeated:
         raise InputError(
             f"No demonstration is labelled by two coders; have a second one label some with "
             f"'forcelab assign {arguments.project} DEMO --author NAME'."
         )
     names = {demonstration.id: demonstration.name for demonstration in coded}
-    text = "\n".join(map(printable, _report(found, names)))
-    print_result(arguments.json, _json_content(found, names), text)
+    text = "\n".join(map(printable, _report(result, names)))
+    print_result(arguments.json, _json_content(result, names), text)
 
 
-def _report(found: Agreement, names: dict[str, str]) -> list[str]:
+def _report(result: Agreement, names: dict[str, str]) -> list[str]:
     lines = []
-    if found.pairs:
-        lines += [*_pairs(found.pairs), ""]
-    if found.fleiss is not None and found.fleiss_coders > 2:
-        lines += [f"Fleiss' kappa of all: {_kappa(found.fleiss)}", ""]
-    for pair in found.pairs:
+    if result.pairs:
+        lines += [*_pairs(result.pairs), ""]
+    if result.fleiss is not None and result.fleiss_coders > 2:
+        lines += [f"Fleiss' kappa of all: {_kappa(result.fleiss)}", ""]
+    for pair in result.pairs:
         lines += _pair(pair, names)
-    for pair in found.repeated:
+    for pair in result.repeated:
         lines += [f"One coder, labelling twice: kappa {_kappa(pair.kappa)}", ""]
         lines += _pair(pair, names)
-    for own in found.own:
-        lines += _consistency_table(own, names)
+    for consistency in result.own:
+        lines += _consistency_table(consistency, names)
     lines += [
         "Kappa: agreement beyond chance (0 chance, 1 full) over the time that both labelled; words",
         "by Landis and Koch (1977). only one: share of the time that only one of them labelled.",
@@ -159,8 +159,8 @@ def _places(pair: PairAgreement, names: dict[str, str]) -> list[str]:
     return [*lines, *([f"  and {counted(more, 'more place')}"] * (more > 0))]
 
 
-def _consistency_table(own: Consistency, names: dict[str, str]) -> list[str]:
-    rows = [[f"{own.author} alone", "segments", "mean s", "variation %"]]
+def _consistency_table(consistency: Consistency, names: dict[str, str]) -> list[str]:
+    rows = [[f"{consistency.author} alone", "segments", "mean s", "variation %"]]
     rows += [
         [
             f"  {action.task}: {action.action}",
@@ -168,16 +168,16 @@ def _consistency_table(own: Consistency, names: dict[str, str]) -> list[str]:
             f"{action.mean:.3f}",
             percent(action.variation),
         ]
-        for action in own.actions
+        for action in consistency.actions
     ]
     lines = table(rows, right=(1, 2, 3)).split("\n")
     lines += [
         f"  odd duration: {place.human} {_place_text(place, names)}, {place.duration:.3f} s"
-        for place in own.odd[:WORST]
+        for place in consistency.odd[:WORST]
     ]
     lines += [
         f"  nowhere else: {place.human} then {place.predicted} {_place_text(place, names)}"
-        for place in own.rare[:WORST]
+        for place in consistency.rare[:WORST]
     ]
     return [*lines, ""]
 
@@ -190,7 +190,7 @@ def _kappa(kappa: float | None) -> str:
     return "-" if kappa is None else f"{kappa:.3f} ({landis_koch(kappa)})"
 
 
-def _json_content(found: Agreement, names: dict[str, str]) -> dict[str, Any]:
+def _json_content(result: Agreement, names: dict[str, str]) -> dict[str, Any]:
 
     def plain(places: Sequence[Interval], first: str, second: str) -> list[dict[str, Any]]:
         return [
@@ -205,17 +205,17 @@ def _json_content(found: Agreement, names: dict[str, str]) -> dict[str, Any]:
             for place in places[:WORST_JSON]
         ]
 
-    content = found.to_json()
-    for key, pairs in (("pairs", found.pairs), ("repeated", found.repeated)):
+    content = result.to_json()
+    for key, pairs in (("pairs", result.pairs), ("repeated", result.repeated)):
         for record, pair in zip(content[key], pairs, strict=True):
             record["places"] = {
                 "apart": plain(pair.apart, "first", "second"),
                 "alone": plain(pair.alone, "first", "second"),
                 "shifted": plain(pair.shifted, "first", "second"),
             }
-    for record, own in zip(content["own"], found.own, strict=True):
+    for record, consistency in zip(content["own"], result.own, strict=True):
         record["places"] = {
-            "odd": plain(own.odd, "action", "other"),
-            "rare": plain(own.rare, "action", "next"),
+            "odd": plain(consistency.odd, "action", "other"),
+            "rare": plain(consistency.rare, "action", "next"),
         }
     return content

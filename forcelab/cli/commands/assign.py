@@ -26,11 +26,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     add_author(parser, "the coder; without DEMO and --task: only this coder's")
     add_task(parser, "all demonstrations of this task")
-    what = parser.add_mutually_exclusive_group()
-    what.add_argument("--open", action="store_true", help="assign openly, not blind")
-    what.add_argument("--done", action="store_true", help="mark as done")
-    what.add_argument("--reopen", action="store_true", help="mark as not done")
-    what.add_argument("--remove", action="store_true", help="withdraw the assignment")
+    mode = parser.add_mutually_exclusive_group()
+    mode.add_argument("--open", action="store_true", help="assign openly, not blind")
+    mode.add_argument("--done", action="store_true", help="mark as done")
+    mode.add_argument("--reopen", action="store_true", help="mark as not done")
+    mode.add_argument("--remove", action="store_true", help="withdraw the assignment")
     add_json(parser)
 
 
@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> None:
         elif arguments.open or arguments.done or arguments.reopen or arguments.remove:
             raise UsageError("No demonstration was named; give names, ids or --task.")
         assignments = project.coding.assignments(arguments.author)
-    shown = [
+    pairs = [
         (assignment, infos[assignment.demonstration])
         for assignment in assignments
         if not chosen or assignment.demonstration in chosen
@@ -56,8 +56,8 @@ def run(arguments: argparse.Namespace) -> None:
     header = ["task", "demonstration", "coder", "", "assigned", "done"]
     print_result(
         arguments.json,
-        {"assignments": [_json_content(*pair) for pair in shown]},
-        table([header, *(_row(*pair) for pair in shown)]) if shown else "Nothing is assigned.",
+        {"assignments": [_json_content(*pair) for pair in pairs]},
+        table([header, *(_row(*pair) for pair in pairs)]) if pairs else "Nothing is assigned.",
     )
 
 
@@ -87,8 +87,8 @@ def _row(assignment: Assignment, info: DemonstrationInfo) -> list[str]:
         "-" if time is None else f"{time:%Y-%m-%d %H:%M}"
         for time in (assignment.assigned, assignment.done)
     )
-    how = "blind" if assignment.blind else "open"
-    return [info.task, info.name, assignment.author, how, assigned, done]
+    blinding = "blind" if assignment.blind else "open"
+    return [info.task, info.name, assignment.author, blinding, assigned, done]
 
 
 def _json_content(assignment: Assignment, info: DemonstrationInfo) -> dict[str, object]:

@@ -50,12 +50,12 @@ def run(arguments: argparse.Namespace) -> None:
         "remarks": [damage] if damage else [],
     }
     video, name = str(arguments.video), demonstration.name
-    done = (
+    sentence = (
         f"Attached '{video}' to '{name}'"
         if demonstration.video is None
         else f"Replaced the video of '{name}' by '{video}'"
     )
-    text = f"{done}, offset {clock.offset:+.4f} s; 'forcelab sync' can find the offset."
+    text = f"{sentence}, offset {clock.offset:+.4f} s; 'forcelab sync' can find the offset."
     print_result(arguments.json, content, printable(text))
     if damage and not arguments.json:
         print(f"forcelab: {printable(damage)}", file=sys.stderr)

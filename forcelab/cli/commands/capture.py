@@ -138,8 +138,8 @@ class LiveTrackRecorder:
     def look(self) -> None:
         """Take in what came since."""
         with uninterrupted():
-            found = self._tried(self._live.look)
-        self._print(found or ())
+            segments = self._tried(self._live.look)
+        self._print(segments or ())
 
     def finish(self) -> None:
         """The recording has ended: take in the last of it."""
@@ -165,10 +165,10 @@ class LiveTrackRecorder:
             )
         return None
 
-    def _print(self, found: Sequence[ClosedSegment]) -> None:
+    def _print(self, segments: Sequence[ClosedSegment]) -> None:
         """Print the segments that have ended, as long as anybody reads that."""
         try:
-            for segment in found if self._out is not None else ():
+            for segment in segments if self._out is not None else ():
                 sure = "" if math.isnan(segment.probability) else f"  {segment.probability:.2f}"
                 start, end = (
                     max(at - self._live.begun, 0.0) for at in (segment.start, segment.end)
@@ -231,9 +231,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=float,
         help="delay of labels behind the forces; the longer, the better they are (0.3)",
     )
-    what = parser.add_mutually_exclusive_group()
-    what.add_argument("--list", action="store_true", help="show what is plugged in")
-    what.add_argument(
+    mode = parser.add_mutually_exclusive_group()
+    mode.add_argument("--list", action="store_true", help="show what is plugged in")
+    mode.add_argument(
         "--recover", action="store_true", help="make demonstrations of unfinished recordings"
     )
     add_json(parser)
@@ -306,8 +306,8 @@ def _record(arguments: argparse.Namespace) -> int:
     if trouble:
         _print_notice(trouble)
     if arguments.json:
-        more = {} if recognised is None else {"recognised": recognised}
-        print(json_text(_json_content(saved, state) | more))
+        extra = {} if recognised is None else {"recognised": recognised}
+        print(json_text(_json_content(saved, state) | extra))
     else:
         print(_summary(saved, state))
         if recognised is not None:
@@ -353,14 +353,14 @@ def _watch(
 ) -> None:
     """Wait until so many seconds are recorded, and show how it goes."""
     until = time.monotonic() + (math.inf if seconds is None else seconds)
-    shown = -math.inf
+    shown_at = -math.inf
     while (left := until - time.monotonic()) > 0:
         time.sleep(min(LOOK if recognition is None else BLOCK, left))
         if recognition is not None:
             recognition.look()
-        if time.monotonic() - shown < LOOK:
+        if time.monotonic() - shown_at < LOOK:
             continue
-        shown = time.monotonic()
+        shown_at = time.monotonic()
         for sentence in recorder.remarks():
             _print_notice(sentence)
         if sys.stderr.isatty():
@@ -449,11 +449,11 @@ def _finite(value: float) -> float | None:
 def _recover(path: Path, json: bool) -> int:
     """Make demonstrations of unfinished recordings; 1 where one that holds anything cannot be."""
     Project.open(path).close()
-    found = recover(path)
+    recoveries = recover(path)
     if json:
-        print(json_text({"recovered": [_recovery(recovered) for recovered in found]}))
+        print(json_text({"recovered": [_recovery(recovered) for recovered in recoveries]}))
     else:
-        for recovered in found:
+        for recovered in recoveries:
             saved = recovered.recording
             if saved is None:
                 print(printable(recovered.problem))
@@ -461,9 +461,11 @@ def _recover(path: Path, json: bool) -> int:
             for remark in saved.remarks:
                 print(printable(remark))
             print(f"{printable(saved.added.name)}: {saved.seconds:.2f} s recovered.")
-        good = sum(recovered.recording is not None for recovered in found)
-        print(f"{counted(len(found), 'unfinished recording')}: {good} recovered.")
-    return int(any(recovered.recording is None and not recovered.removed for recovered in found))
+        count = sum(recovered.recording is not None for recovered in recoveries)
+        print(f"{counted(len(recoveries), 'unfinished recording')}: {count} recovered.")
+    return int(
+        any(recovered.recording is None and not recovered.removed for recovered in recoveries)
+    )
 
 
 def _recovery(recovered: RecoveredRecording) -> dict[str, Any]:

@@ -74,22 +74,22 @@ def _checks() -> Iterator[Check]:
     yield Check("python", platform.python_version())
     yield Check("sqlite", sqlite3.sqlite_version)
     for name in NEEDED:
-        found = _version(name)
-        yield Check(name, found or "missing", found is not None, "" if found else _cure(name))
+        version = _version(name)
+        yield Check(name, version or "missing", version is not None, "" if version else _cure(name))
     for name, extra in EXTRAS.items():
-        found = _version(name)
-        yield Check(name, found or f"not installed (only the extra {extra} needs it)")
+        version = _version(name)
+        yield Check(name, version or f"not installed (only the extra {extra} needs it)")
     yield from _run_check("Qt", _qt)
     yield from _run_check("video", _codecs)
     yield from _run_check("devices", _devices)
 
 
-def _run_check(what: str, look: Callable[[], Iterator[Check]]) -> Iterator[Check]:
+def _run_check(subject: str, look: Callable[[], Iterator[Check]]) -> Iterator[Check]:
     """The findings of one look, or why it cannot be taken."""
     try:
         yield from look()
     except (ImportError, InputError) as error:
-        yield Check(what, f"cannot be tried: {error}", well=False, cure=_cure("."))
+        yield Check(subject, f"cannot be tried: {error}", well=False, cure=_cure("."))
 
 
 def _version(name: str) -> str | None:
@@ -141,11 +141,11 @@ def _devices() -> Iterator[Check]:
     """Cameras and serial ports, and whether this user may use them."""
     from forcelab.capture.discovery import find_cameras, find_ports
 
-    found = find_cameras()
-    for camera in found:
+    cameras = find_cameras()
+    for camera in cameras:
         cure = "" if camera.usable else "sudo usermod -aG video $USER, then log in again"
         yield Check(f"camera {camera.device}", camera.name, camera.usable, cure)
-    if not found:
+    if not cameras:
         yield Check("cameras", "none plugged in")
     ports = find_ports()
     for port in ports:

@@ -73,8 +73,8 @@ def _rows(evaluation: Evaluation, stage: str) -> Iterator[tuple[str, str, list[A
     yield "pooled", "", [look_up(record, metric) for metric in METRICS]
     ranges = evaluation.intervals(stage)
     for end, name in enumerate(("lower", "upper")):
-        found = (ranges[metric] for metric in METRICS)
-        yield name, "", [None if ends is None else ends[end] for ends in found]
+        intervals = (ranges[metric] for metric in METRICS)
+        yield name, "", [None if ends is None else ends[end] for ends in intervals]
 
 
 #: What the scores are, at the end of the manual of ``evaluate``.
@@ -236,7 +236,7 @@ def _score_tables(evaluation: Evaluation) -> str:
     ranges = [evaluation.intervals(which) for which in ("raw", "filtered")]
     if not (reason := ranges[0].reason):
         rows.append(_ranges(*ranges))
-    seconds = ", ".join(f"{name} {spent:.2f} s" for name, spent in evaluation.seconds.items())
+    seconds = ", ".join(f"{name} {duration:.2f} s" for name, duration in evaluation.seconds.items())
     parts = [
         f"{printable(evaluation.title)}: preset {settings.preset}, {settings.classifier}, "
         f"stride {settings.stride}, seed {settings.seed}; "
@@ -298,8 +298,8 @@ def _row(raw: Scores, filtered: Scores) -> list[str]:
 def _ranges(raw: Intervals, filtered: Intervals) -> list[str]:
     """The line of intervals below the pooled scores."""
 
-    def rate(found: Intervals, name: str) -> str:
-        ends = found[name]
+    def rate(intervals: Intervals, name: str) -> str:
+        ends = intervals[name]
         return "-" if ends is None else f"{100 * ends[0]:.1f}–{100 * ends[1]:.1f}"
 
     median = filtered["boundary_labelled_ms.median"]
@@ -319,11 +319,11 @@ def _actions(evaluation: Evaluation, raw: Scores, filtered: Scores) -> str:
     each = zip(evaluation.actions, raw.confusion, filtered.confusion, strict=True)
     for i, (action, before, after) in enumerate(each):
         total = sum(after)
-        wrong = [0 if j == i else n for j, n in enumerate(after)]
-        worst = max(range(len(wrong)), key=wrong.__getitem__)
-        taken = f"{names[worst]} ({percent(wrong[worst] / total)})" if any(wrong) else ""
+        confused = [0 if j == i else n for j, n in enumerate(after)]
+        worst = max(range(len(confused)), key=confused.__getitem__)
+        confusion = f"{names[worst]} ({percent(confused[worst] / total)})" if any(confused) else ""
         shares = (percent(counts[i] / total if total else None) for counts in (before, after))
-        rows.append([action, *shares, taken])
+        rows.append([action, *shares, confusion])
     return table(rows, right=[1, 2])
 
 
@@ -353,7 +353,9 @@ def _draw_pairs(
     for (tasks, evaluation), file in zip(evaluated.evaluations, files, strict=True):
         _, each = evaluation.scores("filtered")
         tested = () if choice.test_task is None else (choice.test_task,)
-        known = {task: vocabularies[task] for task in (*tested, *tasks) if task in vocabularies}
+        task_vocabularies = {
+            task: vocabularies[task] for task in (*tested, *tasks) if task in vocabularies
+        }
         pairs = tuple(
             Pair(
                 item.name,
@@ -368,7 +370,7 @@ def _draw_pairs(
         TimelinePairs(
             evaluation.title,
             pairs,
-            joined(known, apart=choice.apart).with_actions(*evaluation.actions),
+            joined(task_vocabularies, apart=choice.apart).with_actions(*evaluation.actions),
             evaluation.actions,
             note_key="At the right: accuracy after the filters.",
         ).save(file)

@@ -71,8 +71,8 @@ def _export(arguments: argparse.Namespace, out: Path) -> tuple[Path, ...]:
 def _print(arguments: argparse.Namespace) -> None:
     """Print the text of what would be the only file."""
     if arguments.json or not FORMATS[arguments.format].prints:
-        what = "what --json tells of" if arguments.json else f"the format {arguments.format}"
-        raise UsageError(f"For {what} name a folder: --out - prints the text of one file.")
+        form = "what --json tells of" if arguments.json else f"the format {arguments.format}"
+        raise UsageError(f"For {form} name a folder: --out - prints the text of one file.")
     with tempfile.TemporaryDirectory(prefix="forcelab-") as folder:
         texts = [path.read_bytes().decode() for path in _export(arguments, Path(folder))]
     if len(texts) > 1:

@@ -89,9 +89,9 @@ def _left_to_label(
     assigned = {
         assignment.demonstration: assignment for assignment in project.coding.assignments(author)
     }
-    alike = name_alike(author, project.coding.people())
-    if alike is not None and not assigned:
-        raise InputError(f"'{author}' has labelled nothing here; there is '{alike}'.")
+    similar = name_alike(author, project.coding.people())
+    if similar is not None and not assigned:
+        raise InputError(f"'{author}' has labelled nothing here; there is '{similar}'.")
     return tuple(
         info
         for info in infos

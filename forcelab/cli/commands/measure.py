@@ -95,9 +95,9 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse what does not go together, before the work and not after it."""
-    what, figure = arguments.what, arguments.figure
-    if figure is not None and what == ALL:
-        raise UsageError(f"There is no figure of '{what}'; leave --figure away.")
+    module, figure = arguments.what, arguments.figure
+    if figure is not None and module == ALL:
+        raise UsageError(f"There is no figure of '{module}'; leave --figure away.")
     if figure is not None:
         from forcelab.gui.figures.figure import check_suffix
 
@@ -109,15 +109,15 @@ def _check(arguments: argparse.Namespace) -> None:
         "--thorough": arguments.thorough,
     }
     misplaced = [name for name, value in recognition_only.items() if value]
-    if misplaced and what not in (RECOGNITION, ALL):
-        raise UsageError(f"{misplaced[0]} goes with '{RECOGNITION}', not with '{what}'.")
+    if misplaced and module not in (RECOGNITION, ALL):
+        raise UsageError(f"{misplaced[0]} goes with '{RECOGNITION}', not with '{module}'.")
 
 
-def _job(what: str, arguments: argparse.Namespace) -> Generator[Progress, None, Table]:
+def _job(module: str, arguments: argparse.Namespace) -> Generator[Progress, None, Table]:
     """What measures one thing."""
-    if what == RECOGNITION:
+    if module == RECOGNITION:
         return _recognition(arguments)
-    job: Generator[Progress, None, Table] = import_module(MODULES[what]).tabulate(
+    job: Generator[Progress, None, Table] = import_module(MODULES[module]).tabulate(
         quick=arguments.quick
     )
     return job
@@ -156,15 +156,15 @@ def _sample(scratch: Path) -> Generator[Progress, None, Path]:
 def _measure_all(arguments: argparse.Namespace) -> None:
     """Measure one thing after the other; what cannot be measured here is told by its name."""
     texts, tables, skipped = [], {}, {}
-    for what in MODULES:
-        with progress_bar(f"measuring {what}") as watch:
-            measured, why = _try_job(_job(what, arguments), watch)
+    for module in MODULES:
+        with progress_bar(f"measuring {module}") as watch:
+            measured, why = _try_job(_job(module, arguments), watch)
         if measured is None:
-            skipped[what] = why
+            skipped[module] = why
             continue
         texts.append(table_text(measured))
-        tables[what] = measured.to_json()
-    texts += [f"Skipped: {what}: {why}" for what, why in skipped.items()]
+        tables[module] = measured.to_json()
+    texts += [f"Skipped: {module}: {why}" for module, why in skipped.items()]
     report("\n\n".join(texts), {"tables": tables, "skipped": skipped}, arguments.json)
 
 

@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace) -> None:
                 project.coding.set_note(id_, author, text)
         infos = {info.id: info for info in project.demonstrations.infos()}
         notes = project.coding.note_events() if arguments.history else project.coding.notes()
-    shown = [
+    pairs = [
         (note, infos[note.demonstration])
         for note in notes
         if id_ in (None, note.demonstration) and author in (None, note.author)
@@ -53,10 +53,10 @@ def run(arguments: argparse.Namespace) -> None:
         {
             "notes": [
                 {"id": info.id, "name": info.name, "task": info.task, **note_json(note)}
-                for note, info in shown
+                for note, info in pairs
             ]
         },
-        table([header, *(_row(*pair) for pair in shown)]) if shown else "There is no note.",
+        table([header, *(_row(*pair) for pair in pairs)]) if pairs else "There is no note.",
     )
 
 

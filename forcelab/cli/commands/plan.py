@@ -128,7 +128,7 @@ def viewing_parts(demonstration: Demonstration, authors: Sequence[str]) -> Itera
 def recognition_parts(demonstration: Demonstration, settings: Settings) -> Iterator[Part]:
     """What is computed to recognise a demonstration; `InputError` if a channel is missing."""
     recorded, rate = demonstration.channels, settings.rate or demonstration.rate
-    every, chosen = channel_map(recorded), channel_map(recorded, settings.channels)
+    offered, chosen = channel_map(recorded), channel_map(recorded, settings.channels)
     times, signals = demonstration.times[:MEASURED], demonstration.signals[:MEASURED]
     beginning = LabelledDemonstration(replace(demonstration, times=times, signals=signals))
     samples = round(demonstration.duration * rate)
@@ -148,9 +148,9 @@ def recognition_parts(demonstration: Demonstration, settings: Settings) -> Itera
     for name, places in zip(chosen.names, chosen.columns, strict=True):
         columns = ", ".join(recorded[chosen.recorded[place]].name for place in places)
         yield Part(f"channel {name}", True, f"from {columns}")
-    for name in (name for name in every.names if name not in chosen.names):
+    for name in (name for name in offered.names if name not in chosen.names):
         yield Part(f"channel {name}", False, "the settings do not name it")
-    for column in sorted(set(every.recorded).difference(chosen.recorded)):
+    for column in sorted(set(offered.recorded).difference(chosen.recorded)):
         yield Part(f"column {recorded[column].name}", False, "no computed channel needs it")
     if settings.step is not None:
         yield Part("every time step", False, f"decided at {rate / settings.hop(rate):.6g} Hz")
@@ -167,8 +167,10 @@ def recognition_parts(demonstration: Demonstration, settings: Settings) -> Itera
         if field.kind in ("flag", "choice") or field.name in ("threshold", "median", "drop"):
             value, why = getattr(settings, field.name), why_not_applied(field.name, vars(settings))
             used = not why and value is not None and value is not False
-            shown = ("on" if value is True else f"{value} {field.unit}".strip()) if used else "off"
-            yield Part(field.label[0].lower() + field.label[1:], used, why or shown)
+            setting_text = (
+                ("on" if value is True else f"{value} {field.unit}".strip()) if used else "off"
+            )
+            yield Part(field.label[0].lower() + field.label[1:], used, why or setting_text)
 
 
 def _scalograms(demonstration: Demonstration, names: Sequence[str]) -> None:
@@ -182,8 +184,8 @@ def measure_parts(parts: Sequence[Part]) -> Generator[Progress, None, list[dict[
     """Median CPU seconds and bytes of the parts that can be measured; None where one refuses."""
     costs = yield from measure_works({p.name: p.work for p in parts if p.work})
     costs[REST] = costs[REST].without(costs[FEATURES])  # which are measured in it
-    known = [p for p in parts if p.name in costs]
-    return [{"name": p.name, "computed": p.computed} | asdict(costs[p.name]) for p in known]
+    measured = [p for p in parts if p.name in costs]
+    return [{"name": p.name, "computed": p.computed} | asdict(costs[p.name]) for p in measured]
 
 
 def costs_text(costs: Sequence[dict[str, Any]]) -> str:
@@ -191,8 +193,10 @@ def costs_text(costs: Sequence[dict[str, Any]]) -> str:
     rows: list[list[str]] = []
     for computed, word in WORDS.items():
         some = [c for c in costs if c["computed"] == computed and not c["refusal"]]
-        known = [(c["name"], c["seconds"], c["bytes"]) for c in some]
-        known.append(("all of this", sum(row[1] for row in known), sum(row[2] for row in known)))
-        rows += [[word, n, f"{cpu:.3f}", f"{taken / MEGABYTE:.1f}"] for n, cpu, taken in known]
+        measured = [(c["name"], c["seconds"], c["bytes"]) for c in some]
+        measured.append(
+            ("all of this", sum(row[1] for row in measured), sum(row[2] for row in measured))
+        )
+        rows += [[word, n, f"{cpu:.3f}", f"{memory / MEGABYTE:.1f}"] for n, cpu, memory in measured]
     refused = [printable(f"{cost['name']}: {cost['refusal']}") for cost in costs if cost["refusal"]]
     return "\n".join([table([["", "measured", "CPU s", "MB"], *rows], right=(2, 3)), *refused])

@@ -107,29 +107,35 @@ def _text(track: Track, kind: str) -> str:
     return to_csv([track]) if kind == "csv" else to_audacity(track)
 
 
-def _shown(found: list[tuple[str, Track]], kind: str) -> str:
+def _shown(predictions: list[tuple[str, Track]], kind: str) -> str:
     """What is printed: one track as its file would be, several with their names in front."""
-    if len(found) == 1:
-        return _text(found[0][1], kind)
+    if len(predictions) == 1:
+        return _text(predictions[0][1], kind)
     if kind == "audacity":
         raise InputError("A label track holds one demonstration; name a folder with --out.")
     rows = (
         (name, *map(repr, times), segment.action, track.author)
-        for name, track in found
+        for name, track in predictions
         for segment, times in plain_times(track)
     )
     return table_text(("demonstration", *COLUMNS), rows)
 
 
-def _write(found: list[tuple[str, Track]], out: Path, kind: str, inputs: list[Path]) -> list[Path]:
+def _write(
+    predictions: list[tuple[str, Track]], out: Path, kind: str, inputs: list[Path]
+) -> list[Path]:
     """Write one file, or one file a demonstration into a folder; gives what was written."""
-    texts = [_text(track, kind) for _, track in found]
+    texts = [_text(track, kind) for _, track in predictions]
     if not _is_folder(out):
-        if len(found) > 1:
-            raise InputError(f"'{out}' is one file; {len(found)} demonstrations need a folder.")
+        if len(predictions) > 1:
+            raise InputError(
+                f"'{out}' is one file; {len(predictions)} demonstrations need a folder."
+            )
         write_atomically(out, texts[0].encode())
         return [out]
-    paths = [out / f"{name}{ENDINGS[kind]}" for name in file_names([name for name, _ in found])]
+    paths = [
+        out / f"{name}{ENDINGS[kind]}" for name in file_names([name for name, _ in predictions])
+    ]
     with output_folder(out, inputs):
         check_outputs(paths, inputs)
         for path, text in zip(paths, texts, strict=True):

@@ -64,12 +64,12 @@ def run(arguments: argparse.Namespace) -> None:
             _ask_demonstrations(project, arguments.demonstrations, removal)
             _ask_runs(project, arguments.run or (), removal)
             _ask_recognisers(project, arguments.recogniser or (), removal)
-        goes = ", ".join(removal.goes)
+        losses = ", ".join(removal.goes)
         if not arguments.yes:
             single = len(removal.named) == 1
             raise InputError(
                 f"{listed(removal.named, NAMED)} {'was' if single else 'were'} not removed: with "
-                f"{'it' if single else 'them'} would go {goes}, for good; give --yes "
+                f"{'it' if single else 'them'} would go {losses}, for good; give --yes "
                 f"to remove {'it' if single else 'them'}."
             )
         project.refuse_read_only()
@@ -80,7 +80,7 @@ def run(arguments: argparse.Namespace) -> None:
         for id_ in removal.recognisers:
             if id_ in project.runs.recogniser_bytes():
                 project.runs.remove_recogniser(id_)
-    text = printable(f"Removed {listed(removal.named, NAMED)}: {goes}.")
+    text = printable(f"Removed {listed(removal.named, NAMED)}: {losses}.")
     print_result(arguments.json, _json_content(removal), text)
 
 
@@ -101,11 +101,11 @@ def _ask_demonstrations(project: Project, keys: Sequence[str], removal: _Removal
         removal.goes.append("its video" if single else counted(videos, "video"))
     labelled: dict[str, float] = {}
     for info in removal.infos:
-        for name, spent in info.labelled.items():
-            labelled[name] = labelled.get(name, 0.0) + spent
+        for name, duration in info.labelled.items():
+            labelled[name] = labelled.get(name, 0.0) + duration
     removal.goes += [
-        f"the labels of {name} ({percent(min(spent / seconds, 1.0))} %)"
-        for name, spent in labelled.items()
+        f"the labels of {name} ({percent(min(duration / seconds, 1.0))} %)"
+        for name, duration in labelled.items()
     ]
     assigned = [a for a in project.coding.assignments() if a.demonstration in removal.heads]
     if assigned:
@@ -118,12 +118,12 @@ def _ask_runs(project: Project, numbers: Sequence[int], removal: _Removal) -> No
     """What goes with runs, and what stays without the run that it came from."""
     if not numbers:
         return
-    every = {use.run: use for use in project.runs.uses()}
+    uses_by_run = {use.run: use for use in project.runs.uses()}
     uses = []
     for number in dict.fromkeys(numbers):
-        if number not in every:
+        if number not in uses_by_run:
             project.runs.get(number)  # says that there is none
-        uses.append(every[number])
+        uses.append(uses_by_run[number])
         removal.runs.append(number)
         removal.named.append(f"run {number}")
     own = sum(bool(use.recogniser) for use in uses)
@@ -145,16 +145,16 @@ def _ask_recognisers(project: Project, keys: Sequence[str], removal: _Removal) -
     if not keys:
         return
     sizes, uses = project.runs.recogniser_bytes(), project.runs.uses()
-    gone = {use.recogniser for use in uses if use.run in removal.runs}  # with their runs
+    removed_ids = {use.recogniser for use in uses if use.run in removal.runs}  # with their runs
     chosen = _recognisers(project, keys)
-    found = {id_: name for id_, name in chosen.items() if id_ not in gone}
-    removal.recognisers |= found
-    removal.named += [f"recogniser '{name}'" for name in found.values()]
-    size = sum(sizes[id_] for id_ in found)
-    if found:
-        text = "its file" if len(found) == 1 else "their files"
+    remaining = {id_: name for id_, name in chosen.items() if id_ not in removed_ids}
+    removal.recognisers |= remaining
+    removal.named += [f"recogniser '{name}'" for name in remaining.values()]
+    size = sum(sizes[id_] for id_ in remaining)
+    if remaining:
+        text = "its file" if len(remaining) == 1 else "their files"
         text += f" ({amount(size)})"
-        if any(use.recogniser in found for use in uses):
+        if any(use.recogniser in remaining for use in uses):
             text += ", while runs keep what they found"
         removal.goes.append(text)
         removal.bytes += size
@@ -162,21 +162,21 @@ def _ask_recognisers(project: Project, keys: Sequence[str], removal: _Removal) -
 
 def _recognisers(project: Project, keys: Sequence[str]) -> dict[str, str]:
     """Ids of the recognisers that are meant, and their names; two runs may share one."""
-    every = {id_: id_[:NAME] for id_ in project.runs.recogniser_bytes()}
+    names = {id_: id_[:NAME] for id_ in project.runs.recogniser_bytes()}
     with contextlib.suppress(InputError):  # a damaged one can be removed, too
-        every |= {r.id: r.name for r in project.runs.recognisers()}
+        names |= {r.id: r.name for r in project.runs.recognisers()}
     chosen = {}
     for key in keys:
-        found = [
-            id_ for id_ in every if id_ == key or (len(key) >= SHORTEST and id_.startswith(key))
+        matches = [
+            id_ for id_ in names if id_ == key or (len(key) >= SHORTEST and id_.startswith(key))
         ]
-        if len(found) != 1:
-            how_many = "more than one" if found else "no"
+        if len(matches) != 1:
+            how_many = "more than one" if matches else "no"
             raise InputError(
                 f"There is {how_many} recogniser '{key}' in '{project.path}'; 'forcelab runs' and "
                 f"'forcelab list --json' tell those that there are."
             )
-        chosen[found[0]] = every[found[0]]
+        chosen[matches[0]] = names[matches[0]]
     return chosen
 
 

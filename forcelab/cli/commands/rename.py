@@ -43,15 +43,15 @@ def run(arguments: argparse.Namespace) -> None:
                 f"Nothing was renamed yet. {change.sentences(done=False)} "
                 f"Give --yes to merge the two."
             )
-        done = project.actions.rename(*renaming, merge=arguments.yes)
+        renamed = project.actions.rename(*renaming, merge=arguments.yes)
     content = {
-        "author": done.author,
-        "old": done.old,
-        "new": done.new,
-        "tasks": list(done.tasks),
-        "merged": done.merges,
-        "segments": dict(done.segments),
-        "others": dict(done.others),
-        "kept": sorted(done.kept),
+        "author": renamed.author,
+        "old": renamed.old,
+        "new": renamed.new,
+        "tasks": list(renamed.tasks),
+        "merged": renamed.merges,
+        "segments": dict(renamed.segments),
+        "others": dict(renamed.others),
+        "kept": sorted(renamed.kept),
     }
-    print_result(arguments.json, content, printable(done.sentences(done=True)))
+    print_result(arguments.json, content, printable(renamed.sentences(done=True)))

@@ -71,13 +71,13 @@ def run(arguments: argparse.Namespace) -> None:
             human, model = arguments.actions
             _print_cell(outcome, human, model, arguments.limit, arguments.json)
             return
-        found = review_queue(project, outcome, invented=True)
+        queue = review_queue(project, outcome, invented=True)
     kinds = tuple(dict.fromkeys(arguments.kind or USUAL))
-    sections = {kind: getattr(found, kind)[: arguments.limit] for kind in kinds}
+    sections = {kind: getattr(queue, kind)[: arguments.limit] for kind in kinds}
     print_result(
         arguments.json,
-        _json_content(outcome, found, sections),
-        _tables(outcome, found, sections),
+        _json_content(outcome, queue, sections),
+        _tables(outcome, queue, sections),
     )
 
 
@@ -141,7 +141,7 @@ def _print_cell(
     print_result(as_json, content, text)
 
 
-def _tables(outcome: RunResult, found: Queue, sections: dict[str, Sequence[Difference]]) -> str:
+def _tables(outcome: RunResult, queue: Queue, sections: dict[str, Sequence[Difference]]) -> str:
     """The queue and the verdicts as tables."""
     names = {demonstration.id: demonstration.name for demonstration in outcome.tested}
     rows = [["what", "demonstration", "s", "", "human", "model", "confidence", "suspicion"]]
@@ -159,15 +159,15 @@ def _tables(outcome: RunResult, found: Queue, sections: dict[str, Sequence[Diffe
         for kind, section in sections.items()
         for d in section
     ]
-    counts = ", ".join(f"{len(getattr(found, kind))} {kind}" for kind in KINDS)
+    counts = ", ".join(f"{len(getattr(queue, kind))} {kind}" for kind in KINDS)
     parts = [
         f"Run {outcome.number}, {printable(outcome.title)}: labels of {printable(outcome.author)} "
         f"as they are now, in {counted(len(outcome.tested), 'demonstration')}.",
         table(rows, right=[2, 3, 6, 7]) if len(rows) > 1 else "Nothing of this kind differs.",
-        f"In all: {counts}; {len(found.judged)} judged. Rates in percent.",
+        f"In all: {counts}; {len(queue.judged)} judged. Rates in percent.",
     ]
-    if found.judged:
-        parts.append(_verdicts(count_verdicts(found.judged)))
+    if queue.judged:
+        parts.append(_verdicts(count_verdicts(queue.judged)))
     return "\n\n".join(parts)
 
 
@@ -188,7 +188,7 @@ def _verdicts(judged: Sequence[VerdictCount]) -> str:
 
 
 def _json_content(
-    outcome: RunResult, found: Queue, sections: dict[str, Sequence[Difference]]
+    outcome: RunResult, queue: Queue, sections: dict[str, Sequence[Difference]]
 ) -> dict[str, object]:
     names = {demonstration.id: demonstration.name for demonstration in outcome.tested}
     return {
@@ -211,6 +211,6 @@ def _json_content(
             ]
             for kind, section in sections.items()
         },
-        "counts": {kind: len(getattr(found, kind)) for kind in KINDS},
-        "verdicts": [asdict(pair) for pair in count_verdicts(found.judged)],
+        "counts": {kind: len(getattr(queue, kind)) for kind in KINDS},
+        "verdicts": [asdict(pair) for pair in count_verdicts(queue.judged)],
     }

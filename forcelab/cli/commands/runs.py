@@ -111,18 +111,25 @@ def _summary(run: RunSummary, use: RunUse) -> dict[str, Any]:
 
 
 def _comparison_text(comparison: Comparison) -> str:
-    one, other = comparison.first, comparison.second
+    earlier, later = comparison.first, comparison.second
     parts = [
-        f"Run {one.number} ({printable(one.title)}) and {other.number} ({printable(other.title)})"
+        f"Run {earlier.number} ({printable(earlier.title)}) and {later.number} "
+        f"({printable(later.title)})"
     ]
     if comparison.settings:
-        header = ["asked for", f"run {one.number}", f"run {other.number}"]
+        header = ["asked for", f"run {earlier.number}", f"run {later.number}"]
         parts.append(table([header, *map(list, comparison.settings)]))
     if not comparison.shared:
         parts.append("They tested no demonstration in common, so there are no scores to compare.")
         return "\n\n".join(parts)
     for stage in STAGES:
-        header = [stage, f"run {one.number}", f"run {other.number}", "difference", "95 % interval"]
+        header = [
+            stage,
+            f"run {earlier.number}",
+            f"run {later.number}",
+            "difference",
+            "95 % interval",
+        ]
         rows = [_line(comparison, stage, metric) for metric in METRICS if "events" not in metric]
         parts.append(table([header, *rows], right=range(1, 5)))
     rows = [["demonstration, filtered accuracy", *header[1:4]]]

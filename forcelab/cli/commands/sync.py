@@ -141,10 +141,10 @@ def _result_text(
         if proposal.taps:
             lines.append(f"  residual    {1000 * proposal.residual:.1f} ms")
         if not stored:
-            fits, how = "", "--accept"
+            condition, options = "", "--accept"
             if proposal.doubtful:
-                fits, how = "if the frames at a tap fit, ", _options(clock, before)
-            lines.append(f"Nothing is stored; {fits}give {how} to store it.")
+                condition, options = "if the frames at a tap fit, ", _options(clock, before)
+            lines.append(f"Nothing is stored; {condition}give {options} to store it.")
     return "\n".join(lines)
 
 

@@ -49,10 +49,10 @@ def run(arguments: argparse.Namespace) -> None:
         "settings": settings.to_json(),
         "remarks": list(trained.remarks),
     }
-    learnt = (
+    sentence = (
         f"{arguments.out}: {counted(len(recogniser.actions), 'action')} "
         f"({', '.join(recogniser.actions)}) learnt from "
         f"{counted(len(recogniser.trained_on), 'demonstration')} at {recogniser.rate:.6g} Hz."
     )
-    text = "\n".join(map(printable, (learnt, *trained.remarks)))
+    text = "\n".join(map(printable, (sentence, *trained.remarks)))
     print_result(arguments.json, summary, text)

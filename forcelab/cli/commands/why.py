@@ -95,17 +95,17 @@ def _probability_text(why: Explanation) -> str:
     values = why.probability_trace.mean(why.place.start, why.place.end)
     pairs = sorted(zip(values.tolist(), why.probability_trace.actions, strict=True), reverse=True)
     means = ", ".join(f"{action} {value:.2f}" for value, action in pairs)
-    whose = "as the run kept it" if why.trace_from_run else "computed anew, as the run kept none"
-    return printable(f"Mean probability ({whose}): {means}.")
+    origin = "as the run kept it" if why.trace_from_run else "computed anew, as the run kept none"
+    return printable(f"Mean probability ({origin}): {means}.")
 
 
 def _bands(why: Explanation) -> str:
     lines = [f"What tells {why.favoured} from {why.against} most, in log-odds:"]
     for band in why.strongest():
-        which = "for" if band.weight >= 0 else "against"
+        side = "for" if band.weight >= 0 else "against"
         error = f" ± {band.error:.2f}" if band.error else ""
         lines.append(
-            f"  {band.channel} at {band.hertz:.3g} Hz speaks {which} {why.favoured} "
+            f"  {band.channel} at {band.hertz:.3g} Hz speaks {side} {why.favoured} "
             f"({band.weight:+.2f}{error})"
         )
     return "\n".join(printable(line) for line in lines)
@@ -113,36 +113,37 @@ def _bands(why: Explanation) -> str:
 
 def _channels(why: Explanation) -> str:
     """All bands, a column for each channel, and the channels as a whole."""
-    found = why.attribution
+    attribution = why.attribution
     rows = [["Hz", *why.channels]]
-    for hertz, weights in zip(why.hertz.tolist(), found.bands.T.tolist(), strict=True):
+    for hertz, weights in zip(why.hertz.tolist(), attribution.bands.T.tolist(), strict=True):
         rows.append([f"{hertz:.3g}", *(f"{weight:+.2f}" for weight in weights)])
-    rows.append(["in all", *(f"{weight:+.2f}" for weight in found.channels.tolist())])
+    rows.append(["in all", *(f"{weight:+.2f}" for weight in attribution.channels.tolist())])
     return table(rows, right=range(len(rows[0])))
 
 
 def _method(why: Explanation) -> str:
     """How it was found out, how far it can be relied on, and what it cost."""
-    found = why.attribution
-    sides = f"{found.log_odds:+.2f} here, {found.reference:+.2f}"
-    if found.method == "gradient":
-        how = (
+    attribution = why.attribution
+    sides = f"{attribution.log_odds:+.2f} here, {attribution.reference:+.2f}"
+    if attribution.method == "gradient":
+        method = (
             f"Log-odds {sides} at the mean of the training samples. Gradient along the way from "
-            f"there,\nover {found.steps} samples; the bands add up to the difference to within "
-            f"{max(found.gap, 1e-12):.0e}."
+            f"there,\nover {attribution.steps} samples; the bands add up to the difference to "
+            f"within {max(attribution.gap, 1e-12):.0e}."
         )
     else:
-        how = (
+        method = (
             f"Log-odds {sides} with every band replaced. Permutation: what is lost when a band "
-            f"comes\nfrom random training samples; {found.steps} samples, {found.repeats} "
-            f"repetitions, standard errors up to {found.bands_error.max():.2g}."
+            f"comes\nfrom random training samples; {attribution.steps} samples, "
+            f"{attribution.repeats} "
+            f"repetitions, standard errors up to {attribution.bands_error.max():.2g}."
         )
-    spent = sum(why.seconds.values())
+    seconds = sum(why.seconds.values())
     if why.how == "final":
-        return f"{how}\nThe final recogniser, which was not trained on this demonstration."
+        return f"{method}\nThe final recogniser, which was not trained on this demonstration."
     return (
-        f"{how}\nThe recogniser of the run that has not seen this demonstration, trained once more "
-        f"in {spent:.1f} s;\n"
+        f"{method}\nThe recogniser of the run that has not seen this demonstration, trained once "
+        f"more in {seconds:.1f} s;\n"
         f"{100 * why.same_share:.1f} % of its samples are labelled as by the run."
     )
 

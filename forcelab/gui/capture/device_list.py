@@ -95,16 +95,16 @@ class DeviceRows(QListWidget):
         name: str,
         description: str = "",
         usable: bool = True,
-        found: FoundDevice | None = None,
+        device: FoundDevice | None = None,
     ) -> QListWidgetItem:
         """Add a row by its name as it is typed, or give the one with that name.
 
-        `description` is in words; `usable` is whether it may be opened, and `found` how it was
+        `description` is in words; `usable` is whether it may be opened, and `device` how it was
         found where it is plugged in.
         """
         for row in self.all_items():
             if self.name_of(row) == name:
-                row.setData(_FOUND, found_as(row) if found is None else found)
+                row.setData(_FOUND, found_as(row) if device is None else device)
                 return row
         kind, _, rest = name.partition(":")
         short, _, options = name.partition("?")
@@ -116,7 +116,7 @@ class DeviceRows(QListWidget):
         item.setToolTip("\n".join([name, *filter(None, (description, denied, uncalibrated))]))
         item.setData(_KIND, "camera" if kind == "camera" else "device")
         item.setData(_NAME, rest if kind == "camera" else name)
-        item.setData(_FOUND, found)
+        item.setData(_FOUND, device)
         item.setFlags(
             Qt.ItemFlag.ItemIsEnabled
             | Qt.ItemFlag.ItemIsSelectable
@@ -138,8 +138,8 @@ def sends_counts(item: QListWidgetItem) -> bool:
 
 def found_as(item: QListWidgetItem) -> FoundDevice | None:
     """How a row's device was found; None where it was added by hand."""
-    found: FoundDevice | None = item.data(_FOUND)
-    return found
+    device: FoundDevice | None = item.data(_FOUND)
+    return device
 
 
 #: The key of the job that looks.
@@ -294,12 +294,12 @@ class DeviceList(QWidget):
         )
         if item is None or not self._is_valid(name):
             return
-        found = found_as(item)
+        device = found_as(item)
         self.rows.takeItem(self.rows.row(item))
         settings.store(BY_HAND, [item for item in settings.strings(BY_HAND) if item != old])
-        description, usable = ("", True) if found is None else found[1:]
-        row = self.rows.add_row(name, description, usable, found=found)
-        if found is None or name != found[0]:
+        description, usable = ("", True) if device is None else device[1:]
+        row = self.rows.add_row(name, description, usable, device=device)
+        if device is None or name != device[0]:
             self.add(name)
         row.setCheckState(Qt.CheckState.Checked)
         self.rows.setCurrentItem(row)
@@ -328,8 +328,10 @@ class DeviceList(QWidget):
             set_enabled_with_reason(bare, "It has none." if plain == name else "")
         remove = menu.addAction("Remove", self._remove)
         remove.setShortcut(QKeySequence(QKeySequence.StandardKey.Delete))
-        own = item is not None and found_as(item) is None
-        set_enabled_with_reason(remove, "" if own else "Only devices added by hand are removed.")
+        by_hand = item is not None and found_as(item) is None
+        set_enabled_with_reason(
+            remove, "" if by_hand else "Only devices added by hand are removed."
+        )
         return menu
 
     def _remove(self) -> None:
@@ -351,10 +353,10 @@ class DeviceList(QWidget):
     def _failed(self, error: Exception) -> None:
         self._controller.add_message(str(error), True)
 
-    def _show_found(self, found: tuple[tuple[FoundPort, ...], tuple[FoundCamera, ...]]) -> None:
+    def _show_found(self, devices: tuple[tuple[FoundPort, ...], tuple[FoundCamera, ...]]) -> None:
         """Show what was found, below it what was added by hand; ticks stay."""
-        ports, cameras = found
-        ticked = {*self.devices, *(f"camera:{one}" for one in self.cameras)}
+        ports, cameras = devices
+        ticked = {*self.devices, *(f"camera:{camera}" for camera in self.cameras)}
         if self._is_first_search:
             self._is_first_search = False
             ticked |= set(settings.strings(TICKED))
@@ -370,14 +372,14 @@ class DeviceList(QWidget):
                 # What was said of a device by hand, such as its calibration, holds for it.
                 matching = (n for n in ticked_first if n.partition("?")[0] == port.device)
                 name = next(matching, port.device)
-                item = self.rows.add_row(name, port.description, port.usable, found=plugged)
+                item = self.rows.add_row(name, port.description, port.usable, device=plugged)
                 # The tongs are what one comes for: they need no click.
                 if name in ticked or (nothing_ticked and port.kind == "optoforce" and port.usable):
                     item.setCheckState(Qt.CheckState.Checked)
         for camera in cameras:
             name = f"camera:{camera.device.removeprefix('/dev/video')}"
             self.rows.add_row(
-                name, camera.name, camera.usable, found=(name, camera.name, camera.usable)
+                name, camera.name, camera.usable, device=(name, camera.name, camera.usable)
             )
         for name in (*by_hand, *settings.strings(BY_HAND)):
             remembered = name in ticked or name in settings.strings(BY_HAND)
@@ -395,8 +397,8 @@ class DeviceList(QWidget):
         self.nothing.setVisible(not self.rows.count())
         self.rows.setVisible(self.rows.count() > 0)
         item = self.rows.currentItem()
-        some = any(map(sends_counts, self.rows.all_items()))
-        self.calibration_button.setVisible(self._choosing and some)
+        sends_raw = any(map(sends_counts, self.rows.all_items()))
+        self.calibration_button.setVisible(self._choosing and sends_raw)
         counts = item is not None and sends_counts(item)
         set_enabled_with_reason(
             self.calibration_button, "" if counts else "Choose a device that sends raw counts."

@@ -157,10 +157,10 @@ class LiveModelController(QObject):
         self.delays.clear()
         self._painted_until = 0.0
 
-    def _load(self, known: Recogniser | None) -> None:
+    def _load(self, loaded: Recogniser | None) -> None:
         """Read the selected one, and find out what its latency means."""
         assert self.selection is not None
-        job = _load_recogniser(self.selection, self.latency / 1000, known)
+        job = _load_recogniser(self.selection, self.latency / 1000, loaded)
         self._jobs.run(job, self._loaded, self._failed, key=LOADING)
         self.changed.emit()
 
@@ -191,8 +191,8 @@ class LiveModelController(QObject):
 
     def _failed(self, error: Exception) -> None:
         # A fault of the program is reported elsewhere besides.
-        known = isinstance(error, ForcelabError)
-        self.problem = str(error) if known else f"{type(error).__name__}: {error}"
+        expected = isinstance(error, ForcelabError)
+        self.problem = str(error) if expected else f"{type(error).__name__}: {error}"
         self.changed.emit()
 
     def _recognition_failed(self, error: Exception) -> None:
@@ -212,13 +212,13 @@ def _follow_devices(
 
 
 def _load_recogniser(
-    selection: RecogniserSelection, latency: float, known: Recogniser | None
+    selection: RecogniserSelection, latency: float, loaded: Recogniser | None
 ) -> Generator[None, None, LoadedRecogniser]:
     """Read a recogniser that is not known yet, and find out what a latency (s) means."""
     from forcelab.live.recognition import latency_budget  # as above
     from forcelab.recognition.storage import load_recogniser
 
     yield
-    recogniser = load_recogniser(selection.path) if known is None else known
+    recogniser = load_recogniser(selection.path) if loaded is None else loaded
     yield
     return LoadedRecogniser(selection, recogniser, latency_budget(recogniser, latency))

@@ -94,10 +94,10 @@ class LaneScale:
         span = max(high - low, self._least)
         if span >= NEEDED * (self.high - self.low):
             self._needed_at = now
-        beyond = low < self.low or high > self.high
-        if self._fresh or beyond or now - self._needed_at > CALM:
+        exceeds = low < self.low or high > self.high
+        if self._fresh or exceeds or now - self._needed_at > CALM:
             middle, half = (low + high) / 2, (0.5 + FREE) * span
-            if beyond and not self._fresh and now - self._needed_at <= CALM:
+            if exceeds and not self._fresh and now - self._needed_at <= CALM:
                 self.low = min(self.low, middle - half)
                 self.high = max(self.high, middle + half)
             else:

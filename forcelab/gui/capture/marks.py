@@ -43,10 +43,10 @@ class MarkLegend(QLabel):
         marking = [f"{a.key.upper()}{space}{a.name}" for a in self._controller.vocabulary if a.key]
         self.setToolTip("\n".join(marking))
         elided = [self.fontMetrics().elidedText(f"{key}{space}·", NAMES, room) for key in marking]
-        how = ["hold a key, or tap to begin and tap to end"]
+        gestures = ["hold a key, or tap to begin and tap to end"]
         if forgets := keys().shown("cancel"):
-            how.append(f"{forgets} forgets it")
-        text = "Mark: {}. {}".format("; ".join(how), " ".join(elided).rstrip(f"{space}·"))
+            gestures.append(f"{forgets} forgets it")
+        text = "Mark: {}. {}".format("; ".join(gestures), " ".join(elided).rstrip(f"{space}·"))
         self.setText(text if marking else "")
         self.setVisible(bool(marking))
 

@@ -203,7 +203,7 @@ class RecogniserChoice:
             self.which.setItemData(self.which.count() - 1, choice.about or str(choice.path), TIP)
         self.which.addItem("From a file…")
         chosen = live_model.selection
-        paths = [offered.path for offered in self._offered]
+        paths = [selection.path for selection in self._offered]
         self.which.setCurrentIndex(0 if chosen is None else 1 + paths.index(chosen.path))
         self.which.setToolTip(self.which.currentData(TIP) or "")
         self._enable()
@@ -302,8 +302,8 @@ def latency_budget_text(loaded: LoadedRecogniser) -> str:
     if not early:
         sentence = "{ms:.0f} ms are enough for all {scales} scales of the wavelets."
         return sentence.format(ms=1000 * budget.latency, scales=budget.scales)
-    shown = sorted(early, key=lambda scale: -scale.hertz)
-    named = [f"{_hertz(scale.hertz)} Hz ±{_percent(scale.error)} %" for scale in shown]
+    ordered = sorted(early, key=lambda scale: -scale.hertz)
+    named = [f"{_hertz(scale.hertz)} Hz ±{_percent(scale.error)} %" for scale in ordered]
     if len(named) > NAMED:
         step = (len(named) - 1) / (NAMED - 1)
         named = [named[round(i * step)] for i in range(NAMED)]

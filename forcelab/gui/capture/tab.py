@@ -72,7 +72,7 @@ class CaptureTab(QWidget):
         self.indicator = RecordingIndicator()
         #: What is being recorded or not kept yet, and whether it has ended and could not be kept.
         self.recording, self.stuck = "", False
-        self._asked = False
+        self._confirmed = False
         self._column = page_layout(self)
         document.project_changed.connect(self._report_unfinished)
 
@@ -106,15 +106,17 @@ class CaptureTab(QWidget):
         state = self._built.controller.state
         refused = 0 if state is None else state.in_memory
         in_memory = amount(refused) if refused else ""
-        self._asked = confirm_leaving(self.recording, window, stuck=self.stuck, in_memory=in_memory)
-        return self._asked
+        self._confirmed = confirm_leaving(
+            self.recording, window, stuck=self.stuck, in_memory=in_memory
+        )
+        return self._confirmed
 
     def release(self) -> None:
         """Release the devices; what is being recorded is kept, or it is said where it is."""
         problem = "" if self._built is None else self._built.release()
         if problem:
             logging.getLogger("forcelab").error(problem)
-            if self._asked:  # the coder is there; where a signal ends it all, the log has to do
+            if self._confirmed:  # the coder is there; where a signal ends it all, the log has to do
                 QMessageBox.warning(self.window(), "Recording", problem)
 
     def handlers(self) -> dict[str, Callable[[], object]]:

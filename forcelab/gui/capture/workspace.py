@@ -510,25 +510,25 @@ class CaptureWorkspace(QWidget):
     def _update_discard_button(self) -> None:
         """What would be discarded: what is recorded, or what was kept last."""
         controller, text = self.controller, "Discard"
-        can = controller.phase in (
+        discardable = controller.phase in (
             CaptureState.COUNTDOWN,
             CaptureState.RECORDING,
             CaptureState.UNSAVED,
         )
         last = controller.last_recording
         if last.recording is not None and controller.phase in IDLE_STATES:
-            can = True
+            discardable = True
             name = self.fontMetrics().elidedText(last.recording.added.name, NAMES, SIDE // 3)
             text = f"Really discard '{name}'" if last.confirming else f"Discard '{name}'"
         _label_button(self.discard_button, text, keys().shown("discard_recording"))
-        nothing = "There is no recording to discard."
-        reason = WAIT if controller.phase in BUSY_STATES else nothing
-        set_enabled_with_reason(self.discard_button, "" if can else reason)
+        no_recording = "There is no recording to discard."
+        reason = WAIT if controller.phase in BUSY_STATES else no_recording
+        set_enabled_with_reason(self.discard_button, "" if discardable else reason)
 
 
 def _label_button(button: QPushButton, text: str, key: str = "") -> None:
     """Write on a button what it does and which key does it."""
-    shown = f"{text}  ({key})" if key else text
-    if button.text() != shown:
-        button.setText(shown)
+    caption = f"{text}  ({key})" if key else text
+    if button.text() != caption:
+        button.setText(caption)
         button.setAccessibleName(text)

@@ -102,9 +102,9 @@ class LogAxis:
         """Values and their texts: 1, 2 and 5 times powers of ten, or fewer where these crowd."""
         face = text.font(size)
         low, high = math.floor(math.log10(self.start)), math.ceil(math.log10(self.end))
-        every = range(low, high + 1)
+        exponents = range(low, high + 1)
         for digits, stride in (((1, 2, 5), 1), ((1,), 1), ((1,), 2), ((1,), 5)):
-            values = [d * 10.0**e for e in every if e % stride == 0 for d in digits]
+            values = [d * 10.0**e for e in exponents if e % stride == 0 for d in digits]
             values = [v for v in values if self.start * 0.999 <= v <= self.end * 1.001]
             texts = [f"{value:g}" for value in values]
             spots = [self.at(value) for value in values]

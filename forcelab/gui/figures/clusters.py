@@ -89,9 +89,9 @@ class ClusterFigure(Figure):
         bar = self.box(row)
         bottom = bar.top() - 6
         middle = bottom - PLOT_HEIGHT - NAME_LINE / 2 - 2
-        shown = text.elided_name(name, text.font(bold=True), PLOT_WIDTH)
+        caption = text.elided_name(name, text.font(bold=True), PLOT_WIDTH)
         text.draw_text(
-            painter, LEFT, middle, shown, face=text.font(bold=True), ink=QColor(self.theme.text)
+            painter, LEFT, middle, caption, face=text.font(bold=True), ink=QColor(self.theme.text)
         )
         low, high = float(self.signal.min()), float(self.signal.max())
         # Room for the thick line, and something to divide by where the signal never changes.

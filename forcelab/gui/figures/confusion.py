@@ -283,8 +283,8 @@ class ConfusionMatrix(Figure):
         if self.share == "counts":
             texts = count_labels(counts, self._cell)
         else:
-            known = np.where(self._denominators > 0, shares, np.nan)
-            texts = share_labels(counts, known, self._cell)
+            defined = np.where(self._denominators > 0, shares, np.nan)
+            texts = share_labels(counts, defined, self._cell)
         up = 0.0 if texts.below is None else 8.0
         grounds = self._cell_colours(shares).reshape(-1, 3).tolist()
         for number, label in enumerate(texts.labels):

@@ -116,16 +116,16 @@ class PairGeometry:
         def box(top: float, height: float) -> QRectF:
             return QRectF(left, top, right - left, height)
 
-        bar, between = self.bar, self.thin if pair.marks is None else self.band
+        bar, band = self.bar, self.thin if pair.marks is None else self.band
         if pair.human is None:
-            bar = between = 0.0
-        below = top + bar + between + self.bar
+            bar = band = 0.0
+        below = top + bar + band + self.bar
         lanes = (
             box(below + self.apart + i * (self.lane + self.apart), self.lane)
             for i in range(len(pair.lanes))
         )
-        predicted = box(top + bar + between, self.bar)
-        return PairBoxes(box(top, bar), box(top + bar, between), predicted, tuple(lanes))
+        predicted = box(top + bar + band, self.bar)
+        return PairBoxes(box(top, bar), box(top + bar, band), predicted, tuple(lanes))
 
 
 def paint_pair(

@@ -65,9 +65,9 @@ def fade_overlays(
     edges = _edges(segments, axis, box)
     middles = _times((edges[1:] + edges[:-1]) / 2, axis)
     labelled = to_codes(segments, middles, actions) >= 0
-    own = _segment_steps(certainty, to_codes(segments, certainty.times, actions))
-    ticks = certainty.start + np.arange(len(own) + 1) / certainty.rate
-    sums = np.interp(_times(edges, axis), ticks, np.concatenate([[0.0], np.cumsum(own)]))
+    probabilities = _segment_steps(certainty, to_codes(segments, certainty.times, actions))
+    ticks = certainty.start + np.arange(len(probabilities) + 1) / certainty.rate
+    sums = np.interp(_times(edges, axis), ticks, np.concatenate([[0.0], np.cumsum(probabilities)]))
     shares = np.diff(sums) / np.maximum(np.diff(_times(edges, axis)) * certainty.rate, 1e-12)
     levels = np.where(labelled, _levels(shares), 0)
     cuts = np.concatenate([[0], np.flatnonzero(np.diff(levels)) + 1, [len(levels)]])
@@ -84,12 +84,12 @@ def paint_fade(
     painter: QPainter, box: QRectF, fades: tuple[FadeOverlay, ...], unlabelled: QColor
 ) -> None:
     """Make a bar lighter."""
-    alike: dict[float, list[QRectF]] = {}
+    stretches_by_opacity: dict[float, list[QRectF]] = {}
     for fade in fades:
         stretch = QRectF(fade.left, box.top(), fade.right - fade.left, box.height())
-        alike.setdefault(fade.opacity, []).append(stretch)
+        stretches_by_opacity.setdefault(fade.opacity, []).append(stretch)
     painter.setPen(Qt.PenStyle.NoPen)
-    for share, stretches in alike.items():
+    for share, stretches in stretches_by_opacity.items():
         colour = translucent(unlabelled, share)
         painter.setBrush(colour)
         painter.drawRects(stretches)
@@ -123,12 +123,13 @@ def _times(pixels: NDArray[np.float64], axis: Axis) -> NDArray[np.float64]:
 
 def _segment_steps(certainty: ProbabilityTrace, codes: NDArray[np.int64]) -> NDArray[np.float64]:
     """The probability in each bin of what is predicted there; 1 where it is not known."""
-    known = (codes >= 0) & (codes < len(certainty.actions))
-    own = np.ones(len(codes))
-    own[known] = (
-        certainty.values[np.flatnonzero(known), codes[known]] / np.iinfo(certainty.values.dtype).max
+    has_action = (codes >= 0) & (codes < len(certainty.actions))
+    probabilities = np.ones(len(codes))
+    probabilities[has_action] = (
+        certainty.values[np.flatnonzero(has_action), codes[has_action]]
+        / np.iinfo(certainty.values.dtype).max
     )
-    return own
+    return probabilities
 
 
 #: Segments narrower than this many pixels are drawn so wide, above their neighbours.
@@ -339,8 +340,8 @@ WRONG, MISSED = 4.0, 2.0
 def agreed_share(human: Segments, marks: Sequence[Interval]) -> float | None:
     """Share of the time the human labelled that is predicted right; None if that is none."""
     labelled = sum(segment.duration for segment in human)
-    wrong = sum(mark.duration for mark in marks)
-    return 1.0 - wrong / labelled if labelled > 0 else None
+    marked_seconds = sum(mark.duration for mark in marks)
+    return 1.0 - marked_seconds / labelled if labelled > 0 else None
 
 
 def difference_box(band: QRectF, axis: Axis, mark: Interval) -> QRectF:

@@ -173,16 +173,18 @@ class Tradeoff(Figure):
         named: dict[str, list[Mark]] = {}
         for mark in marks:
             named.setdefault(mark.row.name, []).append(mark)
-        for name, own in named.items():
+        for name, named_marks in named.items():
             bold = text.font(10, bold=True)
             label = text.elided_name(name, bold, box.width() / 3)
             near = [
-                place for mark in own for place in place_labels(mark.spot, label, bold, box, MARK)
+                place
+                for mark in named_marks
+                for place in place_labels(mark.spot, label, bold, box, MARK)
             ]
             # A name is written in any case: where it covers least.
             best = min(near, key=lambda place: covered_area(place, taken))
             taken.append(best)
-            _write(painter, best, label, bold, own[0].colour)
+            _write(painter, best, label, bold, named_marks[0].colour)
         small, muted = text.font(9), QColor(self.theme.muted)
         for mark in sorted(marks, key=lambda mark: not mark.row.pareto):
             label = text.elided_name(mark.row.setting, small, box.width() / 3)

@@ -258,10 +258,10 @@ class _Delegate(QStyledItemDelegate):
         brush = action.name == document.action
         stroke = document.stroke is not None and document.stroke.action == action.name
         painter.save()
-        ink, aside = QColor(theme.text), QColor(theme.muted)
+        ink, muted = QColor(theme.text), QColor(theme.muted)
         if brush:
             painter.fillRect(box, QColor(theme.accent))
-            ink = aside = QColor(theme.accent_text)
+            ink = muted = QColor(theme.accent_text)
         elif option.state & QStyle.StateFlag.State_MouseOver:
             painter.fillRect(box, QColor(theme.panel))
         if stroke:
@@ -285,7 +285,7 @@ class _Delegate(QStyledItemDelegate):
             painter,
             room,
             (action.name, amount),
-            (ink, aside),
+            (ink, muted),
             font,
             among=document.vocabulary.names,
         )

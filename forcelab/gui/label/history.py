@@ -55,7 +55,7 @@ def edit_states(newest_first: Sequence[Edit]) -> dict[int, EditState]:
     states: dict[int, EditState] = {}
     redone: set[int] = set()  # undos that were taken back
     replaced: set[int] = set()  # edits in whose place another one is: a run of them is one row
-    fresh = False  # whether an edit came later that left the undos before it behind
+    superseded = False  # whether an edit came later that left the undos before it behind
     for newer, edit in zip((None, *newest_first), newest_first, strict=False):
         if edit.kind == "undo" and newer and newer.kind == "paint" and newer.time == edit.time:
             replaced.add(edit.reverts or 0)
@@ -64,11 +64,11 @@ def edit_states(newest_first: Sequence[Edit]) -> dict[int, EditState]:
         elif edit.kind == "undo":
             if edit.id not in redone:
                 states.setdefault(
-                    edit.reverts or 0, EditState.ABANDONED if fresh else EditState.UNDONE
+                    edit.reverts or 0, EditState.ABANDONED if superseded else EditState.UNDONE
                 )
         else:
             states.setdefault(edit.id, EditState.DONE)
-            fresh = True
+            superseded = True
     return {
         edit.id: states[edit.id] for edit in newest_first if edit.id in states.keys() - replaced
     }
@@ -137,11 +137,11 @@ class HistoryModel(QAbstractListModel):
             return
         page = self._page(self._edits[-1].id)
         before = len(self.rows)
-        more = len(edit_states([*self._edits, *page])) - before
-        if more:
-            self.beginInsertRows(NOWHERE, before, before + more - 1)
+        added = len(edit_states([*self._edits, *page])) - before
+        if added:
+            self.beginInsertRows(NOWHERE, before, before + added - 1)
         self._append_page(page)
-        if more:
+        if added:
             self.endInsertRows()
 
     def rowCount(self, parent: Index = NOWHERE) -> int:
@@ -300,8 +300,8 @@ class HistoryView(SideList):
         self.pages.say("" if rows else "No edits yet. Every edit can be undone.")
         done = next((row for row in rows if self.model.state_of(row) == EditState.DONE), None)
         undone = [row for row in rows if self.model.state_of(row) == EditState.UNDONE]
-        more = done is not None or self.model.canFetchMore(QModelIndex())
-        set_enabled_with_reason(self.undo, "" if more else "No edit is left here to be undone.")
+        can_undo = done is not None or self.model.canFetchMore(QModelIndex())
+        set_enabled_with_reason(self.undo, "" if can_undo else "No edit is left here to be undone.")
         set_enabled_with_reason(self.redo, "" if undone else "Nothing was undone here.")
         self.undo.setToolTip("Undo" if done is None else f"Undo: {self.model.rows[done].what}")
         self.redo.setToolTip(f"Redo: {self.model.rows[undone[-1]].what}" if undone else "Redo")
@@ -336,17 +336,17 @@ class _Delegate(QStyledItemDelegate):
         theme = colours()
         box = QRectF(option.rect)
         painter.save()
-        ink, aside = QColor(theme.text), QColor(theme.muted)
+        ink, muted = QColor(theme.text), QColor(theme.muted)
         if option.state & QStyle.StateFlag.State_Selected:
             painter.fillRect(box, QColor(theme.accent))
-            ink = aside = QColor(theme.accent_text)
+            ink = muted = QColor(theme.accent_text)
         elif state != EditState.DONE:
-            ink = aside
+            ink = muted
         font = QFont(option.font)
         font.setStrikeOut(state == EditState.ABANDONED)
         font.setItalic(state != EditState.DONE)
         inner = box.adjusted(self.PADDING, 0, -self.PADDING, 0)
-        write_row(painter, inner, (edit.what, time_of_edit(edit.time)), (ink, aside), font)
+        write_row(painter, inner, (edit.what, time_of_edit(edit.time)), (ink, muted), font)
         below_undone = row > 0 and self._model.state_of(row - 1) == EditState.UNDONE
         if below_undone and state == EditState.DONE:
             painter.fillRect(QRectF(box.left(), box.top(), box.width(), 2), QColor(theme.accent))

@@ -214,8 +214,8 @@ class KeyLabelling(QObject):
             return
         _, pressed, began = self._held
         self._held = None
-        held = 1000 * (released - pressed) >= settings.hold_ms()
-        if held and cursor != began and self.document.stroke is not None:
+        was_held = 1000 * (released - pressed) >= settings.hold_ms()
+        if was_held and cursor != began and self.document.stroke is not None:
             self.document.end_stroke(position)
 
     def _stroke_position(self) -> float:

@@ -100,16 +100,16 @@ def lanes(
 
 def span_of(extremes: Extremes) -> tuple[float, float] | None:
     """The least and the greatest value of a curve; None where it has none."""
-    known = ~np.isnan(extremes.low)
-    if not known.any():
+    has_values = ~np.isnan(extremes.low)
+    if not has_values.any():
         return None
-    return float(extremes.low[known].min()), float(extremes.high[known].max())
+    return float(extremes.low[has_values].min()), float(extremes.high[has_values].max())
 
 
 def spanning(ranges: Iterable[tuple[float, float] | None]) -> tuple[float, float] | None:
     """The smallest range that holds all given ranges; None for none."""
-    known = [span for span in ranges if span is not None]
-    return (min(low for low, _ in known), max(high for _, high in known)) if known else None
+    spans = [span for span in ranges if span is not None]
+    return (min(low for low, _ in spans), max(high for _, high in spans)) if spans else None
 
 
 def axis_of(lane: Lane, span: tuple[float, float] | None) -> Axis:
@@ -159,10 +159,10 @@ def fill_columns(
     each and the one after its last; they do not overlap.
     """
     height = np.array([last - first for first, last in lanes])[:, np.newaxis]
-    known = ~np.isnan(top)
+    filled = ~np.isnan(top)
     # Clipped while still floats: heights far outside do not fit into whole numbers.
-    top = np.clip(np.where(known, top, height + 1), -2, height + 1)
-    bottom = np.clip(np.where(known, bottom, -2), -2, height + 1)
+    top = np.clip(np.where(filled, top, height + 1), -2, height + 1)
+    bottom = np.clip(np.where(filled, bottom, -2), -2, height + 1)
     first, last = np.ceil(top).astype(np.int16), np.floor(bottom).astype(np.int16)
     begins = np.array([begin for begin, _ in lanes])
     rgb = np.array([colour.rgba() for colour in colours], dtype=np.uint32)
@@ -203,8 +203,8 @@ def _fill(
         above = begins[:, np.newaxis] + first - (ends.reshape(counts.shape) - counts)
         column = np.broadcast_to(np.arange(width), counts.shape)
         # A column's pixels lie a width apart: counted from the first of all pixels that are filled.
-        base, many = (above * width + column).reshape(-1), counts.reshape(-1)
-        places = np.repeat(base, many) + np.arange(ends[-1]) * width
+        base, lengths = (above * width + column).reshape(-1), counts.reshape(-1)
+        places = np.repeat(base, lengths) + np.arange(ends[-1]) * width
         _flat(pixels)[places] = np.repeat(rgb, counts.sum(axis=1))
 
 
@@ -300,11 +300,11 @@ class CurveCanvas:
     ) -> None:
         """Draw a square at each sample; places in pixels of the widget, shape (n,)."""
         first, last = (max(round(edge * self.ratio), 0) for edge in box)
-        known = np.isfinite(values)
+        finite = np.isfinite(values)
         with np.errstate(over="ignore"):
-            share = (values[known] - axis.start) / (axis.end - axis.start)
+            share = (values[finite] - axis.start) / (axis.end - axis.start)
             y = (axis.begin + share * (axis.finish - axis.begin)) * self.ratio - first
-        places = np.round(x[known] * self.ratio - self.left - DOT * self.ratio / 2)
+        places = np.round(x[finite] * self.ratio - self.left - DOT * self.ratio / 2)
         side = round(DOT * self.ratio)
         for across, up in zip(places.tolist(), np.clip(y, -1e6, 1e6).tolist(), strict=True):
             left, top = int(across), round(up - side / 2)

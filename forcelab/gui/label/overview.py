@@ -67,8 +67,8 @@ class Overview(TimeWidget):
         self.setAccessibleName("Overview of the whole demonstration")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setFixedHeight(HEIGHT)
-        for stale in (self._source.choices_changed, self._source.data_read):
-            stale.connect(self.invalidate)
+        for changed in (self._source.choices_changed, self._source.data_read):
+            changed.connect(self.invalidate)
         self._track_timer = QTimer(self, singleShot=True, interval=PAUSE)
         self._track_timer.timeout.connect(self._tracks_changed)
         for painted in (document.tracks_changed, document.vocabulary_changed):
@@ -165,14 +165,14 @@ class Overview(TimeWidget):
         shown = [i for i, name in enumerate(source.names) if name in source.shown]
         lane = Lane(tuple(shown), "", "", box.top(), box.bottom())
         for unit in {source.channels[i].unit for i in shown}:
-            alike = [i for i in shown if source.channels[i].unit == unit]
-            extremes = [source.envelope(source.names[i]).drawn(columns) for i in alike]
+            same_unit = [i for i in shown if source.channels[i].unit == unit]
+            extremes = [source.envelope(source.names[i]).drawn(columns) for i in same_unit]
             axis = axis_of(lane, spanning(map(span_of, extremes)))
             edges, theme = (box.top(), box.bottom()), colours()
             canvas.draw(
                 [
                     Curve(curve, axis, curve_colour(i, theme), edges)
-                    for i, curve in zip(alike, extremes, strict=True)
+                    for i, curve in zip(same_unit, extremes, strict=True)
                 ]
             )
         painter.setOpacity(0.75)
@@ -222,10 +222,10 @@ class Overview(TimeWidget):
             return "start"
         if box.right() - inside <= x <= box.right() + HANDLE_REACH:
             return "end"
-        everything = self.document.view.end - self.document.view.start >= np.ptp(
+        whole = self.document.view.end - self.document.view.start >= np.ptp(
             self.document.view.bounds
         )
-        return "body" if box.left() < x < box.right() and not everything else "new"
+        return "body" if box.left() < x < box.right() and not whole else "new"
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin to drag the window, one of its edges, or another span."""
@@ -249,17 +249,17 @@ class Overview(TimeWidget):
             return
         low, high = self.document.view.bounds
         start, end = self._span
-        by = (x - self._press.x()) / self.plot.width() * (high - low)
+        shift = (x - self._press.x()) / self.plot.width() * (high - low)
         if self._handle == "body":
-            by = min(max(by, low - start), high - end)
-            self.document.view.set_span(start + by, end + by)
+            shift = min(max(shift, low - start), high - end)
+            self.document.view.set_span(start + shift, end + shift)
         elif self._handle == "new":
             first, last = sorted((self.time_at(self._press.x()), self.time_at(x)))
             self._band = (first, last)
             self.update()
         else:
             fixed, free = (end, start) if self._handle == "start" else (start, end)
-            first, last = sorted((fixed, min(max(free + by, low), high)))
+            first, last = sorted((fixed, min(max(free + shift, low), high)))
             self.document.view.set_span(first, last)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:

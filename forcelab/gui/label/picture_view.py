@@ -246,12 +246,12 @@ class PictureView(QWidget):
         copy = menu.addAction("Copy frame", self.copy_frame)
         menu.addSeparator()
         closer = menu.addAction("Zoom in", lambda: self.zoom_by(ZOOM_STEP**2))
-        away = menu.addAction("Zoom out", lambda: self.zoom_by(ZOOM_STEP**-2))
+        zoom_out = menu.addAction("Zoom out", lambda: self.zoom_by(ZOOM_STEP**-2))
         fit = menu.addAction("Fit", self.fit)
         missing = "" if self._image is not None else "No frame is shown."
         for action in (copy, closer):
             set_enabled_with_reason(action, missing)
-        for action in (away, fit):
+        for action in (zoom_out, fit):
             set_enabled_with_reason(
                 action, missing or ("" if self._zoom > 1 else "All of the frame is shown.")
             )

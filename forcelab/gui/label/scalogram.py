@@ -136,12 +136,12 @@ class ScalogramRequest:
 
 def cache_folder(document: Document) -> Path | None:
     """Where tiles are cached beside the demonstration; None where they may not or need not be."""
-    project, shown = document.project, document.demonstration
+    project, demonstration = document.project, document.demonstration
     if (
         project is None
         or project.read_only
-        or shown is None
-        or len(shown.times) < LEAST_CACHED_SAMPLES
+        or demonstration is None
+        or len(demonstration.times) < LEAST_CACHED_SAMPLES
     ):
         return None
     return project.path / DEMONSTRATIONS / document.id
@@ -189,7 +189,7 @@ def compute(
     if count > LONG and not request.phase:
         yield Step(1, 1, "exact picture", picture)  # shown before the next chunk is computed
         tiles = view.tiles(all_of_it)
-        for step in tiles.building(tiles.missing(0, count, tiles.told_cell), threads=1):
+        for step in tiles.building(tiles.missing(0, count, tiles.stored_cell), threads=1):
             yield Step(step.done, step.total, step.text, picture)
         if request.folder is not None and not view.kept:
             view.kept = True  # tried once: a full disk is not asked again and again

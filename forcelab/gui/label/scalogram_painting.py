@@ -187,8 +187,8 @@ def magnitudes(values: NDArray[np.float32], low: float, high: float, dark: bool)
 
 def _coloured(places: NDArray[np.float32], table: NDArray[np.uint8]) -> QImage:
     """Indices into a table of colours as an image."""
-    known = np.isfinite(places)
-    codes = np.where(known, np.clip(places, 0, UNKNOWN - 1), UNKNOWN)
+    finite = np.isfinite(places)
+    codes = np.where(finite, np.clip(places, 0, UNKNOWN - 1), UNKNOWN)
     return _as_image(_palette(table)[codes.astype(np.uint8)])
 
 
@@ -272,10 +272,10 @@ def draw_frequencies(
     marks = axis.marks(SMALL, upright=True)
     painter.setPen(QPen(QColor(colours.frame), 1.0))
     painter.drawLine(QLineF(right - 0.5, rows.top, right - 0.5, rows.bottom))
-    shown = [m for m in marks if avoid <= axis.at(m[0]) <= rows.bottom - SMALL / 2]
+    visible = [m for m in marks if avoid <= axis.at(m[0]) <= rows.bottom - SMALL / 2]
     # The unit stands where no number of the legend is near.
-    named = len(shown) // 2 if len(shown) > 2 else 0
-    for place, (value, label) in enumerate(shown):
+    named = len(visible) // 2 if len(visible) > 2 else 0
+    for place, (value, label) in enumerate(visible):
         y = axis.at(value)
         painter.setPen(QPen(QColor(colours.frame), 1.0))
         painter.drawLine(QLineF(right - 4, y, right, y))
@@ -346,12 +346,12 @@ def colour_range(picture: Scalogram, steady: bool) -> tuple[float, float]:
     They are those of the whole demonstration where they are to be `steady` while panning.
     """
     view = picture.view
-    known = picture.values[np.isfinite(picture.values)]
-    if steady or picture.phase or not known.size:
+    finite = picture.values[np.isfinite(picture.values)]
+    if steady or picture.phase or not finite.size:
         return view.low, view.high
     from forcelab.signals.scalogram import colour_range as fitted  # loaded by then
 
-    return fitted(known, 0.5)
+    return fitted(finite, 0.5)
 
 
 class ScalogramLayers:

@@ -589,8 +589,10 @@ class SegmentTable(SideList):
         number = self.model.index_in_track(index.row())
         if number is None:
             return
-        away = abs(self.document.view.cursor - self.document.editor.segments[number].start) > SLIVER
-        if away or self.document.selected != number:
+        distance = (
+            abs(self.document.view.cursor - self.document.editor.segments[number].start) > SLIVER
+        )
+        if distance or self.document.selected != number:
             self._row_chosen(index)
 
     # Keys and menus

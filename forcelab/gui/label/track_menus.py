@@ -83,9 +83,9 @@ def range_menu(parent: QWidget, document: Document) -> QMenu:
     _add_actions(menu, document, lambda name: commands.fill_range(document, name))
     names = document.vocabulary.names
     suggested = [name for name in glossary_by_action() if name not in names]
-    more = menu.addMenu("More actions") if names and suggested else menu
+    submenu = menu.addMenu("More actions") if names and suggested else menu
     for name in suggested:
-        _add_entry(more, shown_name(more, name), partial(commands.fill_range, document, name))
+        _add_entry(submenu, shown_name(submenu, name), partial(commands.fill_range, document, name))
     _add_entry(
         menu,
         "Another action…",

@@ -51,8 +51,8 @@ def short_name(name: str, names: tuple[str, ...], size: float, room: int) -> tup
     common = max((_common_letters(full, other) for other in others), default=0)
     common += len(full[common:]) - len(full[common:].lstrip())
     short = text.elided(full, face, room)
-    shown = len(short) - len(ELLIPSIS)
-    if shown < LEAST_LETTERS or (common >= LEAST_LETTERS and shown <= common):
+    letters = len(short) - len(ELLIPSIS)
+    if letters < LEAST_LETTERS or (common >= LEAST_LETTERS and letters <= common):
         short = _cut_inside(full, common, face, room) if common >= LEAST_LETTERS else ""
     if not short:
         candidates = abbreviations(tuple(dict.fromkeys((*names, name))))[name]
@@ -68,13 +68,13 @@ def abbreviations(names: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
     """
     shown = {name: text.printable(name) for name in names}
     pairs: dict[str, str] = {}
-    later = []
+    ambiguous = []
     for name, full in shown.items():
         if full[:2] not in pairs.values():
             pairs[name] = full[:2]
         else:
-            later.append(name)
-    for name in later:
+            ambiguous.append(name)
+    for name in ambiguous:
         full = shown[name]
         tail = full[max(_common_letters(full, o) for n, o in shown.items() if n != name) :]
         candidates = (full[0] + letter for letter in (*tail, *full[1:]) if not letter.isspace())
@@ -218,7 +218,7 @@ def paint_row(
         if text.contrast(style.colour, ground) < LEAST_CONTRAST
     }
     inks = {name: text.ink_on(style.colour) for name, style in styles.items()}
-    face, known = text.font(size), vocabulary.names
+    face, known_names = text.font(size), vocabulary.names
 
     def inscribe(painter: QPainter, bar: QRectF, action: str, style: LabelStyle) -> None:
         width = bar.width()
@@ -228,7 +228,7 @@ def paint_row(
             painter.drawRect(bar.adjusted(0.5, 0.5, -0.5, -0.5))
         if width < 2 * PADDING or bar.height() < size:  # the letters would be cut
             return
-        name, needed = short_name(action, known, size, int(width - 2 * PADDING))
+        name, needed = short_name(action, known_names, size, int(width - 2 * PADDING))
         if name:
             middle = bar.center()
             line = QRectF(bar.left(), middle.y() - size * 0.7, width, size * 1.4)
@@ -336,13 +336,13 @@ class RowLayout:
         room = plot.height() - 2 * AROUND
         if others and self.compact:
             pitch = min(max((room - least) / len(others), STRIPE), pitch)
-        between = min(BETWEEN, pitch / 5)
+        gap = min(BETWEEN, pitch / 5)
         high = min(max(room - len(others) * pitch, least), OWN_MOST)
         box = QRectF(plot.left(), AROUND, plot.width(), high)
         rows = [Row(document.author, document.editor.segments, box, True)]
         for author, segments in others.items():
-            top = rows[-1].box.bottom() + between
-            box = QRectF(plot.left(), top, plot.width(), pitch - between)
+            top = rows[-1].box.bottom() + gap
+            box = QRectF(plot.left(), top, plot.width(), pitch - gap)
             rows.append(Row(author, segments, box, False))
         return tuple(rows)
 

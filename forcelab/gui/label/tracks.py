@@ -189,18 +189,18 @@ class TrackPanel(TimePanel):
         if document.demonstration is None:
             return
         painter.setClipRect(plot)
-        own = self.rows()[0]
+        own_row = self.rows()[0]
         if self._drag is not None and self._drag.live:
-            self._paint_drag(painter, own, self._drag)
+            self._paint_drag(painter, own_row, self._drag)
         else:
-            self._paint_selection(painter, own)
+            self._paint_selection(painter, own_row)
         if document.stroke is not None:
-            self._paint_stroke(painter, own)
+            self._paint_stroke(painter, own_row)
         if document.view.hint is not None:
             kind = document.view.hint.kind
             # Beside the line, which is drawn over everything.
             x = self.x_at(document.view.hint.time) + text.width(kind, text.font(10)) / 2 + 8
-            draw_plate(painter, QPointF(x, own.box.bottom() - 10), kind, colours(), plot)
+            draw_plate(painter, QPointF(x, own_row.box.bottom() - 10), kind, colours(), plot)
 
     def _paint_row(self, painter: QPainter, row: Row, segments: Segments) -> None:
         document = self.document
@@ -218,52 +218,52 @@ class TrackPanel(TimePanel):
         """A picture of a row that changes seldom, made anew only when it looks different."""
         document, ratio = self.document, self.devicePixelRatioF()
         span = (document.view.start, document.view.end, self.size(), ratio)
-        shown = (row, span, document.vocabulary, colours())
+        key = (row, span, document.vocabulary, colours())
         cached = self._pictures.get(row.author)
-        if cached is not None and cached[0] == shown:
+        if cached is not None and cached[0] == key:
             return cached[1]
         picture = QPixmap(self.size() * ratio)
         picture.setDevicePixelRatio(ratio)
         picture.fill(Qt.GlobalColor.transparent)
         with QPainter(picture) as painter:
             self._paint_row(painter, row, row.segments)
-        self._pictures[row.author] = shown, picture
+        self._pictures[row.author] = key, picture
         return picture
 
-    def _paint_selection(self, painter: QPainter, own: Row) -> None:
+    def _paint_selection(self, painter: QPainter, own_row: Row) -> None:
         """Draw a frame around the selected segment, or say how to make the first one."""
-        if not own.segments and self.document.stroke is None:
-            self._paint_invitation(painter, own.box)
+        if not own_row.segments and self.document.stroke is None:
+            self._paint_invitation(painter, own_row.box)
         selected = self.document.selected
-        if selected is not None and selected < len(own.segments):
-            segment = own.segments[selected]
-            outline(painter, self._bar(own.box, segment.start, segment.end), colours())
+        if selected is not None and selected < len(own_row.segments):
+            segment = own_row.segments[selected]
+            outline(painter, self._bar(own_row.box, segment.start, segment.end), colours())
 
-    def _paint_drag(self, painter: QPainter, own: Row, drag: Drag) -> None:
+    def _paint_drag(self, painter: QPainter, own_row: Row, drag: Drag) -> None:
         """Draw what a drag would make of the track, and how long that is."""
         gesture = drag.gesture
-        after = gesture.preview(own.segments)
+        after = gesture.preview(own_row.segments)
         start, end = gesture.span
-        if after is not own.segments:
-            self._paint_row(painter, own, after)
+        if after is not own_row.segments:
+            self._paint_row(painter, own_row, after)
         if end > start:
-            bar = self._bar(own.box, start, end)
+            bar = self._bar(own_row.box, start, end)
             outline(painter, bar, colours())
             label = f"{gesture.action} {start:.3f}–{end:.3f} s   {end - start:.3f} s".lstrip()
-            at = plate_beside(bar, label, drag.pointer, own.box)
-            draw_plate(painter, at, label, colours(), own.box)
+            at = plate_beside(bar, label, drag.pointer, own_row.box)
+            draw_plate(painter, at, label, colours(), own_row.box)
 
-    def _paint_stroke(self, painter: QPainter, own: Row) -> None:
+    def _paint_stroke(self, painter: QPainter, own_row: Row) -> None:
         """Draw what a key has begun, up to the cursor."""
         stroke = self.document.stroke
         assert stroke is not None
         start, end = sorted((stroke.start, self.document.view.cursor))
         if end <= start:
             return
-        bar = self._bar(own.box, start, end)
+        bar = self._bar(own_row.box, start, end)
         painter.save()
         painter.setClipRect(bar, Qt.ClipOperation.IntersectClip)
-        self._paint_row(painter, own, (Segment(start, end, stroke.action),))
+        self._paint_row(painter, own_row, (Segment(start, end, stroke.action),))
         painter.restore()
         outline(painter, bar, colours())
 

@@ -390,8 +390,8 @@ class Transport(QWidget):
         row.addWidget(button)
         return button
 
-    def _to_end(self, which: int) -> None:
-        self.document.view.seek(self.document.view.bounds[which])
+    def _to_end(self, index: int) -> None:
+        self.document.view.seek(self.document.view.bounds[index])
 
     # Updates
 

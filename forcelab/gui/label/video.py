@@ -195,9 +195,9 @@ class VideoPanel(PictureView):
         """Whether the panel shows the frame at the cursor, or that there is none."""
         if self._open is None or self._trouble or not self.isVisible():
             return True
-        known = self._times is not None
+        has_index = self._times is not None
         right = self._shown == self._requested and self._sharp
-        return known and (right or self._missing[0] == self._requested)
+        return has_index and (right or self._missing[0] == self._requested)
 
     @property
     def prepared(self) -> bool:

@@ -199,8 +199,8 @@ def _outline(
     np.maximum.at(tops, pixel[inside], values[inside])
     places = np.arange(wide)
     if inside.any():  # a curve drawn with fewer points than pixels has no holes
-        known = np.unique(pixel[inside])
-        tops = np.interp(places, known, tops[known], left=0.0, right=0.0)
+        outlined = np.unique(pixel[inside])
+        tops = np.interp(places, outlined, tops[outlined], left=0.0, right=0.0)
     edge = [
         QPointF(axis.begin + x + 0.5, middle + high * y)
         for x, y in zip(places.tolist(), tops.tolist(), strict=True)
@@ -690,10 +690,10 @@ class SynchroniseDialog(QDialog):
         """List the taps, choose the last one, and show how far each is from the new clock."""
         self.table.setRowCount(len(self.rows))
         for number, row in enumerate(self.rows):
-            away = ""
+            difference = ""
             if row.video is not None and row.force is not None and self.candidate is not None:
-                away = signed(f"{1000 * (float(clock.to_force(row.video)) - row.force):+.1f}")
-            for column, cell in enumerate((_seconds(row.video), _seconds(row.force), away)):
+                difference = signed(f"{1000 * (float(clock.to_force(row.video)) - row.force):+.1f}")
+            for column, cell in enumerate((_seconds(row.video), _seconds(row.force), difference)):
                 item = QTableWidgetItem(cell)
                 item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
                 self.table.setItem(number, column, item)

@@ -320,9 +320,11 @@ class LabelWorkspace(DockedWindow):
         """The page that is shown while no demonstration is open."""
         label = placeholder()
         choose = "Choose a demonstration on the left to label it."
-        bring = "Import a recording to label it here."
+        sentence = "Import a recording to label it here."
         document = self.document
-        document.listing_changed.connect(lambda: label.setText(choose if document.infos else bring))
+        document.listing_changed.connect(
+            lambda: label.setText(choose if document.infos else sentence)
+        )
         return label
 
     def _demonstration_changed(self) -> None:

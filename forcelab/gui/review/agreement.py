@@ -47,13 +47,13 @@ class AgreementView(QWidget):
     def __init__(self, document: Document, jobs: Jobs) -> None:
         super().__init__()
         self.document = document
-        self.found: Agreement | None = None
+        self.result: Agreement | None = None
         self._jobs = jobs
         self._listed: object = None  # what was known of the demonstrations when they were compared
         self._stale = True
         self.task = QComboBox()
         self.task.setAccessibleName("Task")
-        self.task.activated.connect(lambda _: self._again())
+        self.task.activated.connect(lambda _: self._recompute())
         self.note, self.summary, self.counts = (
             sentence_label(muted=True),
             sentence_label(),
@@ -125,26 +125,26 @@ class AgreementView(QWidget):
         return scroll_area(page)
 
     def _project_changed(self) -> None:
-        self.found = None
+        self.result = None
         self._jobs.cancel("coders")
         self.task.clear()
         self._show()
-        self._again()
+        self._recompute()
 
     def _author_changed(self) -> None:
         """Compare for another coder, who may be blind to what is shown."""
         self._forget_blind()
-        self._again()
+        self._recompute()
 
     def _forget_blind(self) -> None:
         """Show at once nothing of what the coder codes blind from now on."""
-        if self.found is not None and blind_demonstrations(self.document) & {
-            d.id for d in self.found.coded
+        if self.result is not None and blind_demonstrations(self.document) & {
+            d.id for d in self.result.coded
         }:
-            self.found = None
+            self.result = None
             self._show()
 
-    def _again(self) -> None:
+    def _recompute(self) -> None:
         """Compare again, a moment after the last edit."""
         self._stale = True
         if self.isVisible():
@@ -154,20 +154,20 @@ class AgreementView(QWidget):
         """Compare again if the open demonstration's labels are not those that were compared."""
         document = self.document
         current = {document.author: document.editor.segments, **document.other_tracks}
-        coded = () if self.found is None else self.found.coded
-        known = next((d.tracks for d in coded if d.id == document.id), {})
+        coded = () if self.result is None else self.result.coded
+        compared_tracks = next((d.tracks for d in coded if d.id == document.id), {})
         if any(
-            segments != known.get(author, ())
+            segments != compared_tracks.get(author, ())
             for author, segments in current.items()
             if not is_model(author) and author != self.consensus.name
         ):
-            self._again()
+            self._recompute()
 
     def _listing_changed(self) -> None:
         """Compare again if demonstrations, their labels or assignments are others now."""
         if self.isVisible() and self._listing() != self._listed:
             self._forget_blind()
-            self._again()
+            self._recompute()
 
     def _listing(self) -> object:
         """What is known of the demonstrations, without the progress of the consensus."""
@@ -191,8 +191,8 @@ class AgreementView(QWidget):
         self.task.setCurrentIndex(0 if chosen is None else max(self.task.findData(chosen), 0))
         self.task.setVisible(len(tasks) > 1)
 
-    def _done(self, found: Agreement | None) -> None:
-        self.found = found
+    def _done(self, result: Agreement | None) -> None:
+        self.result = result
         self._show()
 
     def _failed(self, error: Exception) -> None:
@@ -202,30 +202,30 @@ class AgreementView(QWidget):
 
     def _show(self) -> None:
         """Fill the pages, or say what is missing."""
-        found = self.found
-        hidden = 0 if found is None else found.hidden
+        result = self.result
+        hidden = 0 if result is None else result.hidden
         note = f"{hidden} demonstrations are left out until you have labelled them blind."
         if hidden == 1:
             note = "1 demonstration is left out until you have labelled it blind."
         self.note.setText(note)
         self.note.setVisible(hidden > 0)
-        if found is None or not found.pairs:
+        if result is None or not result.pairs:
             self.room.say(self._missing())
             return
         self.room.say("")
-        names = {d.id: d.name for d in found.coded}
-        self.summary.setText(self._summary_text(found))
-        self.counts.setText(_coder_counts(found))
-        self.consensus.show_coded(found.coded, names)  # before a pair of them is chosen
+        names = {d.id: d.name for d in result.coded}
+        self.summary.setText(self._summary_text(result))
+        self.counts.setText(_coder_counts(result))
+        self.consensus.show_coded(result.coded, names)  # before a pair of them is chosen
         self.matrix.setVisible(True)
-        self.matrix.show_agreement(found)
-        self.alone.show_agreement(found, names)
+        self.matrix.show_agreement(result)
+        self.alone.show_agreement(result, names)
 
     def _missing(self) -> str:
         """Why there is nothing to compare, and what to do about it."""
         if self.document.project is None:
             return "Open a project to compare its coders."
-        if self.found is None:
+        if self.result is None:
             return "Comparing the coders…"
         return (
             "No demonstration here is labelled by two coders yet, so there is nothing to compare. "
@@ -233,21 +233,21 @@ class AgreementView(QWidget):
             "or use “forcelab assign PROJECT DEMO --author NAME”."
         )
 
-    def _summary_text(self, found: Agreement) -> str:
-        if found.fleiss is None or found.fleiss_coders < 3:
+    def _summary_text(self, result: Agreement) -> str:
+        if result.fleiss is None or result.fleiss_coders < 3:
             return "The darker a cell, the better the two agree; a click tells more."
         return (
-            f"Fleiss' kappa of all {len(found.authors)} coders: {found.fleiss:.2f}, "
-            f"“{landis_koch(found.fleiss)}” by Landis and Koch. It extends kappa to "
+            f"Fleiss' kappa of all {len(result.authors)} coders: {result.fleiss:.2f}, "
+            f"“{landis_koch(result.fleiss)}” by Landis and Koch. It extends kappa to "
             "more than two coders. The darker a cell, the better the two agree."
         )
 
     def _show_pair(self, pair: PairAgreement | None) -> None:
         self.pair.setVisible(pair is not None)
-        if pair is not None and self.found is not None:
+        if pair is not None and self.result is not None:
             if not self.consensus.isVisible():  # not while the coder decides
                 self.consensus.choice.choose(pair.a, pair.b)
-            self.pair.show_pair(pair, {d.id: d.name for d in self.found.coded})
+            self.pair.show_pair(pair, {d.id: d.name for d in self.result.coded})
 
 
 def _compare_coders(
@@ -261,8 +261,8 @@ def _compare_coders(
     return (yield from agreement(coded, hidden=hidden))
 
 
-def _coder_counts(found: Agreement) -> str:
+def _coder_counts(result: Agreement) -> str:
     return "\n".join(
         f"{author}: " + ", ".join(f"{task} {count}" for task, count in tasks.items())
-        for author, tasks in sorted(found.counts.items())
+        for author, tasks in sorted(result.counts.items())
     )

@@ -293,20 +293,20 @@ class CoderMatrix(QWidget):
         super().__init__()
         self.authors: tuple[str, ...] = ()
         self.at = (0, 1)
-        self._found: Agreement | None = None
+        self._agreement: Agreement | None = None
         self.setAccessibleName("Kappa of every two coders")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         themes().changed.connect(self.update)
 
-    def show_agreement(self, found: Agreement) -> None:
+    def show_agreement(self, agreement: Agreement) -> None:
         """Show an agreement, and keep the chosen pair if it is still in it."""
         chosen = self.pair
-        self._found, self.authors = found, found.authors
-        cells = [self._cell_of(pair) for pair in found.pairs]
+        self._agreement, self.authors = agreement, agreement.authors
+        cells = [self._cell_of(pair) for pair in agreement.pairs]
         names = None if chosen is None else (chosen.a, chosen.b)
-        same = [self._cell_of(p) for p in found.pairs if (p.a, p.b) == names]
+        same = [self._cell_of(p) for p in agreement.pairs if (p.a, p.b) == names]
         self.at = (*same, *cells, (0, 1))[0]
         self.updateGeometry()
         self._tell()
@@ -430,16 +430,16 @@ class CoderMatrix(QWidget):
         return (row, column) if 0 <= row < count and 0 <= column < count else None
 
     def _pair_at(self, row: int, column: int) -> PairAgreement | None:
-        if self._found is None or row == column:
+        if self._agreement is None or row == column:
             return None
-        return self._found.pair(self.authors[row], self.authors[column])
+        return self._agreement.pair(self.authors[row], self.authors[column])
 
     def _cell_of(self, pair: PairAgreement) -> tuple[int, int]:
         """The cell of a pair, below which it is mirrored."""
         return self.authors.index(pair.a), self.authors.index(pair.b)
 
     def _labelled(self, author: str) -> int:
-        counts = {} if self._found is None else self._found.counts
+        counts = {} if self._agreement is None else self._agreement.counts
         return sum(counts.get(author, {}).values())
 
     def _cell_text(self, row: int, column: int) -> str:
@@ -654,11 +654,11 @@ class ConsistencyView(QWidget):
         column.addWidget(self._odd)
         column.addWidget(self.places, 1)
 
-    def show_agreement(self, found: Agreement, names: Mapping[str, str]) -> None:
+    def show_agreement(self, agreement: Agreement, names: Mapping[str, str]) -> None:
         chosen = self.coder.currentText()
-        self._own, self._names = found.own, names
+        self._own, self._names = agreement.own, names
         self.coder.clear()
-        self.coder.addItems([consistency.author for consistency in found.own])
+        self.coder.addItems([consistency.author for consistency in agreement.own])
         self.coder.setCurrentIndex(max(self.coder.findText(chosen), 0))
         self._show()
 
@@ -666,10 +666,10 @@ class ConsistencyView(QWidget):
         index = self.coder.currentIndex()
         if not 0 <= index < len(self._own):
             return
-        own = self._own[index]
-        tasks = len({item.task for item in own.actions})
+        consistency = self._own[index]
+        tasks = len({item.task for item in consistency.actions})
         rows = []
-        for item in own.actions:
+        for item in consistency.actions:
             # The task stands last, so that it is cut before the action is.
             name = item.action if tasks == 1 else f"{item.action} · {task_text(item.task)}"
             spread = "–" if item.variation is None else f"{100 * item.variation:.0f}"
@@ -677,8 +677,8 @@ class ConsistencyView(QWidget):
         numbers = "Count", "Mean, s", "± %"
         self._model.show((TableColumn("Action", number=False), *map(TableColumn, numbers)), rows)
         self.durations.fit_columns(stretched=0)
-        odd = [IntervalRow(place, "unusual duration") for place in own.odd]
-        rare = [IntervalRow(place, "unusual order") for place in own.rare]
+        odd = [IntervalRow(place, "unusual duration") for place in consistency.odd]
+        rare = [IntervalRow(place, "unusual order") for place in consistency.rare]
         text = "No segment stands out by its duration or its order."
         if odd or rare:
             text = (

@@ -61,10 +61,10 @@ def metric_rows(
 ) -> tuple[TableRow, ...]:
     """A row for each metric, pooled over what both tested."""
     first, second = comparison.pooled[stage]
-    found = comparison.intervals[stage]
+    intervals = comparison.intervals[stage]
     rows = []
     for metric in metrics:
-        ends = found[metric.path]
+        ends = intervals[metric.path]
         values = metric.value(first), metric.value(second)
         row = _difference_row(
             metric, metric.title, *values, sure=ends is None or not ends[0] <= 0 <= ends[1]

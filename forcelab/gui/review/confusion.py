@@ -59,25 +59,25 @@ def cell_sentence(cells: ConfusionCounts, cell: tuple[int, int], unit: Unit, sha
     missed = column == len(cells.actions)
     predicted = "unlabelled" if missed else cells.actions[column]
     if missed:
-        what = f"{human} left unlabelled"
+        event = f"{human} left unlabelled"
     elif row == column:
-        what = f"{human} recognised"
+        event = f"{human} recognised"
     else:
-        what = f"{human} seen as {predicted}"
+        event = f"{human} seen as {predicted}"
     matrix = cells.matrix(unit)
     if matrix[row, column] == 0:
-        return f"{what}: never"
+        return f"{event}: never"
     part = 100 * float(normalise(matrix, "column" if share == "column" else "row")[row, column])
     total = human
     if share == "column":
         total = f"all that was {'left unlabelled' if missed else f'seen as {predicted}'}"
-    of = f"{_percent_text(part)} % of {total}"
+    share_text = f"{_percent_text(part)} % of {total}"
     number = int((matrix if unit == "segments" else cells.numbers(unit))[row, column])
     plural = "" if number == 1 else "s"
     if unit == "segments":
-        return f"{what}: {number:,} segment{plural}, {of}"
+        return f"{event}: {number:,} segment{plural}, {share_text}"
     seconds = f"{matrix[row, column]:,.{_decimals(matrix[row, column])}f} s"
-    return f"{what}: {seconds}, {of}, in {number:,} place{plural}"
+    return f"{event}: {seconds}, {share_text}, in {number:,} place{plural}"
 
 
 def missing_matrix_text(run: RunResult | None, *, opened: bool) -> str:
@@ -429,10 +429,10 @@ class DisplayOptions(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Begin a second row where the first would elide its texts."""
         super().resizeEvent(event)
-        margins, way = self._rows.contentsMargins(), QBoxLayout.Direction
+        margins, direction = self._rows.contentsMargins(), QBoxLayout.Direction
         needed = sum(part.sizeHint().width() for part in self._parts) + self._rows.spacing()
         narrow = self.width() < needed + margins.left() + margins.right()
-        self._rows.setDirection(way.TopToBottom if narrow else way.LeftToRight)
+        self._rows.setDirection(direction.TopToBottom if narrow else direction.LeftToRight)
 
     @property
     def stage(self) -> str:
@@ -657,7 +657,7 @@ class ConfusionView(QWidget):
         actions = self.cells.actions
         predicted = None if column == len(actions) else actions[column]
         names = {d.id: d.name for d in self.cells.demonstrations}
-        found = self.cells.places(actions[row], predicted, self.switches.unit)
+        places = self.cells.places(actions[row], predicted, self.switches.unit)
         self.list.show_places(
-            found, names, int(self.cells.numbers(self.switches.unit)[row, column])
+            places, names, int(self.cells.numbers(self.switches.unit)[row, column])
         )

@@ -54,7 +54,7 @@ class ConsensusChoice(QWidget):
         super().__init__()
         self._known = known
         self._coded: tuple[CoderTracks, ...] = ()
-        self._asked = ("", "")
+        self._requested = ("", "")
         self.first, self.second, self.demonstration = (
             ElidedComboBox(),
             ElidedComboBox(),
@@ -114,9 +114,9 @@ class ConsensusChoice(QWidget):
 
     def choose(self, a: str, b: str) -> None:
         """Choose two coders that are offered; the same two once more change nothing."""
-        if (a, b) == self._asked:
+        if (a, b) == self._requested:
             return
-        self._asked = a, b
+        self._requested = a, b
         for box, name in ((self.first, a), (self.second, b)):
             box.setCurrentIndex(max(box.findText(name), 0))
         self._offer_demonstrations()
@@ -182,8 +182,8 @@ class _KeyedButtons:
     def name(self, button: QPushButton, text: str, full_text: str = "") -> None:
         """Write a button's text, which may be cut from a whole one, and its key on it."""
         verb = next(verb for verb in self._verbs if verb.button is button)
-        held = {SHIFT: "⇧", CTRL: "Ctrl+"}.get(verb.modifiers, "")
-        button.setText(escape_ampersands(f"{text}  [{held}{chr(verb.key)}]"))
+        modifier = {SHIFT: "⇧", CTRL: "Ctrl+"}.get(verb.modifiers, "")
+        button.setText(escape_ampersands(f"{text}  [{modifier}{chr(verb.key)}]"))
         button.setAccessibleName(full_text or text)
         button.setToolTip(full_text or text)
 
@@ -418,16 +418,18 @@ class ConsensusBar(QWidget):
 
     def _show(self) -> None:
         consensus = self.consensus
-        every = () if consensus is None else consensus.differences
+        differences = () if consensus is None else consensus.differences
         waiting = () if consensus is None else consensus.undecided
-        if self.current not in every:
+        if self.current not in differences:
             self.current = waiting[0] if waiting else None
         self.buttons.name_coders(self.choice.coders)
-        had = QApplication.focusWidget() if self._has_keyboard() else None
+        focused = QApplication.focusWidget() if self._has_keyboard() else None
         self.buttons.offer(consensus, self.current)
-        if had is not None and not had.isEnabled():  # the next field would take the keys as text
+        if (
+            focused is not None and not focused.isEnabled()
+        ):  # the next field would take the keys as text
             self.setFocus()
-        self.state.setText(self._state(len(every), len(waiting)))
+        self.state.setText(self._state(len(differences), len(waiting)))
         self.now.setText(self._current_item())
         open_ones = set(waiting)
         rows = [
@@ -436,27 +438,27 @@ class ConsensusBar(QWidget):
                 self._what(difference),
                 difference not in open_ones,
             )
-            for difference in every
+            for difference in differences
         ]
         self.places.put(rows, self._names, (*self.choice.coders, "What"))
-        if self.current in every:
-            self.places.selectRow(every.index(self.current))
+        if self.current in differences:
+            self.places.selectRow(differences.index(self.current))
 
     def _what(self, difference: CoderDifference) -> str:
         """What differs, in the words of the table of agreement."""
         if difference.edge:
             return "boundary moved"
-        both = difference.a is not None and difference.b is not None
-        return "different actions" if both else "only one labelled"
+        both_labelled = difference.a is not None and difference.b is not None
+        return "different actions" if both_labelled else "only one labelled"
 
-    def _state(self, every: int, waiting: int) -> str:
+    def _state(self, total: int, waiting: int) -> str:
         if self.consensus is None:
             return "Choose two coders who labelled the same demonstration."
-        if not every:
+        if not total:
             return "The two agree everywhere; take what both say, and it is done."
         if not self.consensus.begun:
-            return f"{every} differences. Take what both say first, then decide these."
-        return f"{every - waiting} of {every} differences decided"
+            return f"{total} differences. Take what both say first, then decide these."
+        return f"{total - waiting} of {total} differences decided"
 
     def _current_item(self) -> str:
         item = self.current
@@ -474,20 +476,22 @@ class ConsensusBar(QWidget):
         """Go to the next difference that waits, or to the next one at all where none does."""
         if self.consensus is None or not self.consensus.differences:
             return
-        every = self.consensus.differences
-        pool = self.consensus.undecided or every
-        start = self.current.start if self.current is not None else every[0].start - 1.0
+        differences = self.consensus.differences
+        pool = self.consensus.undecided or differences
+        start = self.current.start if self.current is not None else differences[0].start - 1.0
         if direction > 0:
-            found = next((d for d in pool if d.start > start), pool[0])
+            difference = next((d for d in pool if d.start > start), pool[0])
         else:
-            found = next((d for d in reversed(pool) if d.start < start), pool[-1])
-        self._go_to(found)
+            difference = next((d for d in reversed(pool) if d.start < start), pool[-1])
+        self._go_to(difference)
 
     def _go_to(self, difference: CoderDifference) -> None:
         self.current = difference
-        had = self._has_keyboard()
+        had_keyboard = self._has_keyboard()
         self.document.review.examine(difference.place(self.choice.id))
-        if had and not self._has_keyboard():  # another demonstration's track, which was opened, has
+        if (
+            had_keyboard and not self._has_keyboard()
+        ):  # another demonstration's track, which was opened, has
             self.setFocus()
         self._show()
 
@@ -497,8 +501,8 @@ class ConsensusBar(QWidget):
         return now is not None and (now is self or self.isAncestorOf(now))
 
     def _show_row(self, place: Interval) -> None:
-        every = () if self.consensus is None else self.consensus.differences
-        for difference in every:
+        differences = () if self.consensus is None else self.consensus.differences
+        for difference in differences:
             if difference.start == place.start:  # they do not overlap
                 self._go_to(difference)
 
@@ -512,9 +516,11 @@ class ConsensusBar(QWidget):
         """Undo or redo, and look at the difference that waits again."""
         before = () if self.consensus is None else self.consensus.undecided
         if self._carry_out(verb) and self.consensus is not None:
-            again = [one for one in self.consensus.undecided if one not in before]
-            if again:
-                self._go_to(again[0])
+            reopened = [
+                difference for difference in self.consensus.undecided if difference not in before
+            ]
+            if reopened:
+                self._go_to(reopened[0])
 
     def _decide(self, verb: Callable[[Consensus, CoderDifference], Edit | None]) -> None:
         """Decide the current difference, and go to the next that waits."""

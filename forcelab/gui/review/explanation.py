@@ -147,7 +147,7 @@ class ExplanationPage(QScrollArea):
         self._arrange()
 
     def _arrange(self) -> None:
-        top, alike, speaking = QHBoxLayout(), QVBoxLayout(), QVBoxLayout()
+        top, comparison, evidence = QHBoxLayout(), QVBoxLayout(), QVBoxLayout()
         top.addWidget(self.sentence, 1)
         top.addWidget(self.back, 0, Qt.AlignmentFlag.AlignTop)
         self.state = QWidget()
@@ -155,44 +155,44 @@ class ExplanationPage(QScrollArea):
         line.setContentsMargins(0, 0, 0, 0)
         line.addWidget(self.state_text, 1)
         line.addWidget(self.stop)
-        speaking.addWidget(self.bands)
-        speaking.addWidget(self.strongest)
-        speaking.addWidget(self.method)
-        speaking.addStretch(1)
+        evidence.addWidget(self.bands)
+        evidence.addWidget(self.strongest)
+        evidence.addWidget(self.method)
+        evidence.addStretch(1)
         title = QLabel("Nearest in training")
         title.setFont(self.sentence.font())
         note = muted_label("d: distance, in standard deviations of the training segments")
         note.setFont(self.method.font())
-        alike.addWidget(title)
-        alike.addWidget(note)
-        alike.addWidget(self.neighbours)
-        alike.addStretch(1)
-        self.found = QWidget()
-        self._halves = QBoxLayout(QBoxLayout.Direction.TopToBottom, self.found)
+        comparison.addWidget(title)
+        comparison.addWidget(note)
+        comparison.addWidget(self.neighbours)
+        comparison.addStretch(1)
+        self.content = QWidget()
+        self._halves = QBoxLayout(QBoxLayout.Direction.TopToBottom, self.content)
         self._halves.setContentsMargins(0, 0, 0, 0)
         self._halves.setSpacing(14)
-        self._halves.addLayout(speaking, 1)
-        self._halves.addLayout(alike, 1)
+        self._halves.addLayout(evidence, 1)
+        self._halves.addLayout(comparison, 1)
         inner = QWidget()
         column = QVBoxLayout(inner)
         column.setContentsMargins(10, 8, 10, 8)
         column.addLayout(top)
         column.addWidget(self.chart)
         column.addWidget(self.state)
-        column.addWidget(self.found)
+        column.addWidget(self.content)
         column.addStretch(1)
         self.setWidget(inner)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        way = QBoxLayout.Direction
+        direction = QBoxLayout.Direction
         wide = event.size().width() >= WIDE_PAGE
-        self._halves.setDirection(way.LeftToRight if wide else way.TopToBottom)
+        self._halves.setDirection(direction.LeftToRight if wide else direction.TopToBottom)
         super().resizeEvent(event)
 
     @property
     def stale(self) -> bool:
         """Whether what is shown is of an older interval, or not there yet."""
-        return not self.found.isEnabled()
+        return not self.content.isEnabled()
 
     def begin(
         self, place: Interval, certainty: ProbabilityTrace | None, threshold: float | None
@@ -201,8 +201,8 @@ class ExplanationPage(QScrollArea):
         self.sentence.setText(explanation_plots.interval_sentence(place))
         missing = "the run kept no probabilities; they are computed anew"
         self.chart.show_place(place, certainty, threshold, missing)
-        self.found.setVisible(self.bands.why is not None)
-        self.found.setEnabled(False)
+        self.content.setVisible(self.bands.why is not None)
+        self.content.setEnabled(False)
 
     def forget(self) -> None:
         self.bands.set_why(None)
@@ -230,8 +230,8 @@ class ExplanationPage(QScrollArea):
             for action in (why.favoured, why.against)
         ]
         self.neighbours.show_neighbours(columns, name_of)
-        self.found.setEnabled(True)
-        self.found.show()
+        self.content.setEnabled(True)
+        self.content.show()
 
     def _role_text(self, action: str, place: Interval) -> str:
         """Whether an action is labelled, predicted or neither."""

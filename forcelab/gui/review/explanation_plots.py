@@ -83,22 +83,21 @@ def strongest_bands(why: Explanation) -> str:
 
 def method_sentence(why: Explanation) -> str:
     """How the weights were computed, and how reliable they are."""
-    found = why.attribution
-    odds = (
-        f"Log-odds of {why.favoured} against {why.against}: {signed_log_odds(found.log_odds)} here"
-    )
-    reference = signed_log_odds(found.reference)
-    if found.method == "gradient":
-        gap = f"{found.gap:.0e}" if found.gap >= 1e-12 else "1e-12"
+    attribution = why.attribution
+    log_odds = signed_log_odds(attribution.log_odds)
+    odds = f"Log-odds of {why.favoured} against {why.against}: {log_odds} here"
+    reference = signed_log_odds(attribution.reference)
+    if attribution.method == "gradient":
+        gap = f"{attribution.gap:.0e}" if attribution.gap >= 1e-12 else "1e-12"
         return (
             f"{odds}, {reference} at the mean of the training samples. Gradient along the way from "
-            f"there, over {found.steps} samples; the bands add up to the difference to within "
-            f"{gap}."
+            f"there, over {attribution.steps} samples; the bands add up to the difference to "
+            f"within {gap}."
         )
     return (
         f"{odds}, {reference} with every band replaced. Permutation: what is lost when a band "
-        f"comes from random training samples; {found.steps} samples, {found.repeats} repetitions, "
-        "± standard error. Bands that know the same hide each other."
+        f"comes from random training samples; {attribution.steps} samples, {attribution.repeats} "
+        "repetitions, ± standard error. Bands that know the same hide each other."
     )
 
 
@@ -337,11 +336,11 @@ def balance_colours(dark: bool, count: int = 255) -> NDArray[np.uint8]:
     The middle is close to the ground of the theme, and lightness runs evenly away from it to
     either side, so that equal steps look equal. Shared: not to be changed.
     """
-    way = np.linspace(-1.0, 1.0, count)
+    position = np.linspace(-1.0, 1.0, count)
     ground, far = (0.26, 0.80) if dark else (0.97, 0.50)
-    lightness = ground + (far - ground) * np.abs(way)
-    chroma = 0.155 * np.abs(way)
-    hue = np.radians(np.where(way < 0, AGAINST_HUE, FOR_HUE))
+    lightness = ground + (far - ground) * np.abs(position)
+    chroma = 0.155 * np.abs(position)
+    hue = np.radians(np.where(position < 0, AGAINST_HUE, FOR_HUE))
     return oklch_to_srgb(lightness, chroma, hue)
 
 
@@ -411,13 +410,13 @@ class BandMap(QWidget):
         """The sentence of the band at a point; empty where there is none."""
         if self.why is None or not self.map.contains(where):
             return ""
-        found, box = self.why.attribution, self.map
-        q, k = found.bands.shape
+        attribution, box = self.why.attribution, self.map
+        q, k = attribution.bands.shape
         i = min(int((where.x() - box.left()) / box.width() * q), q - 1)
         j = min(int((where.y() - box.top()) / box.height() * k), k - 1)
         from forcelab.review.explanation import Band
 
-        weight, error = float(found.bands[i, j]), float(found.bands_error[i, j])
+        weight, error = float(attribution.bands[i, j]), float(attribution.bands_error[i, j])
         band = Band(self.why.channels[i], float(self.why.hertz[j]), weight, error)
         return band_sentence(band, self.why)
 
@@ -468,8 +467,8 @@ class BandMap(QWidget):
     def _paint_axis(self, painter: QPainter, why: Explanation) -> None:
         theme, face = colours(), text.font(MAP_FONT)
         height = self.map.height() / len(why.hertz)
-        every = max(1, -int(-(MAP_FONT + 3) // height))
-        for j in range(0, len(why.hertz), every):
+        stride = max(1, -int(-(MAP_FONT + 3) // height))
+        for j in range(0, len(why.hertz), stride):
             middle = self.cell(0, j).center().y()
             label = f"{why.hertz[j]:.3g}"
             if j == 0:
@@ -622,8 +621,8 @@ class SegmentCard(QAbstractButton):
             painter.setPen(QPen(curve_colour(channel, colours()), 1.1))
             ends = np.stack([trace.low[:, channel], trace.high[:, channel]], axis=1).ravel()
             ys = box.bottom() - (ends - low) * unit
-            known = np.isfinite(ys)
-            pieces = zip(np.repeat(xs, 2)[known].tolist(), ys[known].tolist(), strict=True)
+            finite = np.isfinite(ys)
+            pieces = zip(np.repeat(xs, 2)[finite].tolist(), ys[finite].tolist(), strict=True)
             painter.drawPolyline(QPolygonF([QPointF(x, y) for x, y in pieces]))
         painter.setClipping(False)
 
@@ -682,14 +681,14 @@ class NearestSegments(QWidget):
                 widget.hide()
                 widget.deleteLater()
         self.cards = []
-        for column, (action, role, found) in enumerate(columns):
+        for column, (action, role, neighbours) in enumerate(columns):
             self._grid.addWidget(ColumnHeading(self.document, action, role), 0, column)
-            for row, neighbour in enumerate(found, 1):
+            for row, neighbour in enumerate(neighbours, 1):
                 card = SegmentCard(neighbour, name_of(neighbour.place.demonstration))
                 card.clicked.connect(partial(self.chosen.emit, neighbour.place))
                 self._grid.addWidget(card, row, column)
                 self.cards.append(card)
-            if not found:
+            if not neighbours:
                 none = QLabel("No other demonstration has any.")
                 none.setWordWrap(True)
                 self._grid.addWidget(none, 1, column, Qt.AlignmentFlag.AlignTop)

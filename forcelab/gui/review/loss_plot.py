@@ -43,12 +43,12 @@ Curve = tuple[bool, int, list[tuple[int, float]]]
 
 def loss_curves(steps: Sequence[TrainingStep]) -> tuple[Curve, ...]:
     """The curve of each fold, in the order of training; steps without a loss are left out."""
-    found: dict[tuple[bool, int], list[tuple[int, float]]] = {}
+    curves: dict[tuple[bool, int], list[tuple[int, float]]] = {}
     for step in steps:
         if step.loss is not None and step.epoch is not None and math.isfinite(step.loss):
-            curve = found.setdefault((step.phase == "final fit", step.fold), [])
+            curve = curves.setdefault((step.phase == "final fit", step.fold), [])
             curve.append((step.epoch, step.loss))
-    return tuple((final, fold, points) for (final, fold), points in found.items())
+    return tuple((final, fold, points) for (final, fold), points in curves.items())
 
 
 class LossCurves(QWidget):

@@ -25,8 +25,8 @@ class Metric:
 
     def value(self, scores: Mapping[str, Any]) -> float | None:
         """The number in scores as of ``forcelab evaluate --json``, in its own unit."""
-        found = look_up(scores, self.path)
-        return None if found is None else float(found)
+        score = look_up(scores, self.path)
+        return None if score is None else float(score)
 
     def text(self, value: float | None, *, signed: bool = False) -> str:
         """The number as it is shown, with as many decimals in every row; a dash for none."""
@@ -113,7 +113,7 @@ AGREEMENT_METRICS = (
 
 #: In which way predictions are wrong, after Ward et al.: numbers and seconds.
 ERROR_METRICS = tuple(
-    Metric(f"events.{kind}.{what}", name, tip, unit, better)
+    Metric(f"events.{kind}.{unit_name}", name, tip, unit, better)
     for kind, name, tip, better in (
         ("human", "Human", "Segments that the human labelled.", 0),
         ("predicted", "Predicted", "Segments that were predicted where the human labelled.", 0),
@@ -144,13 +144,13 @@ ERROR_METRICS = tuple(
             -1,
         ),
     )
-    for what, unit in (("count", "#"), ("seconds", "s"))
+    for unit_name, unit in (("count", "#"), ("seconds", "s"))
 )
 
 
-def reliability_text(found: Mapping[str, Any]) -> str:
+def reliability_text(scores: Mapping[str, Any]) -> str:
     """How far to rely on the probabilities, from an evaluation's JSON; "" without probabilities."""
-    brier, error = found.get("brier"), found.get("ece")
+    brier, error = scores.get("brier"), scores.get("ece")
     if brier is None or error is None:
         return ""
     return f"Brier score {brier:.3f}, expected calibration error {100 * error:.1f} points."

@@ -49,8 +49,8 @@ class PairEntry:
         """Where the model differs from what the human labelled."""
         if not self.human:
             return ()
-        found = find_differences(self.id, self.human, self.reviewed.predicted)
-        return tuple(difference for difference in found if difference.human is not None)
+        differences = find_differences(self.id, self.human, self.reviewed.predicted)
+        return tuple(difference for difference in differences if difference.human is not None)
 
     @cached_property
     def share(self) -> float | None:
@@ -116,14 +116,14 @@ def current_tracks(
     Of the coder whose labels were used that is what the run holds, as long as it was not changed:
     there every edge lies on a sample.
     """
-    found = {
+    tracks = {
         coder: as_trained(project.tracks.get(reviewed.id, coder).segments, run, reviewed)
         for coder in coders
     }
-    mine = found.get(run.author)
-    if mine is not None and _is_as_evaluated(project, run, reviewed, mine):
-        found[run.author] = reviewed.human
-    return found
+    own_track = tracks.get(run.author)
+    if own_track is not None and _is_as_evaluated(project, run, reviewed, own_track):
+        tracks[run.author] = reviewed.human
+    return tracks
 
 
 def _is_as_evaluated(
@@ -145,13 +145,13 @@ def read_tracks(
     path: Path, run: RunResult, coders: Collection[str], ids: Collection[str]
 ) -> Generator[None, None, dict[str, dict[str, Segments]]]:
     """Some coders' tracks of all tested demonstrations, as a job; by id."""
-    found = {}
+    tracks = {}
     with Project.open(path) as project:
         for reviewed in run.tested:
             yield
             if reviewed.id in ids:
-                found[reviewed.id] = current_tracks(project, run, reviewed, coders)
-    return found
+                tracks[reviewed.id] = current_tracks(project, run, reviewed, coders)
+    return tracks
 
 
 def pair_entries(
@@ -194,7 +194,7 @@ def filter_and_sort(
     the proposals the least certain is the worst.
     """
     words = searched.casefold().split()
-    found = [
+    fitting = [
         entry
         for entry in entries
         if all(word in f"{entry.reviewed.name} {entry.reviewed.task}".casefold() for word in words)
@@ -207,7 +207,7 @@ def filter_and_sort(
         return entry.reviewed.start - entry.reviewed.end if order == "longest" else 0.0
 
     return sorted(
-        found,
+        fitting,
         key=lambda entry: (entry.human is None, place(entry), natural_order(entry.reviewed.name)),
     )
 
@@ -278,12 +278,12 @@ class CurrentTracks(QObject):
         if reviewed is None:
             return False
         try:
-            found = current_tracks(project, run, reviewed, (run.author, *coders))
+            tracks = current_tracks(project, run, reviewed, (run.author, *coders))
         except ForcelabError as error:
             document.show_message(str(error), True)
             return False
-        changed = found != self.tracks.get(reviewed.id)
-        self.tracks[reviewed.id] = found
+        changed = tracks != self.tracks.get(reviewed.id)
+        self.tracks[reviewed.id] = tracks
         if changed:
             self._painted.add(reviewed.id)
         return changed

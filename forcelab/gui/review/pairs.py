@@ -58,8 +58,10 @@ class ActionStyles(dict[str, LabelStyle]):
 
 def all_actions(run: RunResult) -> tuple[str, ...]:
     """Actions that a run knows, its coder labelled or it predicts; in thousands of segments."""
-    both = (*run.tested, *run.proposals)
-    tracks = [track for reviewed in both for track in (reviewed.human, reviewed.predicted)]
+    demonstrations = (*run.tested, *run.proposals)
+    tracks = [
+        track for reviewed in demonstrations for track in (reviewed.human, reviewed.predicted)
+    ]
     return tuple(dict.fromkeys((*run.actions, *(s.action for t in tracks for s in t))))
 
 
@@ -467,8 +469,8 @@ class PairsView(QWidget):
         vocabulary = action_styles(project, run).with_actions(*self._actions())
         document, demonstration = self.document, self.document.demonstration
         task = "" if demonstration is None else demonstration.task
-        own = document.vocabulary
-        self._vocabulary = with_keys(vocabulary, own, task=task, apart=run.apart)
+        vocabulary_open = document.vocabulary
+        self._vocabulary = with_keys(vocabulary, vocabulary_open, task=task, apart=run.apart)
         return self._vocabulary != before
 
     def _show_missing(self, shown: int | None = None) -> None:
@@ -486,19 +488,19 @@ class PairsView(QWidget):
         self.tools.setHidden(not self._entries)
         count = 0
         if run is not None and self._entries:
-            both = (*run.tested, *run.proposals)
-            count = sum(reviewed.id in self._hidden for reviewed in both)
+            demonstrations = (*run.tested, *run.proposals)
+            count = sum(reviewed.id in self._hidden for reviewed in demonstrations)
         self.note.setText(f"Demonstrations left out while you code them blind: {count}.")
         self.note.setHidden(not count)
 
     # Going there
 
-    def _go_to(self, entry: PairEntry, found: Hit) -> None:
+    def _go_to(self, entry: PairEntry, hit: Hit) -> None:
         document = self.document
-        if found.what is not None:
-            document.review.examine(hit_interval(entry, found.what))
-        elif document.open_demonstration(entry.id) and found.time is not None:
-            document.view.seek(found.time)
+        if hit.target is not None:
+            document.review.examine(hit_interval(entry, hit.target))
+        elif document.open_demonstration(entry.id) and hit.time is not None:
+            document.view.seek(hit.time)
 
     # What the project holds now
 
@@ -514,11 +516,11 @@ class PairsView(QWidget):
         extra = self.tools.extra_rows
         if old.human is None or not self._current.read_open(extra.coders):
             return
-        found = self._current.tracks[id_]
-        new = tested_entry(run, old.reviewed, found, extra, old.evaluated_accuracy)
+        tracks = self._current.tracks[id_]
+        new = tested_entry(run, old.reviewed, tracks, extra, old.evaluated_accuracy)
         self._entries = tuple(new if entry is old else entry for entry in self._entries)
-        known = set(self._vocabulary.names)
-        if any(s.action not in known for track in new.final_tracks for s in track):
+        names = set(self._vocabulary.names)
+        if any(s.action not in names for track in new.final_tracks for s in track):
             self._update_vocabulary()
             self._show()
         self.area.replace_entry(new)

@@ -83,13 +83,13 @@ class PairsLayout:
     @cached_property
     def caption_room(self) -> float:
         """Width of the column of captions; 0 where no row needs one."""
-        found = {
+        names = {
             caption
             for entry in self.entries
             if entry.lanes
             for _, caption in captions(self._boxes(entry), entry.pair_without_marks, *BAR_NAMES)
         }
-        return min(text.widest(found, text.font(CAPTION)), CAPTION_WIDTH) + 12 if found else 0.0
+        return min(text.widest(names, text.font(CAPTION)), CAPTION_WIDTH) + 12 if names else 0.0
 
     @property
     def left(self) -> float:
@@ -175,7 +175,7 @@ class Hit:
 
     row: int
     time: float | None = None  # in seconds; None beside the bars
-    what: Segment | Interval | None = None
+    target: Segment | Interval | None = None
     author: str = ""  # whose bar it is, as on the screen
 
 
@@ -212,35 +212,35 @@ def segment_at(segments: Sequence[Segment], time: float) -> Segment | None:
     return segments[i] if i >= 0 and time < segments[i].end else None
 
 
-def hit_interval(entry: PairEntry, what: Segment | Interval) -> Interval:
+def hit_interval(entry: PairEntry, place: Segment | Interval) -> Interval:
     """A segment or a disagreement as an interval: what each sees in most of it, and how sure."""
-    predicted = action_over(entry.reviewed.predicted, what.start, what.end)
-    human = action_over(entry.human or (), what.start, what.end)
-    if isinstance(what, Interval):
-        human, predicted = what.human, what.predicted
+    predicted = action_over(entry.reviewed.predicted, place.start, place.end)
+    human = action_over(entry.human or (), place.start, place.end)
+    if isinstance(place, Interval):
+        human, predicted = place.human, place.predicted
     certainty, confidence = entry.reviewed.probability_trace, None
     if certainty is not None and predicted is not None:
-        confidence = certainty.of_action(predicted, what.start, what.end)
-    return Interval(entry.id, what.start, what.end, human, predicted, confidence)
+        confidence = certainty.of_action(predicted, place.start, place.end)
+    return Interval(entry.id, place.start, place.end, human, predicted, confidence)
 
 
-def hit_tooltip(entry: PairEntry, found: Hit) -> str:
+def hit_tooltip(entry: PairEntry, hit: Hit) -> str:
     """The tooltip as rich text; names are escaped."""
     lines = [f"<b>{escape(entry.reviewed.name)}</b>"]
-    if found.time is None:
+    if hit.time is None:
         return "<br>".join([*lines, escape(entry_description(entry))])
-    what = found.what
-    if isinstance(what, Interval):
-        lines.append(escape(difference_text(what)))
-    elif isinstance(what, Segment):
+    target = hit.target
+    if isinstance(target, Interval):
+        lines.append(escape(difference_text(target)))
+    elif isinstance(target, Segment):
         lines.append(
-            escape(f"{found.author}: {what.action}, {_interval_text(what.start, what.end)}")
+            escape(f"{hit.author}: {target.action}, {_interval_text(target.start, target.end)}")
         )
     else:
-        lines.append(f"{found.time:.3f} s")
+        lines.append(f"{hit.time:.3f} s")
     certainty = entry.reviewed.probability_trace
     if certainty is not None:
-        start, end = (what.start, what.end) if what is not None else (found.time, found.time)
+        start, end = (target.start, target.end) if target is not None else (hit.time, hit.time)
         means = certainty.mean(start, end)
         best = np.argsort(-means, kind="stable")[:MOST_MARKS]
         lines += [f"{100 * means[i]:.0f} %&nbsp; {escape(certainty.actions[i])}" for i in best]
@@ -624,10 +624,10 @@ class PairsList(QAbstractScrollArea):
         middle = box.center().y() + 5
         text.draw_text(painter, MARGIN, middle, head, face=face, ink=QColor(theme.text))
         x = MARGIN + text.width(head, face) + 12
-        what = "predicted where nothing is labelled; at the right: mean probability"
+        caption = "predicted where nothing is labelled; at the right: mean probability"
         small = text.font(10)
-        what = text.elided(what, small, width - MARGIN - x)
-        text.draw_text(painter, x, middle, what, face=small, ink=QColor(theme.muted))
+        caption = text.elided(caption, small, width - MARGIN - x)
+        text.draw_text(painter, x, middle, caption, face=small, ink=QColor(theme.muted))
 
     def _remark(self, entry: PairEntry) -> str:
         """What stands below the share: since when it differs, how long it lasts, or what it is."""
@@ -740,31 +740,31 @@ class PairsList(QAbstractScrollArea):
         return hit_test(self.arrangement, point + QPointF(0, self.verticalScrollBar().value()))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        found = self.hit_at(event.position())
-        if event.button() != Qt.MouseButton.LeftButton or found is None:
+        hit = self.hit_at(event.position())
+        if event.button() != Qt.MouseButton.LeftButton or hit is None:
             return
-        self.row, self.mark = found.row, None
-        entry = self.entries[found.row]
-        if found.what in entry.marks:
-            self.mark = entry.marks.index(found.what)
+        self.row, self.mark = hit.row, None
+        entry = self.entries[hit.row]
+        if hit.target in entry.marks:
+            self.mark = entry.marks.index(hit.target)
         self._describe()
         self.viewport().update()
-        self.chosen.emit(entry, found)
+        self.chosen.emit(entry, hit)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        found = self.hit_at(event.position())
-        hand = found is not None and found.what is not None
+        hit = self.hit_at(event.position())
+        hand = hit is not None and hit.target is not None
         shape = Qt.CursorShape.PointingHandCursor if hand else Qt.CursorShape.ArrowCursor
         self.viewport().setCursor(shape)
 
     def viewportEvent(self, event: QEvent) -> bool:
         if event.type() == QEvent.Type.ToolTip and isinstance(event, QHelpEvent):
-            found = self.hit_at(QPointF(event.pos()))
-            if found is None:
+            hit = self.hit_at(QPointF(event.pos()))
+            if hit is None:
                 QToolTip.hideText()
             else:
                 around = QRect(event.pos() - QPoint(2, 2), event.pos() + QPoint(2, 2))
-                words = hit_tooltip(self.entries[found.row], found)
+                words = hit_tooltip(self.entries[hit.row], hit)
                 QToolTip.showText(event.globalPos(), words, self.viewport(), around)
             return True
         return super().viewportEvent(event)
@@ -788,8 +788,8 @@ class PairsList(QAbstractScrollArea):
             if count:
                 self._go_to(self.row, min(max(begin + step, 0), count - 1))
         elif key in ENTER_KEYS:
-            what = None if self.mark is None else entry.marks[self.mark]
-            self.chosen.emit(entry, Hit(self.row, None, what))
+            target = None if self.mark is None else entry.marks[self.mark]
+            self.chosen.emit(entry, Hit(self.row, None, target))
         else:
             super().keyPressEvent(event)
 

@@ -130,15 +130,15 @@ class AcceptButtons(QWidget):
     def _accept_and_report(self, accept: Callable[[], bool]) -> bool:
         """Accept, and say how many and how to undo it."""
         before = set(self.document.editor.segments)
-        done = accept()
-        if done:
+        accepted = accept()
+        if accepted:
             count = len(set(self.document.editor.segments) - before)
             key = keys().shown("undo").split(",")[0]
             text = f"{count} predicted segments were accepted; {key} takes them back."
             if count == 1:
                 text = f"1 predicted segment was accepted; {key} takes it back."
             self.document.show_message(text)
-        return done
+        return accepted
 
     def _is_predicted(self, start: float, end: float) -> bool:
         predicted = self.document.review.prediction  # asked at each step of playback: not all of it
@@ -195,7 +195,7 @@ class ProposalsView(QWidget):
         self.model = TextModel(self)
         self.rows: tuple[Proposal, ...] = ()
         self._run: RunResult | None = None
-        self._found: tuple[Proposal, ...] = ()
+        self._ranking: tuple[Proposal, ...] = ()
         self.table = self._table()
         self.order = muted_label()
         self.accepting = AcceptButtons(document)
@@ -242,14 +242,14 @@ class ProposalsView(QWidget):
             return
         run = self.document.review.run
         if run is not self._run:
-            self._run, self._found = run, ()
+            self._run, self._ranking = run, ()
             self.jobs.cancel(RANKING_JOB)
             if run is not None and run.proposals:
                 self.jobs.run(_rank_proposals(run), self._ranked, key=RANKING_JOB)
         self._list()
 
-    def _ranked(self, found: tuple[Proposal, ...]) -> None:
-        self._found = found
+    def _ranked(self, ranking: tuple[Proposal, ...]) -> None:
+        self._ranking = ranking
         self._list()
 
     def _say_order(self) -> None:
@@ -270,7 +270,7 @@ class ProposalsView(QWidget):
 
     def _uses_density(self) -> bool:
         """Whether the order also counts how many demonstrations are like each."""
-        return bool(self._found) and weighs_typicality(self._found)
+        return bool(self._ranking) and weighs_typicality(self._ranking)
 
     def _listing_changed(self) -> None:
         if self.isVisible():
@@ -297,7 +297,7 @@ class ProposalsView(QWidget):
     def _sorted_proposals(self) -> tuple[Proposal, ...]:
         """What may be seen; what the coder has labelled by now comes last."""
         blind, done = blind_demonstrations(self.document), self._done()
-        visible = (proposal for proposal in self._found if proposal.id not in blind)
+        visible = (proposal for proposal in self._ranking if proposal.id not in blind)
         return tuple(sorted(visible, key=lambda proposal: proposal.id in done))
 
     def _done(self) -> frozenset[str]:

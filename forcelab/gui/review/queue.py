@@ -215,12 +215,12 @@ class QueueLoader(QObject):
 def missing_queue_text(run: RunResult | None, read: QueueData | None, *, training: bool) -> str:
     """Why there is nothing to list; empty where there is something."""
     if run is None:
-        coming = (
+        announcement = (
             "A recogniser is being trained; every place where you and it differ will be listed "
             "here."
         )
         none = "Train a recogniser, and every place where you and it differ is listed here."
-        return coming if training else none
+        return announcement if training else none
     if read is None:
         return "Comparing…"
     if read.queue.open or read.queue.judged:
@@ -383,8 +383,8 @@ class VerdictUndo:
         edit = max((top for top in tops if top is not None), key=_time, default=None)
         together = edit is not None and change.edit in (edit.id, edit.reverts)
         if edit is not None and edit.time > change.time and not together:
-            here = edit.demonstration == document.id
-            return (here or document.review.examine(place)) and self._revert_edit(kind)
+            is_open = edit.demonstration == document.id
+            return (is_open or document.review.examine(place)) and self._revert_edit(kind)
         if change.edit and not together:
             changes.pop()  # its labels went another way
             return self._revert(changes, opposite, kind)
@@ -547,13 +547,13 @@ class QueueView(QWidget):
 
     def _revert(self, verb: Callable[[], bool]) -> bool:
         try:
-            done = verb()
+            performed = verb()
         except ForcelabError as error:
             self.document.show_message(str(error), True)
             return False
-        if done:
+        if performed:
             self.reader.track_changed()
-        return done
+        return performed
 
     def withdraw(self) -> bool:
         """Withdraw the verdict on the chosen item; it is open again."""
@@ -614,8 +614,8 @@ class QueueView(QWidget):
     def _compared(self) -> None:
         """Show the comparison, then carry out what was asked for meanwhile."""
         self._show()
-        asked = self._steps or self._verdict
-        if asked and self.reader.stale and not self.reader.watched:
+        pending = self._steps or self._verdict
+        if pending and self.reader.stale and not self.reader.watched:
             self.reader.compare()  # labels changed during it, and hidden it is not repeated
             return
         if self._steps and not self.reader.stale:

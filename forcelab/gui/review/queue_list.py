@@ -163,13 +163,13 @@ def queue_sections(
 ) -> tuple[QueueSection, ...]:
     """The sections that hold anything, with the items whose action or demonstration fits."""
     fits = _text_filter(names, text.strip().casefold())
-    found = []
+    sections = []
     for kind in get_args(SectionKind):
-        everything = tuple(getattr(queue, kind))
-        listed = tuple(filter(fits, everything)) if text.strip() else everything
+        items = tuple(getattr(queue, kind))
+        listed = tuple(filter(fits, items)) if text.strip() else items
         if listed:
-            found.append(QueueSection(kind, listed, len(everything), names))
-    return tuple(found)
+            sections.append(QueueSection(kind, listed, len(items), names))
+    return tuple(sections)
 
 
 def _text_filter(
@@ -267,22 +267,22 @@ class QueueModel(QAbstractListModel):
         return 0 if parent.isValid() else self._heads[-1]
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        found = self.at(index)
-        if found is None:
+        item = self.at(index)
+        if item is None:
             return None
-        if isinstance(found, QueueSection):
-            text = f"{found.title}: {found.total}"
-            if found.kind in self.folded:
+        if isinstance(item, QueueSection):
+            text = f"{item.title}: {item.total}"
+            if item.kind in self.folded:
                 text = f"{text}, folded"
             return {
-                Qt.ItemDataRole.DisplayRole: found.title,
+                Qt.ItemDataRole.DisplayRole: item.title,
                 Qt.ItemDataRole.AccessibleTextRole: text,
-                Qt.ItemDataRole.ToolTipRole: found.tip,
+                Qt.ItemDataRole.ToolTipRole: item.tip,
             }.get(Qt.ItemDataRole(role))
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.AccessibleTextRole):
-            return "; ".join(item_text(found))
+            return "; ".join(item_text(item))
         if role == Qt.ItemDataRole.ToolTipRole:
-            return "\n".join(item_text(found))
+            return "\n".join(item_text(item))
         return None
 
 
@@ -500,8 +500,8 @@ class QueueList(QTableView):
 
     @property
     def current(self) -> QueueItem | None:
-        found = self._model.at(self.currentIndex())
-        return found if isinstance(found, QueueItem) else None
+        item = self._model.at(self.currentIndex())
+        return item if isinstance(item, QueueItem) else None
 
     @property
     def _open(self) -> list[int]:
@@ -555,13 +555,13 @@ class QueueList(QTableView):
 
     def mark(self, place: Interval | None, unfold: bool = True) -> None:
         """Mark an interval, if it is listed, and bring it into view, unfolding its section."""
-        found = None if place is None else self._model.find(place)
-        if found is not None and self._model.sections[found[0]].kind in self._model.folded:
+        position = None if place is None else self._model.find(place)
+        if position is not None and self._model.sections[position[0]].kind in self._model.folded:
             if unfold:
-                self._model.fold(found[0], False)
+                self._model.fold(position[0], False)
             else:
-                found = None
-        index = QModelIndex() if found is None else self._model.index(self._model.row(*found))
+                position = None
+        index = QModelIndex() if position is None else self._model.index(self._model.row(*position))
         if not index.isValid():
             self.clearSelection()
         if index != self.currentIndex():
@@ -591,9 +591,9 @@ class QueueList(QTableView):
 
     def _clicked(self, index: QModelIndex) -> None:
         """Show an interval; fold or unfold a section."""
-        found = self._model.at(index)
-        if isinstance(found, QueueItem):
-            self.chosen.emit(found.place)
-        elif found is not None:
+        item = self._model.at(index)
+        if isinstance(item, QueueItem):
+            self.chosen.emit(item.place)
+        elif item is not None:
             number, _ = self._model.where(index.row())
-            self._model.fold(number, found.kind not in self._model.folded)
+            self._model.fold(number, item.kind not in self._model.folded)

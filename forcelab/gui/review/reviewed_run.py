@@ -49,8 +49,8 @@ def with_keys(
     run have their task as a suffix.
     """
     suffix = f"_{task}" if apart else ""
-    known = {action.name + suffix: action.key for action in keys}
-    return Vocabulary(tuple(replace(a, key=known.get(a.name, "")) for a in vocabulary))
+    keys_by_name = {action.name + suffix: action.key for action in keys}
+    return Vocabulary(tuple(replace(a, key=keys_by_name.get(a.name, "")) for a in vocabulary))
 
 
 def reviewed_vocabulary(document: Document) -> Vocabulary:

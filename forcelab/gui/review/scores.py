@@ -74,7 +74,7 @@ def score_rows(
     run: RunResult,
     visible: Sequence[DemonstrationResult],
     metrics: Sequence[Metric],
-    found: Mapping[str, Intervals],
+    intervals_by_stage: Mapping[str, Intervals],
     sorting: Sorting,
 ) -> tuple[tuple[TableRow, ...], tuple[str, ...]]:
     """All rows, and the ids of the demonstrations below the fixed ones."""
@@ -89,7 +89,7 @@ def score_rows(
         listed.sort(key=lambda d: _sort_key(each[d.id][sorting.column or 0], sorting.descending))
     rows = [
         _score_row("pooled", pairs, pooled, bold=True),
-        _interval_row(pairs, found),
+        _interval_row(pairs, intervals_by_stage),
         *(_score_row(d.name, pairs, each[d.id]) for d in listed),
     ]
     return tuple(rows), tuple(d.id for d in listed)
@@ -101,7 +101,10 @@ def _scores_by_demonstration(
     """Each tested demonstration with its scores by stage, in the order of the run."""
     lists = {stage: run.scores.get(stage, {}).get("demonstrations", ()) for stage in STAGES}
     return [
-        (reviewed, {stage: found[i] for stage, found in lists.items() if i < len(found)})
+        (
+            reviewed,
+            {stage: intervals[i] for stage, intervals in lists.items() if i < len(intervals)},
+        )
         for i, reviewed in enumerate(run.tested)
     ]
 
@@ -117,15 +120,19 @@ def _score_row(
     return TableRow(cells, name, bold=bold)
 
 
-def _interval_row(pairs: Sequence[tuple[Metric, str]], found: Mapping[str, Intervals]) -> TableRow:
+def _interval_row(
+    pairs: Sequence[tuple[Metric, str]], intervals_by_stage: Mapping[str, Intervals]
+) -> TableRow:
     """The intervals of what is pooled, and how they were computed or why there are none."""
     name = "95 % interval"
-    if not found:
+    if not intervals_by_stage:
         tip = "The intervals are being computed."
         return TableRow(("…",) * len(pairs), name, tip)
-    reason = next((intervals.reason for intervals in found.values() if intervals.reason), "")
+    reason = next(
+        (intervals.reason for intervals in intervals_by_stage.values() if intervals.reason), ""
+    )
     cells = tuple(
-        metric.span(found[stage][metric.path] if stage in found else None)
+        metric.span(intervals_by_stage[stage][metric.path] if stage in intervals_by_stage else None)
         for metric, stage in pairs
     )
     return TableRow(cells, name, reason or METHOD)
@@ -250,10 +257,10 @@ class ScoresView(QWidget):
         if visible is None or run is None or not run.tested:
             self._jobs.cancel(INTERVALS_JOB)
             self._run = None
-            nothing = "Train a recogniser; its scores appear here."
+            empty_text = "Train a recogniser; its scores appear here."
             if run is not None:
-                nothing = untested_text(run, "This run tested no demonstration.")
-            self._show_empty(nothing)
+                empty_text = untested_text(run, "This run tested no demonstration.")
+            self._show_empty(empty_text)
             return
         if run is not self._run:
             self._run, self.intervals = run, {}
@@ -263,8 +270,8 @@ class ScoresView(QWidget):
         self._visible = visible.tested
         self._show()
 
-    def _take(self, found: dict[str, Intervals]) -> None:
-        self.intervals = found
+    def _take(self, intervals: dict[str, Intervals]) -> None:
+        self.intervals = intervals
         self._show()
 
     def _unsort(self) -> None:
@@ -292,10 +299,10 @@ class ScoresView(QWidget):
         self._bar.show()
         self.pages.say("")
 
-    def _note(self, how: str) -> str:
+    def _note(self, state: str) -> str:
         run = self._run
         assert run is not None
-        note = f"Run {run.number}, seed {run.settings.seed}. 95 % intervals: {how}"
+        note = f"Run {run.number}, seed {run.settings.seed}. 95 % intervals: {state}"
         return "\n".join((note, reliability_text(run.reliability))).strip()
 
     def _show_empty(self, text: str) -> None:

@@ -345,12 +345,12 @@ class MergeEditor(Editor):
 
     def lines(self) -> list[tuple[str, str]]:
         """The lines that are not empty."""
-        found = []
+        pairs = []
         for row in range(self.table.rowCount()):
             source, target = (self._text(row, column) for column in (0, 1))
             if source or target:
-                found.append((source, target))
-        return found
+                pairs.append((source, target))
+        return pairs
 
     def unknown(self) -> tuple[str, ...]:
         """Spellings that were never labelled; perhaps mistyped."""
@@ -401,10 +401,10 @@ class _SpellingDelegate(QStyledItemDelegate):
     def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QWidget:
         line = QLineEdit(parent)
         line.setFrame(False)
-        offered = QCompleter(self._spellings, line)
-        offered.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
-        offered.setFilterMode(Qt.MatchFlag.MatchContains)
-        line.setCompleter(offered)
+        completer = QCompleter(self._spellings, line)
+        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+        completer.setFilterMode(Qt.MatchFlag.MatchContains)
+        line.setCompleter(completer)
         return line
 
 
@@ -692,8 +692,8 @@ class SettingsDialog(QDialog):
 
     def _form_changed(self) -> None:
         self.chosen = self.form.settings()
-        wrong = "Correct what is marked first."
-        set_enabled_with_reason(self.ok, "" if self.chosen is not None else wrong)
+        reason = "Correct what is marked first."
+        set_enabled_with_reason(self.ok, "" if self.chosen is not None else reason)
         if self.chosen is None:
             for label in (self.scales, self.cost):
                 label.setText("–")

@@ -41,8 +41,8 @@ class TrainingIndicator(BackgroundIndicator):
         run = trainer.document.review.run
         if trainer.edits is None or run is None:
             return ""
-        what = "Recogniser" if trainer.has_recogniser else f"Run {run.number}"
-        return f"{what}: {trainer.freshness[0]}"
+        subject = "Recogniser" if trainer.has_recogniser else f"Run {run.number}"
+        return f"{subject}: {trainer.freshness[0]}"
 
 
 WARM_UP = "warming up"

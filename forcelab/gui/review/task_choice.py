@@ -205,8 +205,8 @@ class TaskChoiceForm(QWidget):
                 f"'{test}' is trained on and so cannot be tested; choose another task, or leave "
                 "one demonstration out."
             )
-        known = sum(self._counts(task)[0] for task in tasks)
-        if not known:
+        labelled = sum(self._counts(task)[0] for task in tasks)
+        if not labelled:
             return "Nothing is labelled yet; label at least two actions first."
         if self.across.isChecked() and not self._counts(str(test))[0]:
             return f"Nothing of '{test}' is labelled, so it cannot be tested."

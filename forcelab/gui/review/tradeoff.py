@@ -180,12 +180,12 @@ class TradeoffController(QObject):
     def author(self) -> str | None:
         """Whose labels are measured on, if anyone's; a blind coder has only his own."""
         author = self.trainer.choice.author or default_author(self.document, {self.task})
-        own, project = self.document.author, self.document.project
-        if author in (None, own) or project is None:
+        coder, project = self.document.author, self.document.project
+        if author in (None, coder) or project is None:
             return author
         infos = [info for info in self.document.infos if info.task == self.task]
-        hidden = any(author in i.labelled and project.coding.is_blind(i.id, own) for i in infos)
-        return own if hidden else author
+        hidden = any(author in i.labelled and project.coding.is_blind(i.id, coder) for i in infos)
+        return coder if hidden else author
 
     @property
     def labelled(self) -> int:
@@ -320,8 +320,8 @@ class TradeoffController(QObject):
             self._read()  # what another coder may see of it, who may be blind to the labels
 
     def _failed(self, error: Exception) -> None:
-        known = isinstance(error, ForcelabError)
-        self.trouble = str(error) if known else "Measuring failed; the log says more."
+        expected = isinstance(error, ForcelabError)
+        self.trouble = str(error) if expected else "Measuring failed; the log says more."
         self.document.show_message(self.trouble, True)
         self._ended()
 

@@ -54,7 +54,7 @@ def default_author(document: Document, tasks: set[str | None]) -> str | None:
     :data:`OWN_MINIMUM` complete demonstrations on, or where no other coder has more. One that was
     only begun counts where nobody has any complete. Models are no coders.
     """
-    own, open_one = document.author, document.demonstration
+    coder, open_one = document.author, document.demonstration
     begun: Counter[str] = Counter()
     complete: Counter[str] = Counter()
     for info in document.infos:
@@ -63,7 +63,9 @@ def default_author(document: Document, tasks: set[str | None]) -> str | None:
         seconds = {a: s for a, s in info.labelled.items() if s and not is_model(a)}
         if open_one is not None and info.id == document.id and document.editor.segments:
             # Which the list may not tell yet.
-            seconds[own] = sum(segment.end - segment.start for segment in document.editor.segments)
+            seconds[coder] = sum(
+                segment.end - segment.start for segment in document.editor.segments
+            )
         begun.update(seconds.keys())
         complete.update(
             author
@@ -76,7 +78,7 @@ def default_author(document: Document, tasks: set[str | None]) -> str | None:
     if not count:
         return None
     most, number = min(count.items(), key=lambda item: (-item[1], item[0]))
-    return own if count[own] >= min(OWN_MINIMUM, number) else most
+    return coder if count[coder] >= min(OWN_MINIMUM, number) else most
 
 
 #: The keys of its jobs.
@@ -387,11 +389,11 @@ class Trainer(QObject):
 
     def _report_author(self, author: str | None) -> None:
         """Say that another coder's labels are taken."""
-        own = self.document.author
-        if author is not None and author != own:
+        coder = self.document.author
+        if author is not None and author != coder:
             self.document.show_message(
-                f"{own} has labelled fewer than {OWN_MINIMUM} demonstrations of this; training on "
-                f"the labels of {author}."
+                f"{coder} has labelled fewer than {OWN_MINIMUM} demonstrations of this; training "
+                f"on the labels of {author}."
             )
 
     def show_run(self, number: int) -> None:
@@ -467,8 +469,8 @@ class Trainer(QObject):
         run = self.document.review.run
         if run is None or self._path is None:
             return
-        there = {info.id for info in self.document.infos}
-        if all(one.id in there for one in (*run.tested, *run.proposals)):
+        listed_ids = {info.id for info in self.document.infos}
+        if all(demonstration.id in listed_ids for demonstration in (*run.tested, *run.proposals)):
             return
         work = self._backend.load(self._path, run.number)
         self.jobs.run(work, self._take, self._failed_to_reload, key=LOADING_RUN)
@@ -517,7 +519,7 @@ class Trainer(QObject):
         return freshness_text(
             self.edits,
             self.reviewed_author,
-            kept=self.has_recogniser,
+            has_recogniser=self.has_recogniser,
             resettled=self.settings_changed,
         )
 
@@ -611,8 +613,8 @@ class Trainer(QObject):
     def _failed(self, error: Exception) -> None:
         self.step = None
         self.document.review.set_training(False)
-        known = isinstance(error, ForcelabError)
-        self._refuse(str(error) if known else "The training failed; the log says more.")
+        expected = isinstance(error, ForcelabError)
+        self._refuse(str(error) if expected else "The training failed; the log says more.")
 
     def _train_automatically(self) -> None:
         """Train after a pause, if there is something new; the longer it takes, the more seldom."""

@@ -37,7 +37,7 @@ class Backend:
     """The jobs of the trainer; each works on what the disk holds, with a connection of its own."""
 
     def train(
-        self, path: Path, given: SettingsAndChoice, name: str, steps: list[TrainingStep]
+        self, path: Path, request: SettingsAndChoice, name: str, steps: list[TrainingStep]
     ) -> Generator[object, None, RunResult]:
         """Train in a process of its own, then read what it has stored.
 
@@ -47,7 +47,7 @@ class Backend:
         from forcelab.review.training import TrainingStep, review_job
 
         yield None
-        job = run_in_process(review_job, path, *given(), name)
+        job = run_in_process(review_job, path, *request(), name)
         try:
             while True:
                 try:
@@ -110,13 +110,13 @@ def _run_info(run: RunSummary) -> RunInfo:
 
 
 def freshness_text(
-    edits: int | None, coder: str = "", *, kept: bool = True, resettled: bool = False
+    edits: int | None, coder: str = "", *, has_recogniser: bool = True, resettled: bool = False
 ) -> tuple[str, str]:
     """How up to date the reviewed run is, at length and in short.
 
     `edits` counts edits and new demonstrations since; `coder` is whose labels it was trained on
-    where the next training takes another's, `resettled` whether that takes other settings, `kept`
-    whether there is a recogniser (an evaluation leaves none).
+    where the next training takes another's, `resettled` whether that takes other settings,
+    `has_recogniser` whether there is one (an evaluation leaves none).
     """
     if edits is None:
         return "not trained yet", ""
@@ -124,8 +124,8 @@ def freshness_text(
         return f"trained on the labels of {coder}", f"trained on {coder}"
     if edits:
         changes = f"{edits} change{'' if edits == 1 else 's'} since"
-        return f"{changes} {'training' if kept else 'this run'}", changes
-    if kept:
+        return f"{changes} {'training' if has_recogniser else 'this run'}", changes
+    if has_recogniser:
         return (
             ("trained with other settings", "other settings") if resettled else ("up to date", "")
         )

@@ -42,14 +42,14 @@ class AuthorLabel(ElidedLabel):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Preferred)
         self.setAccessibleName("Coder of the training labels")
 
-    def show_coder(self, whose: str | None) -> None:
+    def show_coder(self, coder: str | None) -> None:
         """Name a coder; nothing where no other coder has labelled."""
         document = self._document
         listed = (name for info in document.infos for name in info.labelled)
         # The list does not have coders yet who have just begun to label.
         people = {name for name in (*listed, *document.other_tracks) if not is_model(name)}
-        several = whose is not None and bool({*people, document.author} - {whose})
-        self.set_text(f"Labels by {whose}" if several else "")
+        several = coder is not None and bool({*people, document.author} - {coder})
+        self.set_text(f"Labels by {coder}" if several else "")
 
     def sizeHint(self) -> QSize:
         """The text, or the beginning of a long one."""
@@ -80,8 +80,8 @@ class RunComboBox(ElidedComboBox):
 
     def refresh(self) -> None:
         self.clear()
-        for kept in self.trainer.runs:
-            self.addItem(run_text(kept), kept.number)
+        for run in self.trainer.runs:
+            self.addItem(run_text(run), run.number)
         set_enabled_with_reason(self, "" if self.trainer.runs else "Nothing was trained yet.")
         self.setPlaceholderText("no run yet")
         texts = map(run_text, self.trainer.runs)
@@ -92,8 +92,8 @@ class RunComboBox(ElidedComboBox):
     def _show_reviewed(self) -> None:
         run = self.document.review.run
         self.setCurrentIndex(-1 if run is None else self.findData(run.number))
-        how = "A right click removes it." if run is not None else ""
-        self.setToolTip("\n".join(filter(None, (self._name, self.currentText(), how))))
+        hint = "A right click removes it." if run is not None else ""
+        self.setToolTip("\n".join(filter(None, (self._name, self.currentText(), hint))))
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         menu = QMenu(self)
@@ -266,7 +266,7 @@ class TrainingBar(QWidget):
     def refresh(self) -> None:
         trainer = self.trainer
         now = QApplication.focusWidget()
-        held = now is not None and self.isAncestorOf(now)
+        had_focus = now is not None and self.isAncestorOf(now)
         self.task.refresh()
         self.automatic.blockSignals(True)
         self.automatic.setChecked(trainer.automatic)
@@ -278,7 +278,7 @@ class TrainingBar(QWidget):
         self.trouble.setText(trainer.trouble)
         self.trouble_row.setVisible(bool(trainer.trouble))
         self._fit()
-        if held and QApplication.focusWidget() is not now:  # which is hidden from now on
+        if had_focus and QApplication.focusWidget() is not now:  # which is hidden from now on
             (self.cancel if trainer.training else self.train).setFocus()
 
     def _why_not_trainable(self, *, training: bool = False) -> str:
@@ -367,10 +367,10 @@ class TrainingBar(QWidget):
             self._menu.addAction("Settings…", self.open_settings)
         if self.runs.isHidden() and self.trainer.runs:
             runs = self._menu.addMenu("Review another run")
-            for kept in self.trainer.runs:
-                shown = runs.addAction(escape_ampersands(run_text(kept)))
-                shown.triggered.connect(
-                    lambda _checked=False, number=kept.number: self.trainer.show_run(number)
+            for run in self.trainer.runs:
+                entry = runs.addAction(escape_ampersands(run_text(run)))
+                entry.triggered.connect(
+                    lambda _checked=False, number=run.number: self.trainer.show_run(number)
                 )
         if self.compare.isHidden():
             self._menu.addAction("Compare two runs…", self.compare_requested.emit)
@@ -381,9 +381,9 @@ class TrainingBar(QWidget):
 
     def _name_keys(self) -> None:
         """Show the key and the coder in the tip."""
-        key, whose = keys().shown("train"), self.author.text
+        key, author = keys().shown("train"), self.author.text
         text = "Train on the labels as they are now"
-        text = f"{text}. {whose}" if whose else text
+        text = f"{text}. {author}" if author else text
         self.train.setToolTip(f"{text} ({key})" if key else text)
         self.train.setAccessibleName(text)
 

@@ -76,8 +76,8 @@ def recall_choice_values(
         sound = task in tasks and all(isinstance(v, (str, type(None))) for v in (test, author))
         if sound:
             folds = values.get("folds")
-            known = isinstance(folds, int) and (folds == 0 or folds > 1)
-            return tasks, test, author, values["apart"] is True, folds if known else None
+            valid = isinstance(folds, int) and (folds == 0 or folds > 1)
+            return tasks, test, author, values["apart"] is True, folds if valid else None
     except (KeyError, TypeError):
         pass  # never remembered, or broken: the task by itself will do
     return (task,), None, None, False, None
@@ -88,20 +88,22 @@ def recall_automatic(project: Path) -> bool:
     return settings.flag(f"{_project_section(project)}/automatic")
 
 
-def remember(project: Path, task: str, given: Settings | DataSelection | bool) -> None:
+def remember(project: Path, task: str, preference: Settings | DataSelection | bool) -> None:
     """Store settings or choice of a task, or whether the project is trained automatically."""
-    if isinstance(given, bool):
-        settings.store(f"{_project_section(project)}/automatic", given)
+    if isinstance(preference, bool):
+        settings.store(f"{_project_section(project)}/automatic", preference)
         return
     from forcelab.recognition.presets import PRESETS
     from forcelab.recognition.settings import Settings
 
-    if isinstance(given, Settings):
-        settings.store(_task_key(project, task, "settings"), json.dumps(given.to_json()))
-        settings.store(_task_key(project, task, "preset"), given.preset)
-        settings.store(_task_key(project, task, "changed"), given != PRESETS.get(given.preset))
+    if isinstance(preference, Settings):
+        settings.store(_task_key(project, task, "settings"), json.dumps(preference.to_json()))
+        settings.store(_task_key(project, task, "preset"), preference.preset)
+        settings.store(
+            _task_key(project, task, "changed"), preference != PRESETS.get(preference.preset)
+        )
     else:
-        settings.store(_task_key(project, task, "choice"), json.dumps(asdict(given)))
+        settings.store(_task_key(project, task, "choice"), json.dumps(asdict(preference)))
 
 
 def _recall_json(project: Path, task: str, name: str) -> dict[str, Any] | None:

@@ -32,8 +32,8 @@ def actions_of(task: Task) -> tuple[str, ...]:
 
 def vocabulary(task: Task) -> Vocabulary:
     """The vocabulary of a task; an action looks the same in all tasks."""
-    every = dict.fromkeys(action for play in TASKS for action in actions_of(play))
-    common = Vocabulary().with_actions(*every)
+    actions = dict.fromkeys(action for play in TASKS for action in actions_of(play))
+    common = Vocabulary().with_actions(*actions)
     return Vocabulary(tuple(common[action] for action in actions_of(task)))
 
 

@@ -44,8 +44,8 @@ class Course:
     def first_true(self, condition: NDArray[np.bool_], start: float, end: float) -> float | None:
         """The first instant of a stretch at which a condition on the samples holds."""
         a, b = np.searchsorted(self.motion.times, (start, end))
-        found = np.flatnonzero(condition[a:b])
-        return float(self.motion.times[a + found[0]]) if len(found) else None
+        places = np.flatnonzero(condition[a:b])
+        return float(self.motion.times[a + places[0]]) if len(places) else None
 
 
 #: Finds the true start of a phase near the planned one: (course, planned) -> s, or None.
@@ -66,8 +66,8 @@ def first(*kinds: str, near: float = NEAR, lead: float = 0.0) -> Cue:
     """Begins `lead` s before the first event of some kinds near the planned time."""
 
     def cue(course: Course, planned: float) -> float | None:
-        found = course.times_of(kinds, planned - near, planned + near)
-        return found[0] - lead if found else None
+        times = course.times_of(kinds, planned - near, planned + near)
+        return times[0] - lead if times else None
 
     return cue
 
@@ -76,8 +76,8 @@ def last(*kinds: str, near: float = NEAR, lead: float = 0.0) -> Cue:
     """Begins `lead` s before the last event of some kinds near the planned time."""
 
     def cue(course: Course, planned: float) -> float | None:
-        found = course.times_of(kinds, planned - near, planned + near)
-        return found[-1] - lead if found else None
+        times = course.times_of(kinds, planned - near, planned + near)
+        return times[-1] - lead if times else None
 
     return cue
 
@@ -99,8 +99,8 @@ def true_actions(phases: Sequence[Phase], course: Course) -> Segments:
     """
     starts = [phases[0].start]
     for phase in phases[1:]:
-        found = phase.begins(course, phase.start) if phase.begins else None
-        starts.append(max(starts[-1], phase.start if found is None else found))
+        observed = phase.begins(course, phase.start) if phase.begins else None
+        starts.append(max(starts[-1], phase.start if observed is None else observed))
     ends = [*starts[1:], max(phases[-1].end, starts[-1])]
     result: list[Segment] = []
     for phase, start, end in zip(phases, starts, ends, strict=True):

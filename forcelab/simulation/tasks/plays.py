@@ -93,10 +93,10 @@ def _plan_pull(grip: float, profile: Profile, arm: Arm, pace: float) -> tuple[fl
     does, and at the end where it bears more than friction, should the jaws stick there once more,
     and the steepest of the rim, which spreads them and so makes the grip firmer.
     """
-    both = 1.0 + arm.pads.asymmetry
-    slips = grip * arm.pads.static * both / arm.stiffness / pace
+    pads = 1.0 + arm.pads.asymmetry
+    slips = grip * arm.pads.static * pads / arm.stiffness / pace
     steepest = 2.0 * STEEPEST * profile.rim / profile.rim_length
-    held = SPREAD * grip * (arm.pads.static * both + steepest)
+    held = SPREAD * grip * (arm.pads.static * pads + steepest)
     reach = profile.end - 0.5 * profile.rim_length
     return slips, (reach + held / arm.stiffness) / pace
 
@@ -220,9 +220,9 @@ def _carry_and_fumble(hand: Choreography, action: str) -> None:
             size = hand.between(0.2, 0.5) * pushing / arm.stiffness
             hand.wiggle("tongs z", start, end, size, hand.between(1.0, 4.0))
     # At last it feels the place, eases off and finds it.
-    found = hand.t + 0.8 * fumbled
-    hand.move("tongs z", -0.3 * pushing / arm.stiffness, found - 0.05, 0.1)
-    hand.move("tongs y", socket.place, found, 0.2 * fumbled + 0.08)
+    contact = hand.t + 0.8 * fumbled
+    hand.move("tongs z", -0.3 * pushing / arm.stiffness, contact - 0.05, 0.1)
+    hand.move("tongs y", socket.place, contact, 0.2 * fumbled + 0.08)
     hand.phase(action, fumbled, first("body set down", near=0.5))
 
 

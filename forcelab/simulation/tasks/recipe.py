@@ -49,8 +49,8 @@ class Recipe:
         `needed`: every number that the task's choreography asks for.
         """
         for name in sorted(set(self.hand) ^ set(needed)):
-            what = "lacks" if name in needed else "has no use for"
-            raise InputError(f"'{self.file}' {what} '{name}' under [hand].")
+            problem = "lacks" if name in needed else "has no use for"
+            raise InputError(f"'{self.file}' {problem} '{name}' under [hand].")
         return {
             name: _number(value, rng, f"'{self.file}': hand.{name}")
             for name, value in self.hand.items()
@@ -117,6 +117,6 @@ def _built(kind: type, table: Mapping[str, Any], rng: np.random.Generator, where
     return kind(**values)
 
 
-def _refuse(where: str, what: str) -> NoReturn:
+def _refuse(where: str, problem: str) -> NoReturn:
     """Say what is wrong with a recipe."""
-    raise InputError(f"'{where}': {what}.")
+    raise InputError(f"'{where}': {problem}.")

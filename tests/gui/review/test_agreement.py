@@ -76,7 +76,7 @@ def bench(app, until, *tracks, blind=()):
         view = AgreementView(document, jobs)
         view.resize(460, 700)
         view.show()
-        until(lambda: view.found is not None)
+        until(lambda: view.result is not None)
         app.processEvents()
         try:
             yield Bench(document, view, ids, path)
@@ -96,7 +96,7 @@ def test_the_matrix_leads_to_the_figures_and_to_the_places(app, until):
         view = b.view
         assert view.matrix.authors == ("Ann", "Ben", "Cleo")
         assert "Fleiss" in view.summary.text()
-        pair = view.found.pair("Ann", "Ben")
+        pair = view.result.pair("Ann", "Ben")
         assert view.matrix.pair is pair
         assert f"Kappa {pair.kappa:.2f}" in view.pair.frames.text()
         assert "2 demonstrations" in view.pair.title.text()
@@ -152,12 +152,12 @@ def test_what_is_to_be_labelled_blind_is_neither_compared_nor_offered(app, until
     both = {"Ann": ANN, "Ben": BEN}
     with bench(app, until, both, both, blind=(1,)) as b:
         assert not b.view.note.isHidden()
-        assert len(b.view.found.pair("Ann", "Ben").demonstrations) == 1
+        assert len(b.view.result.pair("Ann", "Ben").demonstrations) == 1
         assert b.bar.choice.demonstration.count() == 1
         with Project.open(b.path) as project:
             project.coding.set_done(b.ids[1], "Ann")
         b.document.reread()
-        until(lambda: len(b.view.found.pairs[0].demonstrations) == 2)
+        until(lambda: len(b.view.result.pairs[0].demonstrations) == 2)
         assert b.view.note.isHidden()
     with bench(app, until, both, blind=(0,)) as b:
         assert not b.view.pages.isVisible()
@@ -177,7 +177,7 @@ def test_who_looks_next_sees_at_once_nothing_that_he_codes_blind(app, until, vis
         b.view.show()
         assert not b.view.pages.isVisible()
         assert b.bar.consensus is None or not visible
-        until(lambda: b.view.found is not None)
+        until(lambda: b.view.result is not None)
         assert b.view.note.isVisible()
         assert not b.view.pages.isVisible()
 
@@ -263,7 +263,7 @@ def test_nothing_is_compared_while_nobody_looks(app, until, monkeypatch):
         QTest.qWait(coders_module.COMPARE_DELAY + 50)
         assert len(asked) == count
         b.view.show()
-        until(lambda: b.view.found.pairs[0].only == pytest.approx((1.0, 1.0)))
+        until(lambda: b.view.result.pairs[0].only == pytest.approx((1.0, 1.0)))
 
 
 def test_a_consensus_is_decided_with_keys_and_each_is_stored(app, until):
