@@ -28,10 +28,7 @@ from forcelab.recognition.filters import threshold
 from forcelab.recognition.hsmm import (
     ForwardPass,
     HsmmParameters,
-    MaxPlus,
     Use,
-    best_code,
-    best_codes,
     decodable_steps,
     true_runs,
 )
@@ -83,9 +80,9 @@ class FixedLag:
         if lag < 0:
             raise InputError(f"The decoder can wait for 0 steps or more, not {lag}.")
         self.lag = lag
-        self._choreography = grammar
-        self._scores = HsmmParameters.from_grammar(grammar, step, use)
-        self._sweep: ForwardPass | None = None
+        self._grammar = grammar
+        self._parameters = HsmmParameters.from_grammar(grammar, step, use)
+        self._forward: ForwardPass | None = None
         self._begun = False
 
     def push(
@@ -97,7 +94,7 @@ class FixedLag:
         """
         m = len(log_probabilities)
         valid = np.ones(m, dtype=np.bool_) if valid is None else valid
-        valid = decodable_steps(log_probabilities, valid, self._choreography)
+        valid = decodable_steps(log_probabilities, valid, self._grammar)
         decided: list[Codes] = []
         done = 0
         for first, last in true_runs(valid):
@@ -111,10 +108,10 @@ class FixedLag:
 
     def finish(self) -> Codes:
         """The codes that were waiting: nothing comes any more. What is pushed then is new."""
-        sweep, self._sweep = self._sweep, None
-        if sweep is None:
+        forward, self._forward = self._forward, None
+        if forward is None:
             return np.empty(0, dtype=np.int64)
-        return best_codes(sweep, min(self.lag, sweep.now))
+        return forward.best_codes(min(self.lag, forward.now))
 
     def _gap(self, steps: int) -> Codes:
         """Decide what waits, then the steps of a gap."""
@@ -125,21 +122,20 @@ class FixedLag:
 
     def _on(self, log_probabilities: NDArray[np.floating]) -> Codes:
         """Decide what `lag` steps of the same stretch have followed."""
-        if self._sweep is None:
-            scores = self._scores.anywhere() if self._begun else self._scores
+        if self._forward is None:
+            parameters = self._parameters.anywhere() if self._begun else self._parameters
             # Room for twice what must be kept.
-            room = 2 * (max(int(scores.longest.max()), 64) + self.lag) + 64
-            self._sweep, self._begun = ForwardPass(scores, MaxPlus(), room), True
-        sweep = self._sweep
-        evidence = self._scores.evidence(log_probabilities)
+            room = 2 * (int(parameters.longest.max()) + self.lag) + 64
+            self._forward, self._begun = ForwardPass(parameters, room, best=True), True
+        forward = self._forward
         decided: list[int] = []
-        for step in range(len(evidence)):
-            if not sweep.room:
+        for evidence in self._parameters.evidence(log_probabilities):
+            if not forward.room:
                 # Places that decisions to come look back upon.
-                sweep.forget(sweep.margin + self.lag + 2)
-            sweep.push(evidence[step : step + 1])
-            if sweep.now > self.lag:
-                decided.append(best_code(sweep, self.lag))
+                forward.forget(forward.margin + self.lag + 2)
+            forward.push(evidence[None])
+            if forward.now > self.lag:
+                decided.append(int(forward.best_codes(self.lag + 1)[0]))
         return np.array(decided, dtype=np.int64)
 
 

@@ -11,7 +11,7 @@ from scipy.stats import lognorm
 
 from forcelab.errors import InputError
 from forcelab.recognition import hsmm as model
-from forcelab.recognition.hsmm import FINE, LENGTHS, HsmmParameters, decode, marginals
+from forcelab.recognition.hsmm import HsmmParameters, decode, marginals
 from forcelab.recognition.live import FixedLag
 from forcelab.recognition.task_grammar import TaskGrammar
 
@@ -68,22 +68,19 @@ class Plainly:
         self.limits = HsmmParameters.from_grammar(grammar, step, use)
         self.whole, self.cut = self.lengths()
 
-    def _lines(self, k, near, blocks=False):
+    def _lines(self, k, near):
         """`near` up to the longest length; from there the tangent of the log density."""
         steps = np.arange(1, len(self.evidence) + 1)
         last, mean, sd = self.limits.longest[k], self.c.mean[k], self.c.sd[k]
         fall = min(-(1 + (math.log(last * self.step) - mean) / sd**2) / last, 0)
         table = np.minimum(steps, last)
-        if blocks:
-            far = table > FINE
-            table[far] = FINE + (table[far] - FINE - 1) // LENGTHS * LENGTHS + LENGTHS // 2 + 1
         scores = near(lognorm(sd, scale=math.exp(mean)), table * self.step)
         return scores + fall * (steps - table)
 
     def lengths(self):
         """Scores of whole and of cut off segments of 1, 2, ... steps, each shape (K, n)."""
         K, n = self.K, len(self.evidence)
-        middle = [self._lines(k, lambda d, s: d.logpdf(s) + math.log(0.5), True) for k in range(K)]
+        middle = [self._lines(k, lambda d, s: d.logpdf(s) + math.log(0.5)) for k in range(K)]
         cut = [self._lines(k, lambda d, s: d.logsf(s)) for k in range(K)]
         short = np.arange(1, n + 1) < self.limits.shortest[:, None]
         middle = np.where(short, -np.inf, self.emphasis * np.array(middle))
@@ -205,7 +202,6 @@ def test_marginals_where_evidence_lies_hundreds_of_nats_apart():
     truth = np.repeat([0, 1], [130, 130])
     logs = 20.0 * np.eye(2)[truth]
     logs[120:140] = some_logs(rng, 20, 2, 1.0)  # where one ends is not plain to see
-    assert HsmmParameters.from_grammar(grammar, 0.1, "order").longest.min() > FINE
     found = marginals(logs, everywhere(logs), 0.1, grammar, "order")
     plain = Plainly(grammar, logs, 0.1, "order", places=True)
     for t in (3, 121, 128, 133, 138, 250):
@@ -218,12 +214,12 @@ def test_marginals_where_evidence_lies_hundreds_of_nats_apart():
 
 
 @pytest.mark.parametrize("step", [0.0008, 0.0004])
-def test_marginals_of_lengths_told_apart_in_blocks_are_those_of_all_segmentations(step):
+def test_marginals_of_many_steps_are_those_of_all_segmentations(step):
     rng = np.random.default_rng(4)
     grammar = random_grammar(rng, 2, 0.1)
     truth = np.repeat([0, 1, 0], [80, 170, 60])
     logs = some_logs(rng, len(truth), 2, 1.0) + 2.0 * np.eye(2)[truth]
-    assert HsmmParameters.from_grammar(grammar, step, "order").longest.min() > FINE
+    assert HsmmParameters.from_grammar(grammar, step, "order").longest.min() > 128
     found = marginals(logs, everywhere(logs), step, grammar, "order")
     plain = Plainly(grammar, logs, step, "order", places=True)
     for t, k in [(0, 0), (75, 1), (84, 0), (160, 1), (255, 0), (309, 1)]:
