@@ -80,20 +80,21 @@ def switch_threads_often() -> None:
 
 
 def collect_garbage_rarely() -> None:
-    """Leave the full search for garbage to :func:`collect_garbage`.
+    """Leave the full search for garbage to :func:`collect_garbage`, and what is loaded out of it.
 
-    It takes 5 ms for 100,000 objects, in the midst of a stroke. What reference counts free at
+    In a window that has opened twelve demonstrations it takes 44 ms through all 78,000 objects, in
+    the midst of a stroke, and 7 ms through those that came since. What reference counts free at
     once, which is nearly everything, is not concerned.
     """
+    gc.collect()
+    gc.freeze()
     young, middle, _ = gc.get_threshold()
     gc.set_threshold(young, middle, GC_THRESHOLD)
 
 
 def collect_garbage() -> None:
-    """Search for garbage now; what is left stays, and need not be looked at again."""
-    gc.unfreeze()
+    """Search for garbage now."""
     gc.collect()
-    gc.freeze()
 
 
 def return_memory() -> None:

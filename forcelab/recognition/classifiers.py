@@ -264,7 +264,11 @@ def _svm(y: NDArray[np.int64], seed: int, probabilities: bool) -> Any:
 
 
 def _fit_mlp(
-    X: NDArray[np.float64], y: NDArray[np.int64], seed: int, _probabilities: bool, _care: FitOptions
+    X: NDArray[np.float64],
+    y: NDArray[np.int64],
+    seed: int,
+    _probabilities: bool,
+    _options: FitOptions,
 ) -> Iterator[FitStep]:
     """Fit scikit-learn's MLP with its defaults, an epoch at a time.
 
@@ -306,7 +310,7 @@ def _raise_interrupts() -> Iterator[None]:
             raise KeyboardInterrupt from interrupted
 
 
-#: ``fit(X, y, seed, probabilities, care)``, as of :func:`fit_classifier`.
+#: ``fit(X, y, seed, probabilities, options)``, as of :func:`fit_classifier`.
 Fit = Callable[[NDArray[np.float64], NDArray[np.int64], int, bool, FitOptions], Iterator[FitStep]]
 
 

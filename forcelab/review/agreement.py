@@ -22,6 +22,7 @@ and Fleiss, "A re-analysis of the reliability of psychiatric diagnosis", Br. J. 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
@@ -179,14 +180,17 @@ def cohen_kappa(seconds: NDArray[np.float64]) -> float | None:
     1 for full agreement, 0 for what chance brings; None where there is no common time, or both know
     but one action: chance alone then agrees always.
     """
-    total = float(seconds.sum())
-    if total <= 0:
-        return None
-    shares = seconds / total
-    expected = float(shares.sum(axis=1) @ shares.sum(axis=0))
-    if 1 - expected < 1e-12:
-        return None
-    return (float(np.trace(shares)) - expected) / (1 - expected)
+    kappa = float(_kappas(seconds[None])[0])
+    return None if math.isnan(kappa) else kappa
+
+
+def _kappas(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Cohen's kappa of each of some tables (m, K, K), nan where there is none."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        shares = seconds / seconds.sum(axis=(1, 2), keepdims=True)
+        expected = (shares.sum(axis=2) * shares.sum(axis=1)).sum(axis=1)
+        kappas = (np.trace(shares, axis1=1, axis2=2) - expected) / (1 - expected)
+    return np.where(1 - expected >= 1e-12, kappas, np.nan)
 
 
 def fleiss_kappa(ratings: NDArray[np.int64], weights: NDArray[np.float64]) -> float | None:
@@ -227,8 +231,9 @@ def kappa_interval(matrices: NDArray[np.float64]) -> tuple[float, float] | None:
     if count < FEWEST:
         return None
     weights = draw_resamples(count, RESAMPLES, 0).astype(np.float64)
-    kappas = [k for k in map(cohen_kappa, np.tensordot(weights, matrices, axes=1)) if k is not None]
-    if not kappas:
+    kappas = _kappas(np.tensordot(weights, matrices, axes=1))
+    kappas = kappas[~np.isnan(kappas)]
+    if not len(kappas):
         return None
     aside = 50 * (1 - LEVEL)
     low, high = np.percentile(kappas, [aside, 100 - aside])

@@ -102,8 +102,6 @@ class Hand(QObject):
         self.troubles: list[str] = []
         self.began = time.monotonic()
         self.minute = self.opened = self.began
-        # What is loaded once is loaded in the first minute, or it would count as growth.
-        load_packages()
         self.trained = self.began - TRAIN
         self.places = list(PLACES)
         self.first: State | None = None
@@ -339,6 +337,8 @@ def main() -> int:
         os.environ["HOME"] = os.environ["XDG_CACHE_HOME"] = folder
         os.chdir(folder)
         path = make_project(Path(folder))
+        # What is loaded once, by and by, would count as growth.
+        load_packages()
         threading.excepthook = lambda a: noticed(a.exc_type, a.exc_value, a.exc_traceback)
         sys.excepthook = noticed
         qInstallMessageHandler(warned)

@@ -33,26 +33,26 @@ from forcelab.signals.contacts import ContactEvent, find_contacts
 class Timeline(QWidget):
     """Ruler, tracks, panels, overview and transport, from top to bottom.
 
-    Tracks and panels share the room between ruler and overview by `shares`. Ruler, tracks and
-    transport are always there, the tracks compact where the first panel would have no room else; of
-    the panels, and of the overview after them, those are hidden that have no room.
+    Panels have shares of the room that the tracks leave between ruler and overview. Ruler, tracks
+    and transport are always there, the tracks compact where the first panel would have no room
+    else; of the panels, and of the overview after them, those are hidden that have no room.
     """
 
     def __init__(
         self,
         ruler: QWidget,
         tracks: TrackPanel,
-        panels: tuple[QWidget, ...],
-        shares: tuple[int, ...],
+        panels: dict[QWidget, int],
         overview: QWidget,
         transport: QWidget,
     ) -> None:
         super().__init__()
         self.splitter = QSplitter(Qt.Orientation.Vertical)
         self.splitter.setChildrenCollapsible(False)
-        for i, (panel, share) in enumerate(zip((tracks, *panels), shares, strict=True)):
-            self.splitter.addWidget(panel)
+        for i, (widget, share) in enumerate(((tracks, 0), *panels.items())):
+            self.splitter.addWidget(widget)
             self.splitter.setStretchFactor(i, share)
+        self._shares = tuple(panels.values())
         self._ruler, self._tracks, self._transport = ruler, tracks, transport
         self._optional = (*panels, overview)
         self._switched_off: set[QWidget] = set()
@@ -70,6 +70,12 @@ class Timeline(QWidget):
         else:
             self._switched_off.add(panel)
         self._fit()
+
+    def distribute_room(self) -> None:
+        """Give the tracks their rows and the panels their shares of the rest."""
+        rows, total = self._tracks.sizeHint().height(), sum(self._shares)
+        rest = max(self.splitter.height() - rows, total)
+        self.splitter.setSizes([rows, *(rest * share // total for share in self._shares)])
 
     # Qt
 
@@ -147,18 +153,21 @@ class LabelWorkspace(DockedWindow):
         self.tracks.play_requested.connect(self.player.play_span)
         self.toggles: dict[str, QAction] = {}
         self._contacts_of = ""
+        # name, text in the View menu, panel, share of the height
+        panels: tuple[tuple[str, str, QWidget, int], ...] = (
+            ("force", "Forces", self.force, 5),
+            ("scalogram", "Scalogram", self.scalogram, 3),
+        )
         self._timeline = Timeline(
             Ruler(document),
             self.tracks,
-            (self.force, self.scalogram),
-            (0, 5, 3),
+            {panel: share for _, _, panel, share in panels},
             self.overview,
             self.transport,
         )
         self._splitter = self._timeline.splitter
-        self._add_panel("tracks", "Tracks", self.tracks)
-        self._add_panel("force", "Forces", self.force)
-        self._add_panel("scalogram", "Scalogram", self.scalogram)
+        for name, text, panel, _ in (("tracks", "Tracks", self.tracks, 0), *panels):
+            self._add_action(name, text, partial(self._timeline.set_shown, panel))
         self._stack = QStackedWidget()
         self._stack.addWidget(self._empty_page())
         self._stack.addWidget(self._timeline)
@@ -256,10 +265,6 @@ class LabelWorkspace(DockedWindow):
 
     # Inside
 
-    def _add_panel(self, name: str, text: str, panel: QWidget) -> None:
-        """Add the action that shows and hides a panel of the timeline."""
-        self._add_action(name, text, partial(self._timeline.set_shown, panel))
-
     def _add_dock(self, name: str, text: str, content: QWidget) -> None:
         """Put a list beside the panels, with the action that shows and hides it."""
         dock = Dock(text)
@@ -296,16 +301,14 @@ class LabelWorkspace(DockedWindow):
 
     def _distribute_room(self) -> None:
         """Give the lists a quarter of the width, the video a picture's shape, tracks their rows."""
-        video, actions, segments, _ = self._docks.values()
+        video, actions, segments, *_ = self._docks.values()
         width = min(max(self.width() // 4, 230), 420)
         # All of them: one that is hidden, as the video may be, has no say.
         self.set_widths([video, actions, segments], width)
         rest = max(self.height() - width * 3 // 4, 2)
         heights = [width * 3 // 4, rest // 2, rest // 2]
         self.resizeDocks([video, actions, segments], heights, Qt.Orientation.Vertical)
-        rows = self.tracks.sizeHint().height()
-        rest = max(self._splitter.height() - rows, 8)
-        self._splitter.setSizes([rows, rest * 5 // 8, rest * 3 // 8])
+        self._timeline.distribute_room()
 
     def _show_docks(self) -> None:
         """Show the docks whose action is checked; the video only where there is one."""

@@ -109,10 +109,8 @@ def timeline(app, parts):
 
 
 def timeline_in(window, parts):
-    panels = (parts["force"], parts["scalogram"])
-    timeline = Timeline(
-        parts["ruler"], parts["tracks"], panels, (0, 5, 3), parts["overview"], parts["bar"]
-    )
+    panels = {parts["force"]: 5, parts["scalogram"]: 3}
+    timeline = Timeline(parts["ruler"], parts["tracks"], panels, parts["overview"], parts["bar"])
     timeline.setParent(window)
     return timeline
 
