@@ -68,6 +68,9 @@ DURATION = 0.7
 SWITCH = 1.0
 #: Smallest probability, relative to the step's largest, that the classifier is believed.
 FLOOR = 1e-3
+#: Gaps of up to so many seconds are decoded through, as time of which nothing is known: an action
+#: seldom begins and ends in one. What is apart farther is decoded each by itself.
+BRIDGED = 0.5
 #: Exponent of how much likelier than usual a change is to be near, where that is known (a
 #: classifier of few demonstrations is less sure than it might be), and how much likelier it must
 #: be, in nats: of a few places near a change the best is taken.
@@ -337,11 +340,12 @@ def decode(
     """The best sequence of actions: codes (n,) of log probabilities (n, K).
 
     A constant added to a step changes nothing. Unlabelled in gaps (not `valid`) and where a step
-    holds no number; what lies between two gaps is decoded by itself. `step` is in seconds; 0.02 is
-    fine enough. `use` says how much of the grammar counts: "none" but a cost of changes,
-    "durations", or with the "order" also which action follows which and how demonstrations start.
-    `changes` (n,) are finite log ratios in nats of how much likelier than usual a change is near;
-    they count for nothing with "none". Of equally good sequences it is always the same one.
+    holds no number; gaps of up to :data:`BRIDGED` seconds are decoded through, and what lies
+    between two longer ones by itself. `step` is in seconds; 0.02 is fine enough. `use` says how
+    much of the grammar counts: "none" but a cost of changes, "durations", or with the "order" also
+    which action follows which and how demonstrations start. `changes` (n,) are finite log ratios
+    in nats of how much likelier than usual a change is near; they count for nothing with "none".
+    Of equally good sequences it is always the same one.
     """
     codes = np.full(len(log_probabilities), UNLABELLED, dtype=np.int64)
     for part, scores, evidence, after in prepare_runs(
@@ -350,6 +354,7 @@ def decode(
         forward = ForwardPass(scores, len(evidence), best=True)
         forward.push(evidence, after)
         codes[part] = forward.best_codes(len(evidence))
+    codes[~decodable_steps(log_probabilities, valid, grammar)] = UNLABELLED
     return codes
 
 
@@ -361,18 +366,35 @@ def prepare_runs(
     use: Use,
     changes: NDArray[np.floating] | None,
 ) -> Iterator[tuple[slice, HsmmParameters, Real, Real | None]]:
-    """Each stretch without a gap: its steps, the model, its evidence and its scores of changes."""
+    """Each stretch between long gaps: its steps, the model, its evidence and scores of changes."""
     valid = decodable_steps(log_probabilities, valid, grammar)
     if not valid.any():
         return
     scores = HsmmParameters.from_grammar(grammar, step, use)
-    for first, last in true_runs(valid):
+    known = np.where(valid[:, None], log_probabilities, -np.inf)  # a step that says nothing
+    likelier = None if changes is None else np.where(valid, changes, LIKELIER)  # scores 0
+    for first, last in bridged_runs(valid, bridged_steps(step)):
         yield (
             slice(first, last),
             scores if first == 0 else scores.anywhere(),
-            scores.evidence(log_probabilities[first:last]),
-            None if changes is None else scores.change_scores(changes[first:last]),
+            scores.evidence(known[first:last]),
+            None if likelier is None else scores.change_scores(likelier[first:last]),
         )
+
+
+def bridged_steps(step: float) -> int:
+    """The steps of the longest gap that is decoded through."""
+    return math.floor(BRIDGED / step + 1e-9)
+
+
+def bridged_runs(valid: NDArray[np.bool_], most: int) -> list[tuple[int, int]]:
+    """First and last (excluded) step of each stretch whose gaps have no more than `most` steps."""
+    edges = np.flatnonzero(np.diff(valid.astype(np.int8), prepend=0, append=0))
+    runs: list[tuple[int, int]] = []
+    for first, last in edges.reshape(-1, 2).tolist():
+        joined = bool(runs) and first - runs[-1][1] <= most
+        runs[-1:] = [(runs[-1][0], last)] if joined else [*runs[-1:], (first, last)]
+    return runs
 
 
 def decodable_steps(
@@ -397,14 +419,6 @@ def decodable_steps(
     return np.asarray(valid & ~missing.any(axis=1) if missing.any() else valid, dtype=np.bool_)
 
 
-def true_runs(valid: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and last (excluded) step of each stretch without a gap."""
-    if valid.all():
-        return [(0, len(valid))] if len(valid) else []
-    edges = np.flatnonzero(np.diff(valid.astype(np.int8), prepend=0, append=0))
-    return [(int(first), int(last)) for first, last in edges.reshape(-1, 2)]
-
-
 def marginals(
     log_probabilities: NDArray[np.floating],
     valid: NDArray[np.bool_],
@@ -423,6 +437,7 @@ def marginals(
         log_probabilities, valid, step, grammar, use, changes
     ):
         result[part] = _marginals(evidence, scores.per_place(), after)
+    result[~decodable_steps(log_probabilities, valid, grammar)] = 0.0
     return result
 
 

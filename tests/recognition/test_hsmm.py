@@ -296,7 +296,8 @@ def test_an_action_changes_where_that_is_seen_though_the_steps_beside_it_tell_no
 
 
 @pytest.mark.parametrize("use", USES)
-def test_gaps_are_unlabelled_and_part_what_is_decoded(use):
+def test_long_gaps_are_unlabelled_and_part_what_is_decoded(use, monkeypatch):
+    monkeypatch.setattr(model, "BRIDGED", 0.0)
     rng = np.random.default_rng(5)
     grammar, logs = a_known_one(), some_logs(rng, 90, 3)
     valid = np.ones(90, dtype=bool)
@@ -313,6 +314,25 @@ def test_gaps_are_unlabelled_and_part_what_is_decoded(use):
     other = decode(noisy, valid, 0.02, grammar, use)
     assert np.array_equal(other[:50], codes[:50])
     assert np.array_equal(other[61:], codes[61:])
+
+
+@pytest.mark.parametrize("use", USES)
+def test_a_short_gap_is_unlabelled_and_what_lies_around_it_is_decoded_as_one(use):
+    truth = np.repeat([0, 1, 2], 50)
+    logs = np.where(np.eye(3)[truth] > 0, 0.0, -1.0)
+    valid = np.ones(150, dtype=bool)
+    for first, last in ((20, 30), (48, 60), (110, 135)):  # 0.2 to 0.5 s, and over a boundary
+        valid[first:last] = False
+    garbage = np.where(valid[:, None], logs, np.nan)
+    codes = decode(garbage, valid, 0.02, a_known_one(), use)
+    assert np.array_equal(codes, np.where(valid, truth, -1))
+    # What it counts as: time of which nothing is known.
+    through = decode(
+        np.where(valid[:, None], logs, 0.0), everywhere(logs), 0.02, a_known_one(), use
+    )
+    assert np.array_equal(codes, np.where(valid, through, -1))
+    share = marginals(garbage, valid, 0.02, a_known_one(), use)
+    np.testing.assert_allclose(share.sum(axis=1), valid, atol=1e-12)
 
 
 @pytest.mark.parametrize("use", USES)
@@ -428,13 +448,17 @@ def with_lag(logs, valid, t, lag, grammar, use):
     return decode(logs[steps], valid[steps], 0.02, grammar, use)[t]
 
 
-@pytest.mark.parametrize(("use", "lag"), [("none", 3), ("durations", 0), ("order", 5)])
-def test_each_step_is_what_decoding_gives_it_after_the_lag(use, lag):
+@pytest.mark.parametrize("gap", [3, 25, 26, 40], ids=lambda gap: f"gap of {gap}")
+@pytest.mark.parametrize(
+    ("use", "lag"), [("none", 3), ("durations", 0), ("order", 5), ("order", 30)]
+)
+def test_each_step_is_what_decoding_gives_it_after_the_lag(use, lag, gap):
     rng = np.random.default_rng(lag)
     grammar = random_grammar(rng, 3, 0.1)
     logs = some_logs(rng, 260, 3, 1.0)
     valid = np.ones(260, dtype=bool)
-    valid[150:153] = False
+    valid[150 : 150 + gap] = False
+    valid[156] = False
     stream = FixedLag(0.02, lag, grammar, use)
     parts = [
         stream.push(logs[first : first + 7], valid[first : first + 7]) for first in range(0, 260, 7)
@@ -442,7 +466,7 @@ def test_each_step_is_what_decoding_gives_it_after_the_lag(use, lag):
     waiting = len(logs) - sum(map(len, parts))
     assert waiting == lag
     codes = np.concatenate([*parts, stream.finish()])
-    for t in [*range(0, 260, 23), 148, 149, 152, 153, 259]:
+    for t in [*range(0, 260, 23), *range(146, 160), *range(149 + gap, 155 + gap), 259]:
         assert codes[t] == with_lag(logs, valid, t, lag, grammar, use)
 
 
