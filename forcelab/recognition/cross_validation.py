@@ -162,8 +162,8 @@ def duplicate_remarks(labelled: Sequence[LabelledDemonstration]) -> tuple[str, .
     """A remark on recordings that occur more than once."""
     names = [item.demonstration.name for item in labelled]
     return tuple(
-        f"{' and '.join(names[i] for i in same)} hold the same recording, so that they were left "
-        f"out together; remove all but one."
+        f"{' and '.join(names[i] for i in same)} hold the same recording, or nearly so: they were "
+        f"left out together; remove all but one."
         for same in find_duplicates([item.demonstration for item in labelled])
         if len(same) > 1
     )
@@ -484,8 +484,8 @@ def _trained_on_remarks(
     every = [item.demonstration for item in (*train, *test)]
     train_count = len(train)
     return tuple(
-        f"'{every[place].name}' holds the same recording as '{every[same[0]].name}', so that it "
-        f"was tested by a recogniser that had seen it; remove one of them."
+        f"'{every[place].name}' holds the same recording as '{every[same[0]].name}', or nearly "
+        f"so: it was tested by a recogniser that had seen it; remove one of them."
         for same in find_duplicates(every)
         for place in same
         if same[0] < train_count <= place
