@@ -112,7 +112,7 @@ def fit_cleaned(
     every = actions_of(examples)
     codes, groups, steps = training_steps(
         [example.codes(every) for example in examples],
-        settings.stride,
+        settings.training_stride(examples[0].rate),
         every=settings.classifier not in MEMBERS,
     )
     used, y = np.unique(codes, return_inverse=True)

@@ -268,6 +268,12 @@ def test_what_is_tested_at_another_rate_does_not_move_the_grid(six):
         assert agree[np.arange(len(agree)) % 4 != 2].all()
 
 
+def test_scales_too_short_for_actions_are_remarked_on(six):
+    remarks = finish(leave_one_out(six[:3], FAST.replace(max_scale=16.0))).remarks
+    assert any("At 100 Hz the largest scale, 16 samples, lasts 0.16 s only" in r for r in remarks)
+    assert not any("largest scale" in r for r in finish(leave_one_out(six[:3], FAST)).remarks)
+
+
 def test_scores_of_different_grids_count_the_same_samples(six):
     fine, coarse = (
         finish(leave_one_out(six[:3], settings)) for settings in (RAW, RAW.replace(rate=50.0))
