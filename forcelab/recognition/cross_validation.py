@@ -10,6 +10,7 @@ from collections.abc import Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial, reduce
+from itertools import pairwise
 from operator import add
 from time import perf_counter
 
@@ -28,6 +29,7 @@ from forcelab.recognition.examples import (
     prepare_examples,
 )
 from forcelab.recognition.groups import find_duplicates, fold_groups
+from forcelab.recognition.hsmm import bridged_runs, bridged_steps
 from forcelab.recognition.label_noise import DroppedSegment, dropped_remarks
 from forcelab.recognition.live import LiveLabels, check_latency, recognise_with_latency
 from forcelab.recognition.probabilities import Reliability
@@ -35,7 +37,7 @@ from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.results import Evaluation, HeldOutPrediction, empty_prediction_remarks
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import Known, fit_examples, prepare_all, training_job
-from forcelab.text import there_are
+from forcelab.text import counted, there_are
 
 
 @dataclass(frozen=True)
@@ -200,7 +202,7 @@ LEAST_SECONDS = 0.2
 def settings_remarks(
     labelled: Sequence[LabelledDemonstration], examples: Sequence[Examples], settings: Settings
 ) -> tuple[str, ...]:
-    """Remarks on rates that differ, and on scales that see little of a demonstration."""
+    """Remarks on rates that differ, scales that see little of an action, and short gaps."""
     remarks = []
     rates = sorted(item.demonstration.rate for item in labelled)
     if rates[-1] > 1.01 * rates[0]:
@@ -227,7 +229,21 @@ def settings_remarks(
             + (f" and {len(short) - 1} more" if len(short) > 1 else "")
             + ": there it sees held end values more than forces."
         )
-    return tuple(remarks)
+    return (*remarks, *bridged_remarks(examples, settings))
+
+
+def bridged_remarks(examples: Sequence[Examples], settings: Settings) -> tuple[str, ...]:
+    """A remark on gaps that the decoder looked through."""
+    step = settings.hop(examples[0].rate) / examples[0].rate
+    runs = (bridged_runs(example.valid, 0) for example in examples)
+    gaps = [after - before for own in runs for (_, before), (after, _) in pairwise(own)]
+    short = [gap for gap in gaps if gap <= bridged_steps(step)]
+    if not (settings.decodes and short):
+        return ()
+    return (
+        f"Decoded as time of which nothing is known, and left unlabelled: "
+        f"{counted(len(short), 'gap')} of up to {max(short) * step:.2g} s.",
+    )
 
 
 Job = Generator[Progress, None, Evaluation]

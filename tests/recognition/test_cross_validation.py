@@ -28,6 +28,7 @@ from forcelab.recognition import groups as grouping
 from forcelab.recognition.cross_validation import leave_one_out, train_and_test
 from forcelab.recognition.examples import LabelledDemonstration, suffix_actions
 from forcelab.recognition.metrics import score
+from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, train
 
@@ -272,6 +273,22 @@ def test_scales_too_short_for_actions_are_remarked_on(six):
     remarks = finish(leave_one_out(six[:3], FAST.replace(max_scale=16.0))).remarks
     assert any("At 100 Hz the largest scale, 16 samples, lasts 0.16 s only" in r for r in remarks)
     assert not any("largest scale" in r for r in finish(leave_one_out(six[:3], FAST)).remarks)
+
+
+def test_gaps_that_the_decoder_looks_through_are_told(six):
+    def losing(item, *gaps):
+        old, lost = item.demonstration, np.zeros(len(item.demonstration.times), dtype=bool)
+        for first, last in gaps:
+            lost[first:last] = True
+        some = replace(old, times=old.times[~lost], signals=old.signals[~lost])
+        return replace(item, demonstration=some)
+
+    items = [losing(six[0], (100, 120), (200, 230), (300, 400)), *six[1:3]]
+    decoding = preset("fast").replace(classifier="logistic", changes=False)
+    (remark,) = [r for r in finish(leave_one_out(items, decoding)).remarks if "gap" in r]
+    assert remark.startswith("Decoded as time of which nothing is known")
+    assert "2 gaps of up to 0.3 s" in remark
+    assert not any("gap" in r for r in finish(leave_one_out(items, FAST)).remarks)
 
 
 def test_scores_of_different_grids_count_the_same_samples(six):
