@@ -13,6 +13,7 @@ half of the latency; the wavelets have the rest.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -28,12 +29,9 @@ from forcelab.recognition.filters import threshold
 from forcelab.recognition.hsmm import (
     ForwardPass,
     HsmmParameters,
-    MaxPlus,
     Use,
-    best_code,
-    best_codes,
+    bridged_steps,
     decodable_steps,
-    true_runs,
 )
 from forcelab.recognition.live_features import (
     CausalGrid,
@@ -83,64 +81,72 @@ class FixedLag:
         if lag < 0:
             raise InputError(f"The decoder can wait for 0 steps or more, not {lag}.")
         self.lag = lag
-        self._choreography = grammar
-        self._scores = HsmmParameters.from_grammar(grammar, step, use)
-        self._sweep: ForwardPass | None = None
+        self._grammar = grammar
+        self._parameters = HsmmParameters.from_grammar(grammar, step, use)
+        self._bridged = bridged_steps(step)
+        self._forward: ForwardPass | None = None
         self._begun = False
+        # Whether each step that waits for a code is no gap; the last of them, as many as the gap
+        # that there is now has, are not in the forward pass.
+        self._waiting: deque[bool] = deque()
+        self._gap = 0
 
     def push(
         self, log_probabilities: NDArray[np.floating], valid: NDArray[np.bool_] | None = None
     ) -> Codes:
         """Take log probabilities (m, K); give the codes that are now decided, in order.
 
-        Steps that are not valid are gaps, which decide all that waits.
+        Steps that are not valid are gaps. Long ones decide all that waits.
         """
         m = len(log_probabilities)
         valid = np.ones(m, dtype=np.bool_) if valid is None else valid
-        valid = decodable_steps(log_probabilities, valid, self._choreography)
-        decided: list[Codes] = []
-        done = 0
-        for first, last in true_runs(valid):
-            if first > done:
-                decided.append(self._gap(first - done))
-            decided.append(self._on(log_probabilities[first:last]))
-            done = last
-        if m > done or not decided:
-            decided.append(self._gap(m - done))
-        return np.concatenate(decided) if len(decided) > 1 else decided[0]
+        valid = decodable_steps(log_probabilities, valid, self._grammar)
+        evidence = self._parameters.evidence(np.where(valid[:, None], log_probabilities, -np.inf))
+        decided: list[int] = []
+        for row, is_valid in zip(evidence, valid.tolist(), strict=True):
+            self._waiting.append(is_valid)
+            if is_valid:
+                self._advance(row)
+            else:
+                self._gap += 1
+                if self._forward is None or self._gap > self._bridged:
+                    decided += self.finish().tolist()
+            if len(self._waiting) > self.lag:
+                decided.append(self._oldest())
+        return np.array(decided, dtype=np.int64)
 
     def finish(self) -> Codes:
         """The codes that were waiting: nothing comes any more. What is pushed then is new."""
-        sweep, self._sweep = self._sweep, None
-        if sweep is None:
-            return np.empty(0, dtype=np.int64)
-        return best_codes(sweep, min(self.lag, sweep.now))
+        valid = np.array(self._waiting, dtype=np.bool_)
+        codes = np.full(len(valid), UNLABELLED, dtype=np.int64)
+        seen = len(valid) - self._gap
+        if self._forward is not None and seen > 0:
+            codes[:seen] = np.where(valid[:seen], self._forward.best_codes(seen), UNLABELLED)
+        self._begun |= len(valid) > 0 or self._forward is not None
+        self._forward, self._gap = None, 0
+        self._waiting.clear()
+        return codes
 
-    def _gap(self, steps: int) -> Codes:
-        """Decide what waits, then the steps of a gap."""
-        if not steps:
-            return np.empty(0, dtype=np.int64)
-        self._begun = True
-        return np.concatenate([self.finish(), np.full(steps, UNLABELLED, dtype=np.int64)])
+    def _oldest(self) -> int:
+        """The code of the step that has waited longest."""
+        seen = len(self._waiting) - self._gap
+        if not self._waiting.popleft() or self._forward is None:
+            return UNLABELLED
+        return int(self._forward.best_codes(seen)[0])
 
-    def _on(self, log_probabilities: NDArray[np.floating]) -> Codes:
-        """Decide what `lag` steps of the same stretch have followed."""
-        if self._sweep is None:
-            scores = self._scores.anywhere() if self._begun else self._scores
+    def _advance(self, evidence: Real) -> None:
+        """Take a step, and the gap before it, of which nothing is known."""
+        if self._forward is None:
+            parameters = self._parameters.anywhere() if self._begun else self._parameters
             # Room for twice what must be kept.
-            room = 2 * (max(int(scores.longest.max()), 64) + self.lag) + 64
-            self._sweep, self._begun = ForwardPass(scores, MaxPlus(), room), True
-        sweep = self._sweep
-        evidence = self._scores.evidence(log_probabilities)
-        decided: list[int] = []
-        for step in range(len(evidence)):
-            if not sweep.room:
+            room = 2 * (int(parameters.longest.max()) + self.lag) + 64
+            self._forward, self._begun = ForwardPass(parameters, room, best=True), True
+        for row in (*np.zeros((self._gap, len(evidence))), evidence):
+            if not self._forward.room:
                 # Places that decisions to come look back upon.
-                sweep.forget(sweep.margin + self.lag + 2)
-            sweep.push(evidence[step : step + 1])
-            if sweep.now > self.lag:
-                decided.append(best_code(sweep, self.lag))
-        return np.array(decided, dtype=np.int64)
+                self._forward.forget(self._forward.margin + self.lag + 2)
+            self._forward.push(row[None])
+        self._gap = 0
 
 
 class CausalMedian:

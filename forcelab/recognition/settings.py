@@ -68,7 +68,8 @@ class Settings:
     classifier : str
         One of :data:`CLASSIFIERS`.
     stride : int
-        Train on every `stride`-th sample; recognition always covers every sample.
+        Train on every `stride`-th time step; recognition always covers all of them. See
+        :meth:`training_stride`.
     threshold : float, optional
         Less probable than this: unlabelled. None switches the filter off.
     median : int, optional
@@ -268,6 +269,16 @@ class Settings:
     def hop(self, rate: float) -> int:
         """Samples of the grid from one time step with features to the next."""
         return 1 if self.step is None else max(1, round(self.step * rate))
+
+    def training_stride(self, rate: float) -> int:
+        """Time steps from one that is trained on to the next, at this rate of the grid.
+
+        Where samples are farther apart than time steps are to be, `stride` of those take as many
+        seconds as at any other rate.
+        """
+        if self.step is None:
+            return self.stride
+        return max(1, round(self.stride * self.step * rate / self.hop(rate)))
 
     def replace(self, **changes: Any) -> Settings:
         """The same settings with some values changed."""

@@ -242,7 +242,8 @@ def boundary_steps(examples: Sequence[Examples], settings: Settings) -> tuple[Co
     if not is_used or sum(len(_boundary_times(example.segments)) for example in examples) < FEWEST:
         none = np.empty(0, dtype=np.int64)
         return none, [none] * len(examples)
-    y, _, steps = training_steps([_near_boundary(example) for example in examples], settings.stride)
+    stride = settings.training_stride(examples[0].rate)
+    y, _, steps = training_steps([_near_boundary(example) for example in examples], stride)
     return y, steps
 
 

@@ -112,7 +112,7 @@ def fit_cleaned(
     all_actions = actions_of(examples)
     codes, groups, steps = training_steps(
         [example.codes(all_actions) for example in examples],
-        settings.stride,
+        settings.training_stride(examples[0].rate),
         complete=settings.classifier not in MEMBERS,
     )
     used, y = np.unique(codes, return_inverse=True)

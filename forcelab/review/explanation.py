@@ -370,7 +370,7 @@ def _labelled(project: Project, run: RunResult) -> list[LabelledDemonstration]:
 
 def _rows(training_examples: Sequence[Examples], recogniser: Recogniser) -> tuple[Real, Real]:
     """The mean over all time steps that were trained on, and some of them drawn at random."""
-    stride, actions = recogniser.settings.stride, recogniser.actions
+    stride, actions = recogniser.settings.training_stride(recogniser.rate), recogniser.actions
     random = np.random.default_rng(recogniser.settings.seed)
     parts = []
     for example in training_examples:

@@ -28,6 +28,7 @@ from forcelab.recognition import groups as grouping
 from forcelab.recognition.cross_validation import leave_one_out, train_and_test
 from forcelab.recognition.examples import LabelledDemonstration, suffix_actions
 from forcelab.recognition.metrics import score
+from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, train
 
@@ -268,6 +269,28 @@ def test_what_is_tested_at_another_rate_does_not_move_the_grid(six):
         assert agree[np.arange(len(agree)) % 4 != 2].all()
 
 
+def test_scales_too_short_for_actions_are_remarked_on(six):
+    remarks = finish(leave_one_out(six[:3], FAST.replace(max_scale=16.0))).remarks
+    assert any("At 100 Hz the largest scale, 16 samples, lasts 0.16 s only" in r for r in remarks)
+    assert not any("largest scale" in r for r in finish(leave_one_out(six[:3], FAST)).remarks)
+
+
+def test_gaps_that_the_decoder_looks_through_are_told(six):
+    def losing(item, *gaps):
+        old, lost = item.demonstration, np.zeros(len(item.demonstration.times), dtype=bool)
+        for first, last in gaps:
+            lost[first:last] = True
+        some = replace(old, times=old.times[~lost], signals=old.signals[~lost])
+        return replace(item, demonstration=some)
+
+    items = [losing(six[0], (100, 120), (200, 230), (300, 400)), *six[1:3]]
+    decoding = preset("fast").replace(classifier="logistic", changes=False)
+    (remark,) = [r for r in finish(leave_one_out(items, decoding)).remarks if "gap" in r]
+    assert remark.startswith("Decoded as time of which nothing is known")
+    assert "2 gaps of up to 0.3 s" in remark
+    assert not any("gap" in r for r in finish(leave_one_out(items, FAST)).remarks)
+
+
 def test_scores_of_different_grids_count_the_same_samples(six):
     fine, coarse = (
         finish(leave_one_out(six[:3], settings)) for settings in (RAW, RAW.replace(rate=50.0))
@@ -318,6 +341,36 @@ def test_a_recording_that_is_there_twice_is_left_out_as_a_whole(six, count):
     assert [remark.split(" hold the same recording")[0] for remark in remarks] == [
         " and ".join(names_of(items, same)) for same in ((0, 3), (2, 5))
     ]
+
+
+COPIES = {
+    "rounded": lambda d: replace(d, signals=np.round(d.signals, 1)),
+    "cropped": lambda d: replace(d, times=d.times[107:-30], signals=d.signals[107:-30]),
+    "scaled": lambda d: replace(d, signals=1.001 * d.signals),
+    "thinned": lambda d: replace(d, times=d.times[::4], signals=d.signals[::4]),
+    "with lost samples": lambda d: replace(
+        d, signals=np.where(np.arange(len(d.times))[:, None] % 9 == 0, np.nan, d.signals)
+    ),
+}
+
+
+@pytest.mark.parametrize("change", COPIES)
+def test_copies_that_were_changed_a_little_are_left_out_together(change):
+    items = labelled_set(4, 250.0)
+    copy = replace(items[1], demonstration=COPIES[change](items[1].demonstration))
+    parts = grouping.fold_groups([i.demonstration for i in (*items, copy)], None)
+    assert parts == [[0], [1, 4], [2], [3]]
+
+
+@pytest.mark.real
+@pytest.mark.parametrize("file", ["soft_sig.pdl", "JPen_sig.pdl"])
+def test_no_two_real_recordings_are_taken_for_copies_and_copies_are_found(file, real_file):
+    found = [item.demonstration for item in read_labelled(real_file(f"tongs/{file}"))]
+    assert grouping.find_duplicates(found) == [[i] for i in range(len(found))]
+    for change in COPIES.values():
+        copies = [change(demonstration) for demonstration in found]
+        expected = [[i, i + len(found)] for i in range(len(found))]
+        assert grouping.find_duplicates([*found, *copies]) == expected
 
 
 @pytest.mark.parametrize("count", [2, 5, 11])

@@ -11,7 +11,7 @@ from scipy.stats import lognorm
 
 from forcelab.errors import InputError
 from forcelab.recognition import hsmm as model
-from forcelab.recognition.hsmm import FINE, LENGTHS, HsmmParameters, decode, marginals
+from forcelab.recognition.hsmm import HsmmParameters, decode, marginals
 from forcelab.recognition.live import FixedLag
 from forcelab.recognition.task_grammar import TaskGrammar
 
@@ -68,22 +68,19 @@ class Plainly:
         self.limits = HsmmParameters.from_grammar(grammar, step, use)
         self.whole, self.cut = self.lengths()
 
-    def _lines(self, k, near, blocks=False):
+    def _lines(self, k, near):
         """`near` up to the longest length; from there the tangent of the log density."""
         steps = np.arange(1, len(self.evidence) + 1)
         last, mean, sd = self.limits.longest[k], self.c.mean[k], self.c.sd[k]
         fall = min(-(1 + (math.log(last * self.step) - mean) / sd**2) / last, 0)
         table = np.minimum(steps, last)
-        if blocks:
-            far = table > FINE
-            table[far] = FINE + (table[far] - FINE - 1) // LENGTHS * LENGTHS + LENGTHS // 2 + 1
         scores = near(lognorm(sd, scale=math.exp(mean)), table * self.step)
         return scores + fall * (steps - table)
 
     def lengths(self):
         """Scores of whole and of cut off segments of 1, 2, ... steps, each shape (K, n)."""
         K, n = self.K, len(self.evidence)
-        middle = [self._lines(k, lambda d, s: d.logpdf(s) + math.log(0.5), True) for k in range(K)]
+        middle = [self._lines(k, lambda d, s: d.logpdf(s) + math.log(0.5)) for k in range(K)]
         cut = [self._lines(k, lambda d, s: d.logsf(s)) for k in range(K)]
         short = np.arange(1, n + 1) < self.limits.shortest[:, None]
         middle = np.where(short, -np.inf, self.emphasis * np.array(middle))
@@ -205,7 +202,6 @@ def test_marginals_where_evidence_lies_hundreds_of_nats_apart():
     truth = np.repeat([0, 1], [130, 130])
     logs = 20.0 * np.eye(2)[truth]
     logs[120:140] = some_logs(rng, 20, 2, 1.0)  # where one ends is not plain to see
-    assert HsmmParameters.from_grammar(grammar, 0.1, "order").longest.min() > FINE
     found = marginals(logs, everywhere(logs), 0.1, grammar, "order")
     plain = Plainly(grammar, logs, 0.1, "order", places=True)
     for t in (3, 121, 128, 133, 138, 250):
@@ -218,12 +214,12 @@ def test_marginals_where_evidence_lies_hundreds_of_nats_apart():
 
 
 @pytest.mark.parametrize("step", [0.0008, 0.0004])
-def test_marginals_of_lengths_told_apart_in_blocks_are_those_of_all_segmentations(step):
+def test_marginals_of_many_steps_are_those_of_all_segmentations(step):
     rng = np.random.default_rng(4)
     grammar = random_grammar(rng, 2, 0.1)
     truth = np.repeat([0, 1, 0], [80, 170, 60])
     logs = some_logs(rng, len(truth), 2, 1.0) + 2.0 * np.eye(2)[truth]
-    assert HsmmParameters.from_grammar(grammar, step, "order").longest.min() > FINE
+    assert HsmmParameters.from_grammar(grammar, step, "order").longest.min() > 128
     found = marginals(logs, everywhere(logs), step, grammar, "order")
     plain = Plainly(grammar, logs, step, "order", places=True)
     for t, k in [(0, 0), (75, 1), (84, 0), (160, 1), (255, 0), (309, 1)]:
@@ -300,7 +296,8 @@ def test_an_action_changes_where_that_is_seen_though_the_steps_beside_it_tell_no
 
 
 @pytest.mark.parametrize("use", USES)
-def test_gaps_are_unlabelled_and_part_what_is_decoded(use):
+def test_long_gaps_are_unlabelled_and_part_what_is_decoded(use, monkeypatch):
+    monkeypatch.setattr(model, "BRIDGED", 0.0)
     rng = np.random.default_rng(5)
     grammar, logs = a_known_one(), some_logs(rng, 90, 3)
     valid = np.ones(90, dtype=bool)
@@ -317,6 +314,25 @@ def test_gaps_are_unlabelled_and_part_what_is_decoded(use):
     other = decode(noisy, valid, 0.02, grammar, use)
     assert np.array_equal(other[:50], codes[:50])
     assert np.array_equal(other[61:], codes[61:])
+
+
+@pytest.mark.parametrize("use", USES)
+def test_a_short_gap_is_unlabelled_and_what_lies_around_it_is_decoded_as_one(use):
+    truth = np.repeat([0, 1, 2], 50)
+    logs = np.where(np.eye(3)[truth] > 0, 0.0, -1.0)
+    valid = np.ones(150, dtype=bool)
+    for first, last in ((20, 30), (48, 60), (110, 135)):  # 0.2 to 0.5 s, and over a boundary
+        valid[first:last] = False
+    garbage = np.where(valid[:, None], logs, np.nan)
+    codes = decode(garbage, valid, 0.02, a_known_one(), use)
+    assert np.array_equal(codes, np.where(valid, truth, -1))
+    # What it counts as: time of which nothing is known.
+    through = decode(
+        np.where(valid[:, None], logs, 0.0), everywhere(logs), 0.02, a_known_one(), use
+    )
+    assert np.array_equal(codes, np.where(valid, through, -1))
+    share = marginals(garbage, valid, 0.02, a_known_one(), use)
+    np.testing.assert_allclose(share.sum(axis=1), valid, atol=1e-12)
 
 
 @pytest.mark.parametrize("use", USES)
@@ -432,13 +448,17 @@ def with_lag(logs, valid, t, lag, grammar, use):
     return decode(logs[steps], valid[steps], 0.02, grammar, use)[t]
 
 
-@pytest.mark.parametrize(("use", "lag"), [("none", 3), ("durations", 0), ("order", 5)])
-def test_each_step_is_what_decoding_gives_it_after_the_lag(use, lag):
+@pytest.mark.parametrize("gap", [3, 25, 26, 40], ids=lambda gap: f"gap of {gap}")
+@pytest.mark.parametrize(
+    ("use", "lag"), [("none", 3), ("durations", 0), ("order", 5), ("order", 30)]
+)
+def test_each_step_is_what_decoding_gives_it_after_the_lag(use, lag, gap):
     rng = np.random.default_rng(lag)
     grammar = random_grammar(rng, 3, 0.1)
     logs = some_logs(rng, 260, 3, 1.0)
     valid = np.ones(260, dtype=bool)
-    valid[150:153] = False
+    valid[150 : 150 + gap] = False
+    valid[156] = False
     stream = FixedLag(0.02, lag, grammar, use)
     parts = [
         stream.push(logs[first : first + 7], valid[first : first + 7]) for first in range(0, 260, 7)
@@ -446,7 +466,7 @@ def test_each_step_is_what_decoding_gives_it_after_the_lag(use, lag):
     waiting = len(logs) - sum(map(len, parts))
     assert waiting == lag
     codes = np.concatenate([*parts, stream.finish()])
-    for t in [*range(0, 260, 23), 148, 149, 152, 153, 259]:
+    for t in [*range(0, 260, 23), *range(146, 160), *range(149 + gap, 155 + gap), 259]:
         assert codes[t] == with_lag(logs, valid, t, lag, grammar, use)
 
 

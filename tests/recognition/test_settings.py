@@ -229,3 +229,12 @@ def test_all_that_a_preset_chooses_counts(name):
     plain = vars(Settings())
     differing = [key for key, value in chosen.items() if value is not False and value != plain[key]]
     assert all(applies(key, chosen) and why_not_applied(key, chosen) == "" for key in differing)
+
+
+@pytest.mark.parametrize(
+    ("rate", "stride"), [(10_000, 5), (1000, 5), (100, 5), (50, 5), (25, 2), (20, 2), (5, 1)]
+)
+def test_a_stride_of_steps_in_seconds_takes_as_long_at_low_rates(rate, stride):
+    settings = preset("fast")  # every fifth step of 20 ms
+    assert settings.training_stride(rate) == stride
+    assert Settings(stride=7).training_stride(rate) == 7

@@ -72,8 +72,10 @@ class TrainingFacts:
         channels = self.channels if settings.channels is None else settings.channels
         rate = settings.rate or self.rate
         features = settings.width(len(channels))
-        steps = rate / settings.hop(rate) if rate else 0.0
-        return features, round(self.labelled * steps / settings.stride)
+        if not rate:
+            return features, 0
+        steps = rate / settings.hop(rate)
+        return features, round(self.labelled * steps / settings.training_stride(rate))
 
 
 def training_facts(document: Document, choice: DataSelection) -> TrainingFacts:
