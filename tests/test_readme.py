@@ -34,8 +34,8 @@ def run_script(number, folder):
 
 
 def test_every_command_prints_what_the_readme_shows(tmp_path):
-    made = run_blocks(TEXT, tmp_path, slow=False)
-    assert masked(made) == masked(TEXT)
+    printed = run_blocks(TEXT, tmp_path, slow=False)
+    assert masked(printed) == masked(TEXT)
     assert (tmp_path / "pairs.png").read_bytes().startswith(b"\x89PNG")
     painted = run_script(0, tmp_path)
     assert "copied from coder" in painted

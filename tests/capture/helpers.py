@@ -58,8 +58,8 @@ class FakeDevice:
         self._said.append(sentence)
 
     def remarks(self):
-        told, self._said = tuple(self._said), []
-        return told
+        remarks, self._said = tuple(self._said), []
+        return remarks
 
     def zero(self):
         self.zeroed += 1

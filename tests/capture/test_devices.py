@@ -334,8 +334,8 @@ def test_a_counter_that_stands_still_is_not_taken_for_a_loose_cable(monkeypatch)
 
 
 def test_sensors_of_several_daqs_are_numbered_through():
-    with VirtualOptoForce(steady(*range(12))) as one, VirtualOptoForce(steady(1, 2, 3)) as two:
-        devices = [OptoForce(virtual.port, ports=nothing) for virtual in (one, two)]
+    with VirtualOptoForce(steady(*range(12))) as first, VirtualOptoForce(steady(1, 2, 3)) as second:
+        devices = [OptoForce(virtual.port, ports=nothing) for virtual in (first, second)]
         for device in devices:
             device.open()
         number_sensors(devices)
@@ -493,7 +493,7 @@ def test_an_encoder_gives_its_count_when_it_changes_and_holds_it_in_between(bang
         collect_until_gone(device)
         virtual.replug()
         back(device)
-        assert any("lost its count" in one for one in device.remarks())
+        assert any("lost its count" in remark for remark in device.remarks())
         device.close()
     values = joined(blocks, "values")[:, 0]
     assert (np.diff(values) == 0.5).all()
@@ -605,4 +605,4 @@ def test_two_devices_at_one_port_are_refused_before_it_seems_to_be_in_use_by_oth
     names = ["optoforce:/dev/ttyA", "text:/dev/ttyB", "optoforce:/dev/ttyA?rate=500"]
     with pytest.raises(InputError, match="Two devices are said to be at /dev/ttyA"):
         parse_devices(names)
-    assert [one.name for one in parse_devices(names[:2])] == names[:2]
+    assert [device.name for device in parse_devices(names[:2])] == names[:2]

@@ -65,10 +65,10 @@ def collect(port, parser, number, seconds=10.0):
     )
 
 
-def answered(port, parser, wanted, seconds=10.0):
+def answered(port, parser, count, seconds=10.0):
     """So many answers: what was sent before them may be much, if it was read late."""
     replies, until = [], time.monotonic() + seconds
-    while len(replies) < wanted:
+    while len(replies) < count:
         assert time.monotonic() < until
         collect(port, parser, 1)
         replies += parser.take_replies()
@@ -246,7 +246,7 @@ def test_closing_leaves_no_thread_and_no_name_behind():
         assert device.path.is_symlink()
     device.close()
     assert not device.path.parent.exists()
-    assert not [one for one in threading.enumerate() if one.name.startswith("virtual")]
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("virtual")]
 
 
 def test_a_name_that_is_taken_is_refused(tmp_path):

@@ -162,8 +162,8 @@ def test_unplugged_and_plugged_in_again_is_one_demonstration_with_a_gap(project)
         assert len(opened.demonstrations.infos()) == 1
 
 
-@pytest.mark.parametrize("goes_on", [True, False])
-def test_what_a_device_lost_while_it_was_away_is_told_live_as_it_is_kept(project, goes_on):
+@pytest.mark.parametrize("continues", [True, False])
+def test_what_a_device_lost_while_it_was_away_is_told_live_as_it_is_kept(project, continues):
     device = FakeDevice()
 
     def go_on():
@@ -172,7 +172,7 @@ def test_what_a_device_lost_while_it_was_away_is_told_live_as_it_is_kept(project
             raise InputError("It is not there.")
         device.next = int((time.monotonic() - device.began) * device.rate)
 
-    if goes_on:
+    if continues:
         device.reopen = go_on
     with Recorder(project, [device]) as recorder:
         recorder.start("LEGO")
@@ -186,7 +186,7 @@ def test_what_a_device_lost_while_it_was_away_is_told_live_as_it_is_kept(project
         lost = recorder.state().devices[0].lost
         saved = recorder.stop()
     (remark,) = saved.remarks
-    if goes_on:
+    if continues:
         assert lost >= 150
         loss = "samples of fake:0 were lost and the device was unplugged once for 0"
         assert remark.startswith(f"{lost} {loss}")
@@ -365,8 +365,8 @@ def test_what_could_not_be_kept_whole_is_not_kept_in_part(project, monkeypatch):
             patch.setattr(MediaStore, "attach_stamps", refuse)
             with pytest.raises(InputError, match="disk is full"):
                 recorder.stop()
-        with Project.open(project) as there:
-            assert there.demonstrations.infos() == ()
+        with Project.open(project) as opened:
+            assert opened.demonstrations.infos() == ()
         assert recorder.stop().added.status == "new"
 
 
@@ -403,7 +403,7 @@ def in_part(project, monkeypatch):
             with pytest.raises(InputError, match="disk is full"):
                 recorder.discard()
         assert recorder.has_recording
-        assert [one.name for one in there(project)] == ["LEGO 01"]
+        assert [info.name for info in there(project)] == ["LEGO 01"]
         yield recorder
         assert not recorder.has_recording
     assert there(project) == ()
@@ -442,7 +442,7 @@ def test_a_recorder_that_is_closed_without_stopping_leaves_what_can_be_recovered
         came(recorder, 200)
     assert len(unfinished_journals(project)) == 1
     (project / CAPTURES / "no.journal").write_bytes(b"junk")
-    bad, good = sorted(recover(project), key=lambda one: one.recording is not None)
+    bad, good = sorted(recover(project), key=lambda recovered: recovered.recording is not None)
     assert good.recording.samples >= 200
     assert "no journal" in bad.problem
     assert bad.path.exists()
@@ -453,16 +453,16 @@ def test_a_recorder_that_is_closed_without_stopping_leaves_what_can_be_recovered
 @given(
     length=st.integers(1, 20),
     blocks=st.lists(st.integers(0, 30), max_size=12),
-    asked=st.integers(0, 200),
+    position=st.integers(0, 200),
 )
-def test_a_ring_gives_the_last_samples_in_their_order(length, blocks, asked):
+def test_a_ring_gives_the_last_samples_in_their_order(length, blocks, position):
     ring, every = RingBuffer(length, 2), np.empty(0)
     for n in blocks:
         more = np.arange(len(every), len(every) + n, dtype=float)
         ring.extend(more / 10, np.stack([more, -more], axis=1))
         every = np.concatenate([every, more])
-    first, times, values = ring.since(asked)
-    expected = every[max(asked, len(every) - length) :]
+    first, times, values = ring.since(position)
+    expected = every[max(position, len(every) - length) :]
     np.testing.assert_array_equal(values[:, 0], expected)
     np.testing.assert_array_equal(times, expected / 10)
     if len(expected):
@@ -483,7 +483,7 @@ def test_nothing_is_begun_with_every_device_unplugged(project):
 
 
 @pytest.mark.parametrize(
-    ("first", "told"),
+    ("first", "sentence"),
     [
         (InputError("The disk is full."), "The disk is full. 'LEGO 01' is in the project without"),
         (OSError("torn"), "It ended early (OSError('torn')). 'LEGO 01' is in the project without"),
@@ -491,7 +491,7 @@ def test_nothing_is_begun_with_every_device_unplugged(project):
     ],
 )
 def test_what_is_neither_whole_nor_taken_back_is_told_and_can_be_mended(
-    project, monkeypatch, first, told
+    project, monkeypatch, first, sentence
 ):
     def fail(error):
         def failing(*_):
@@ -507,7 +507,7 @@ def test_what_is_neither_whole_nor_taken_back_is_told_and_can_be_mended(
             patch.setattr(DemonstrationStore, "discard", fail(InputError("It is kept busy.")))
             with pytest.raises(PartialSaveError) as caught:
                 recorder.stop()
-        assert told in str(caught.value)
+        assert sentence in str(caught.value)
         assert str(caught.value).endswith("taken back either: It is kept busy.")
         assert caught.value.__cause__ is first
         recorder.discard()  # as it knows that a part is in the project

@@ -58,7 +58,7 @@ def test_each_time_it_was_unplugged_is_a_gap_in_the_one_demonstration(project):
     how_often = "once" if UNPLUGS == 1 else f"{UNPLUGS} times"
     assert any(f"was unplugged {how_often}" in remark for remark in saved.remarks)
     with Project.open(project) as opened:
-        assert [one.name for one in opened.demonstrations.infos()] == ["LEGO 01"]
+        assert [info.name for info in opened.demonstrations.infos()] == ["LEGO 01"]
         d = opened.demonstrations.load("LEGO 01")
         times, signals = np.array(d.times), np.array(d.signals)
         stamps = opened.media.stamps(d.id)

@@ -133,9 +133,9 @@ def test_ctrl_c_keeps_one_demonstration_though_unplugged_and_plugged_in_again(tm
     assert "unplugged" in " ".join(output["remarks"])
     assert "is back" in err
     with Project.open(project) as opened:
-        (one,) = opened.demonstrations.infos()
-        d = opened.demonstrations.load(one.id)
-    assert one.name == "LEGO 01"
+        (info,) = opened.demonstrations.infos()
+        d = opened.demonstrations.load(info.id)
+    assert info.name == "LEGO 01"
     assert len(d.gaps) == 1
     begin, end = d.gaps[0]
     assert end - begin > 0.3

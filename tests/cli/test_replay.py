@@ -87,15 +87,15 @@ def test_both_sensors_are_played_as_they_were_recorded(stored):
         blocks = [[] for _ in devices]
         with suppress(UnpluggedError):  # when all has been played, the ports go
             while True:
-                for device, kept in zip(devices, blocks, strict=True):
+                for device, played_blocks in zip(devices, blocks, strict=True):
                     block = device.read(0.02)
                     if block is not None:
-                        kept.append(block.values)
+                        played_blocks.append(block.values)
         for device in devices:
             device.close()
         assert child.wait(30) == 0
-    for number, kept in enumerate(blocks):
-        played = np.concatenate(kept)
+    for number, played_blocks in enumerate(blocks):
+        played = np.concatenate(played_blocks)
         truth = demonstration.signals[:, 3 * number : 3 * number + 3]
         # It stands at the first sample, then plays; a count is 2.5 mN.
         begins = np.flatnonzero((np.abs(played - truth[0]) > 0.003).any(axis=1))[0]

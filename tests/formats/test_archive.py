@@ -226,9 +226,9 @@ def test_export_import_export_gives_the_same_bytes(steps, name):
                 id_, who = ids[which], f"model of {author}" if verb == "predict" else author
                 track = project.tracks.get(id_, who).segments
                 if verb == "import":
-                    given_ = (Segment(start, start + length, name),)
+                    segments = (Segment(start, start + length, name),)
                     d = demonstration(which, f"{name} {which}")
-                    project.demonstrations.add(d, [Track(author, given_)])
+                    project.demonstrations.add(d, [Track(author, segments)])
                 elif verb == "undo":
                     project.tracks.undo(id_, author)
                 elif verb == "redo":
@@ -327,16 +327,16 @@ def test_the_labels_of_coders_are_read_and_predictions_left(whole, tmp_path):
     unpack = tmp_path / "unpack"
     unpack.mkdir()
     recordings = read(whole, ReadOptions(task="x", unpack=unpack))
-    one, two = sorted(recordings, key=lambda r: r.demonstration.name)
-    assert [track.author for track in one.tracks] == ["anna"]
-    assert one.tracks[0].segments == HOLD
-    assert two.tracks == (Track("bert", GRAB), Track("cleo", HOLD))
-    (remark,) = {one.not_imported, two.not_imported}
+    first, second = sorted(recordings, key=lambda r: r.demonstration.name)
+    assert [track.author for track in first.tracks] == ["anna"]
+    assert first.tracks[0].segments == HOLD
+    assert second.tracks == (Track("bert", GRAB), Track("cleo", HOLD))
+    (remark,) = {first.not_imported, second.not_imported}
     assert "models' predictions" in remark
-    assert (one.demonstration.task, two.demonstration.grid_rate) == ("LEGO", 250.0)
+    assert (first.demonstration.task, second.demonstration.grid_rate) == ("LEGO", 250.0)
     with Project.create(tmp_path / "other.forcelab") as other:
-        added = other.demonstrations.add(one.demonstration, one.tracks)
-        assert other.demonstrations.load(added.id).id == one.demonstration.id
+        added = other.demonstrations.add(first.demonstration, first.tracks)
+        assert other.demonstrations.load(added.id).id == first.demonstration.id
         video = other.demonstrations.load(added.id).video
         assert video is not None
         assert video.path.read_bytes() == (tmp_path / "film.mp4").read_bytes()
@@ -431,7 +431,9 @@ def test_notes_come_along_into_a_project_that_is_there(project, whole, tmp_path)
         other.coding.set_note(id_, "anna", "third try")  # later than that of the archive
     for status in ("updated", "unchanged"):
         report = import_files(tmp_path / "other.forcelab", [whole])
-        assert {one.added.name: one.added.status for one in report.demonstrations}["n1"] == status
+        assert {item.added.name: item.added.status for item in report.demonstrations}[
+            "n1"
+        ] == status
     with Project.open(tmp_path / "other.forcelab") as other:
         assert [(note.author, note.text) for note in other.coding.notes()] == [
             ("anna", "third try")
@@ -791,14 +793,14 @@ SOURCE = "simulated: task LEGO, seed 1, number 1, 1000 Hz"
 def archive(tmp_path):
     """One demonstration with a truth, one without."""
     signals = np.random.default_rng(0).normal(size=(20, 1))
-    one, other = (
+    first, second = (
         Demonstration(name, "LEGO", np.arange(20) / rate, signals, (Channel("fz", "N"),))
         for name, rate in (("one", 100), ("other", 200))
     )
     with Project.create(tmp_path / "study.forcelab") as project:
         track = Track("Ines", (Segment(0.0, 0.05, "grab"),))
         project.demonstrations.add_all(
-            [NewDemonstration(one, (track,), SOURCE, truth=TRUTH), NewDemonstration(other)]
+            [NewDemonstration(first, (track,), SOURCE, truth=TRUTH), NewDemonstration(second)]
         )
         write_archive(project, tmp_path / "study.zip")
     return tmp_path / "study.zip"

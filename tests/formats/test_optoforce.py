@@ -112,7 +112,7 @@ def test_marks_of_a_careless_program_are_taken_out_only_where_they_are_none_of_t
 
 
 @pytest.mark.parametrize(
-    ("damage", "said"),
+    ("damage", "complaint"),
     [
         (
             lambda p: [*p[:10], p[10][:9] + b"\x07" + p[10][10:], *p[11:]],
@@ -122,12 +122,12 @@ def test_marks_of_a_careless_program_are_taken_out_only_where_they_are_none_of_t
         (lambda p: [*p[:10], *p[9:]], "1 sample came twice"),
     ],
 )
-def test_strict_refuses_a_dump_that_is_not_whole(dump, damage, said):
+def test_strict_refuses_a_dump_that_is_not_whole(dump, damage, complaint):
     packets = [packet(AXES3, count) for count in range(60)]
     assert only(dump(b"".join(packets)), strict=True).statistics["packets"] == 60
     with pytest.raises(InputError) as refused:
         only(dump(b"".join(damage(packets))), strict=True)
-    assert said in str(refused.value)
+    assert complaint in str(refused.value)
     assert "dump.bin" in str(refused.value)
 
 

@@ -297,7 +297,7 @@ def test_a_shared_part_stays_one_object():
 
 
 @pytest.mark.parametrize(
-    "made",
+    "opcodes",
     [
         b"(cauthors\nBundle\no",  # an old-style instance in the binary protocols
         b"(iauthors\nBundle\n",  # the same in the text protocol
@@ -305,8 +305,8 @@ def test_a_shared_part_stays_one_object():
         b"cauthors\nBundle\n)\x81",
     ],
 )
-def test_an_instance_of_an_inert_class_keeps_nothing(made):
-    data = b"](" + made + b"}U\x06secretK\x01sbK\x07e."
+def test_an_instance_of_an_inert_class_keeps_nothing(opcodes):
+    data = b"](" + opcodes + b"}U\x06secretK\x01sbK\x07e."
     instance, seven = one(data, BUNDLE)
     assert (type(instance), vars(instance), seven) == (Opaque, {}, 7)
     assert not callable(instance)

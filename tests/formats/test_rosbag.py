@@ -234,8 +234,8 @@ def test_several_topics_are_interpolated_at_the_times_of_the_fastest(tmp_path):
     times, right = recording.demonstration.times, recording.demonstration.signals[:, 6]
     assert times[0] == 0.0
     assert len(times) == 100
-    there = ((times > 0.099) & (times < 0.241)) | ((times > 0.379) & (times < 0.481))
-    np.testing.assert_allclose(right[there], (times[there] - 0.1) * 50, atol=1e-6)
+    present = ((times > 0.099) & (times < 0.241)) | ((times > 0.379) & (times < 0.481))
+    np.testing.assert_allclose(right[present], (times[present] - 0.1) * 50, atol=1e-6)
     beyond = (times < 0.079) | ((times > 0.241) & (times < 0.379)) | (times > 0.501)
     assert np.isnan(right[beyond]).all()
     assert "/right/ft (50 Hz, 14 messages) was interpolated at the times of /left/ft." in told(
@@ -421,10 +421,10 @@ def test_a_topic_of_such_messages_costs_no_other_one(tmp_path):
     store = get_typestore(Stores.ROS1_NOETIC)
     with Writer1(path) as writer:
         text = "std_msgs/Empty[] parts" + EMPTY
-        odd_one = writer.add_connection("/odd", ODD, msgdef=text, md5sum=digest(ODD, text))
+        odd = writer.add_connection("/odd", ODD, msgdef=text, md5sum=digest(ODD, text))
         force = writer.add_connection("/force", "std_msgs/msg/Float64", typestore=store)
         for number in range(20):
-            writer.write(odd_one, BEGIN + number * 10**7, MANY)
+            writer.write(odd, BEGIN + number * 10**7, MANY)
             data = store.serialize_ros1(
                 store.types["std_msgs/msg/Float64"](number), "std_msgs/msg/Float64"
             )

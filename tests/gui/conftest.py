@@ -47,7 +47,9 @@ def answers(app, monkeypatch):
 
         def exec_(box):
             questions.append(f"{box.text()} {box.informativeText()}".strip())
-            [button] = [one for one in box.buttons() if one.text().replace("&", "") == text]
+            [button] = [
+                button for button in box.buttons() if button.text().replace("&", "") == text
+            ]
             button.click()
             return 0
 

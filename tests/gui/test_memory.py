@@ -50,10 +50,10 @@ def study(tmp_path):
         project.actions.set_vocabulary("foam", Vocabulary().with_actions(*ACTIONS))
         for number in range(COUNT):
             video = VideoReference(film, ClockMap()) if number % 5 == 0 else None
-            one = replace(
+            demonstration = replace(
                 plain, name=f"{number:03d}", signals=plain.signals + number / COUNT, video=video
             )
-            project.demonstrations.add(one, [Track("Ann", HUMAN)])
+            project.demonstrations.add(demonstration, [Track("Ann", HUMAN)])
     yield path
     shutil.rmtree(folder)
 

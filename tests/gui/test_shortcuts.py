@@ -270,7 +270,7 @@ def test_all_keys_can_be_put_back(keys):
 
 
 @pytest.mark.parametrize(
-    ("wanted", "sentence"),
+    ("key", "sentence"),
     [
         ("Ctrl+Z", "The key Ctrl+Z already means 'Undo'; give that another key first."),
         ("1", "The key 1 paints 'grab'; choose another one for 'Play or pause'."),
@@ -281,10 +281,10 @@ def test_all_keys_can_be_put_back(keys):
         ("Ctrl+K, Ctrl+L", "'Ctrl+K, Ctrl+L' is no key; press another one."),
     ],
 )  # fmt: skip
-def test_a_key_that_cannot_be_had_is_refused_in_one_sentence(keys, wanted, sentence):
+def test_a_key_that_cannot_be_had_is_refused_in_one_sentence(keys, key, sentence):
     before = keys.all()
     with pytest.raises(InputError) as refusal:
-        keys.set_keys("play", [wanted], LEGO)
+        keys.set_keys("play", [key], LEGO)
     assert str(refusal.value) == sentence
     assert keys.all() == before == Keys().all()
 

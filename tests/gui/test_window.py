@@ -331,14 +331,14 @@ def test_two_coders_at_one_project_do_not_overwrite_each_other(windows, study):
 
 
 def test_the_same_coder_in_two_windows_loses_nothing(windows, study):
-    one, two = windows(LaunchOptions(project=study)), windows(LaunchOptions(project=study))
-    assert one.document.editor.paint(1, 2, "grab")
-    assert not two.document.editor.paint(1.5, 3, "hold")
-    assert two.statusBar().currentMessage().endswith("repeat it.")
-    assert two.document.editor.segments == one.document.editor.segments
-    assert two.document.editor.paint(2, 3, "hold")
-    one.document.refresh()
-    assert one.document.editor.segments == (Segment(1, 2, "grab"), Segment(2, 3, "hold"))
+    first, second = windows(LaunchOptions(project=study)), windows(LaunchOptions(project=study))
+    assert first.document.editor.paint(1, 2, "grab")
+    assert not second.document.editor.paint(1.5, 3, "hold")
+    assert second.statusBar().currentMessage().endswith("repeat it.")
+    assert second.document.editor.segments == first.document.editor.segments
+    assert second.document.editor.paint(2, 3, "hold")
+    first.document.refresh()
+    assert first.document.editor.segments == (Segment(1, 2, "grab"), Segment(2, 3, "hold"))
 
 
 def test_the_first_time_the_sample_project_is_made_and_opened(windows, study, monkeypatch, until):

@@ -209,8 +209,8 @@ say(stale)
     with Project.open(path) as project:
         history = project.tracks.history(id_, "anna")
         for who in ("grab", "release"):
-            made = [edit.what for edit in history if edit.what.startswith(who)]
-            assert made == [f"{who} {i}" for i in range(150)]
+            edits = [edit.what for edit in history if edit.what.startswith(who)]
+            assert edits == [f"{who} {i}" for i in range(150)]
         replayed: tuple[Segment, ...] = ()
         for edit in history:
             end = edit.position + len(edit.removed)

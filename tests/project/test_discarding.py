@@ -155,7 +155,7 @@ def test_what_was_imported_by_mistake_goes_with_all_its_labels(project, path, ke
     project.demonstrations.remove_all({id_: heads})
     assert [info.id for info in project.demonstrations.infos()] == [left]
     assert [author.name for author in project.coding.authors()] == ["anna"]
-    assert [one.demonstration for one in project.coding.assignments()] == [left]
+    assert [assignment.demonstration for assignment in project.coding.assignments()] == [left]
     assert [note.text for note in project.coding.note_events()] == ["stays"]
     assert [entry.name for entry in (path / "demonstrations").iterdir()] == [left]
     assert everything(path)[0] == schema
@@ -172,9 +172,9 @@ def test_labels_that_nobody_was_told_of_keep_it(project, path, kept):
     heads = worked_with(project, id_)
     painted(project, id_)
     before = everything(path)
-    for told in (heads, {}, {"cara": heads["cara"]}):
+    for known_heads in (heads, {}, {"cara": heads["cara"]}):
         with pytest.raises(InputError, match="'LEGO 02' was labelled meanwhile; it stays"):
-            project.demonstrations.remove_all({id_: told})
+            project.demonstrations.remove_all({id_: known_heads})
     assert everything(path) == before
     with pytest.raises(InputError, match="no demonstration"):
         project.demonstrations.remove_all({"0" * 64: {}})
@@ -242,10 +242,10 @@ def test_killed_at_any_step_it_is_there_as_a_whole_or_gone(project, path, kept, 
         for leftover in (copy / "demonstrations").glob(".incoming-*"):
             shutil.rmtree(leftover)  # as happens when it is an hour old
         with Project.open(copy) as opened:
-            there = {info.id for info in opened.demonstrations.infos()}
-            outcomes.append(id_ in there)
-            assert opened.demonstrations.load(id_).id == id_ if id_ in there else True
-            if id_ in there:
+            ids = {info.id for info in opened.demonstrations.infos()}
+            outcomes.append(id_ in ids)
+            assert opened.demonstrations.load(id_).id == id_ if id_ in ids else True
+            if id_ in ids:
                 assert opened.tracks.get(id_, author).segments == GRAB
                 if verb == "discard":  # once more
                     opened.demonstrations.discard(id_, heads)

@@ -101,8 +101,8 @@ def test_a_verdict_on_a_run_that_has_gone_meanwhile_is_kept(project, path, train
     number, _ = train()
     with Project.open(path) as elsewhere:
         elsewhere.runs.forget(number, PROPOSER)
-    kept = project.coding.add_verdict(replace(said, run=number))
-    assert (kept.run, kept.verdict, kept.predicted) == (None, "model", "slip")
-    assert project.coding.verdicts() == (kept,)
+    stored = project.coding.add_verdict(replace(said, run=number))
+    assert (stored.run, stored.verdict, stored.predicted) == (None, "model", "slip")
+    assert project.coding.verdicts() == (stored,)
     with pytest.raises(InputError, match="no run"):
         project.coding.add_verdict(replace(said, run=number + 1))

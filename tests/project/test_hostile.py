@@ -308,14 +308,14 @@ def test_names_of_thousands_of_digits_sort():
 def test_names_and_tasks_have_a_bound(path, stored, make, text):
     with Project.open(path) as project:
         before = project.demonstrations.info(stored)
-        for change_it in (
+        for change in (
             lambda: project.demonstrations.rename(stored, text),
             lambda: project.demonstrations.set_task(stored, text),
             lambda: project.demonstrations.add(make(2, name=text)),
             lambda: project.demonstrations.add(make(2, task=text)),
         ):
             with pytest.raises(InputError, match="longer than 1000 characters") as refusal:
-                change_it()
+                change()
             assert len(str(refusal.value)) < 400
         assert project.demonstrations.infos() == (before,)
 

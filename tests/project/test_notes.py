@@ -139,17 +139,17 @@ def test_an_older_project_that_may_only_be_read_has_no_notes(project, make, olde
 
 
 def test_two_projects_that_take_each_others_notes_come_to_have_the_same(tmp_path, make):
-    made = make(1)
+    new = make(1)
     with Project.create(tmp_path / "a") as a, Project.create(tmp_path / "b") as b:
-        id_ = a.demonstrations.add(made).id
-        b.demonstrations.add(made)
+        id_ = a.demonstrations.add(new).id
+        b.demonstrations.add(new)
         a.coding.set_note(id_, "anna", "old")
         a.coding.set_note(id_, "bert", "of a")
         b.coding.set_note(id_, "anna", "new")
         b.coding.set_note(id_, "bert", "of b")
         b.coding.set_note(id_, "bert", "")
         statuses = [
-            into.demonstrations.add_all([NewDemonstration(made, notes=of.coding.note_events())])[
+            into.demonstrations.add_all([NewDemonstration(new, notes=of.coding.note_events())])[
                 0
             ].status
             for into, of in ((a, b), (b, a), (a, b))
@@ -158,4 +158,4 @@ def test_two_projects_that_take_each_others_notes_come_to_have_the_same(tmp_path
         assert a.coding.note_events() == b.coding.note_events()
         assert told(a.coding.notes()) == [("anna", "new")]
         with pytest.raises(InputError, match="needs an author"):
-            a.demonstrations.add_all([NewDemonstration(made, notes=(Note(id_, " ", "x", THEN),))])
+            a.demonstrations.add_all([NewDemonstration(new, notes=(Note(id_, " ", "x", THEN),))])

@@ -154,14 +154,14 @@ def test_garbage_in_the_store_is_one_sentence_whenever_it_is_met(path, make, off
     store = path / "project.sqlite"
     whole = store.read_bytes()
     store.write_bytes(whole[:offset] + b"\xa5" * 3_000 + whole[offset + 3_000 :])
-    said = ""
+    sentence = ""
     try:
         with Project.open(path) as project:
             project.demonstrations.infos()
             project.demonstrations.add(make(99, name="new"))
     except InputError as error:
-        said = str(error)
-    assert said == "" or ("damaged" in said and one_sentence(said))
+        sentence = str(error)
+    assert sentence == "" or ("damaged" in sentence and one_sentence(sentence))
 
 
 def test_a_newer_project_is_refused_byte_for_byte_untouched(path, make):
@@ -248,7 +248,7 @@ def test_a_store_that_another_program_keeps_busy_is_one_sentence(path, make):
 
 
 @pytest.mark.parametrize(
-    ("code", "text", "said"),
+    ("code", "text", "sentence"),
     [
         (11, "database disk image is malformed", "is damaged"),
         (26, "file is not a database", "is damaged"),
@@ -262,11 +262,11 @@ def test_a_store_that_another_program_keeps_busy_is_one_sentence(path, make):
     ],
 )
 @pytest.mark.parametrize("numbered", [True, False])
-def test_only_a_damaged_store_is_called_damaged(path, code, text, said, numbered):
+def test_only_a_damaged_store_is_called_damaged(path, code, text, sentence, numbered):
     error = sqlite3.OperationalError(text)
     if numbered:  # as from Python 3.11 on
         error.sqlite_errorcode = code
-    with pytest.raises(InputError, match=said) as caught, store_errors(path, 5):
+    with pytest.raises(InputError, match=sentence) as caught, store_errors(path, 5):
         raise error
     assert one_sentence(str(caught.value))
     assert ("damaged" in str(caught.value)) == (code in (11, 26))

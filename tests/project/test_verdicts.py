@@ -27,18 +27,18 @@ def said(id_):
 
 def test_a_verdict_is_kept_with_its_time(project, said, path):
     before = datetime.now(timezone.utc)
-    kept = project.coding.add_verdict(said)
-    assert kept.id == 1
-    assert before <= kept.time <= datetime.now(timezone.utc)
-    assert kept == StoredVerdict(
-        said.demonstration, "bert", "anna", 0.2, 0.3, "hold", "slip", "model", None, kept.time, 1
+    stored = project.coding.add_verdict(said)
+    assert stored.id == 1
+    assert before <= stored.time <= datetime.now(timezone.utc)
+    assert stored == StoredVerdict(
+        said.demonstration, "bert", "anna", 0.2, 0.3, "hold", "slip", "model", None, stored.time, 1
     )
     then = datetime(2024, 5, 6, tzinfo=timezone.utc)
     unlabelled = replace(said, start=0.1, end=0.2, human=None, predicted=None, time=then)
     assert project.coding.add_verdict(unlabelled).time == then
     with Project.open(path) as again:
         assert again.coding.verdicts() == project.coding.verdicts()
-        assert again.coding.verdicts()[0] == kept
+        assert again.coding.verdicts()[0] == stored
 
 
 def test_the_latest_verdict_on_a_place_counts_whoever_gave_it(project, make, said):
@@ -69,8 +69,8 @@ def test_the_latest_verdict_on_a_place_counts_whoever_gave_it(project, make, sai
 
 
 def test_a_verdict_names_the_run_that_predicted(project, said):
-    made = Provenance(settings={}, seed=None, labels=[], versions={})
-    number = project.runs.add("evaluate", made, result={})
+    provenance = Provenance(settings={}, seed=None, labels=[], versions={})
+    number = project.runs.add("evaluate", provenance, result={})
     assert project.coding.add_verdict(replace(said, run=number)).run == number
     for missing in (number + 1, 2**70):
         with pytest.raises(InputError, match=f"There is no run {missing} in"):
@@ -78,7 +78,7 @@ def test_a_verdict_names_the_run_that_predicted(project, said):
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "sentence"),
     [
         ({"demonstration": "f00"}, "no demonstration 'f00'"),
         ({"author": " "}, "needs an author"),
@@ -91,8 +91,8 @@ def test_a_verdict_names_the_run_that_predicted(project, said):
         ({"verdict": "maybe"}, "'maybe' is no verdict; use one of human, model"),
     ],
 )
-def test_a_verdict_on_what_is_not_there_is_refused(project, said, change, told):
-    with pytest.raises(InputError, match=told):
+def test_a_verdict_on_what_is_not_there_is_refused(project, said, change, sentence):
+    with pytest.raises(InputError, match=sentence):
         project.coding.add_verdicts([said, replace(said, **change)])
     assert project.coding.verdict_events() == ()
 

@@ -56,7 +56,7 @@ def test_accuracy_is_restored_where_sensors_are_swapped_and_scaled(people):
     record = evaluation.to_json()
     assert record["unadapted"]["pooled"]["accuracy"] < record["filtered"]["pooled"]["accuracy"]
     # What is tested stays the recording: its id, its stamps and its labels.
-    assert [one.id for one in evaluation.tested] == [item.demonstration.id for item in turned]
+    assert [result.id for result in evaluation.tested] == [item.demonstration.id for item in turned]
 
 
 def test_with_matching_sensors_nothing_is_swapped(people):

@@ -597,10 +597,10 @@ def by_hand(human: str, predicted: str, times: np.ndarray) -> dict[str, tuple[in
                 found[-1] = range(start, i + 1)
             return found
 
-        truth, said = events(0), events(1)
+        truth, guessed = events(0), events(1)
         for mine, theirs, none, several, edge in (
-            (truth, said, "deletion", "fragmentation", "underfill"),
-            (said, truth, "insertion", "merge", "overfill"),
+            (truth, guessed, "deletion", "fragmentation", "underfill"),
+            (guessed, truth, "insertion", "merge", "overfill"),
         ):
             for event in mine:
                 met = [set(event) & set(other) for other in theirs if set(event) & set(other)]

@@ -135,7 +135,7 @@ def test_recognition_in_blocks_gives_what_recognition_at_once_gives(
 
 def test_blas_has_its_threads_back_where_a_transform_outlasts_a_recognition():
     def threads():
-        return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
+        return [pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"]
 
     class Meanwhile(Oracle):
         """As it is asked, a transform begins in another thread."""

@@ -243,8 +243,8 @@ def test_the_first_picture_of_a_long_span_knows_all_scales():
     known = ~lost[0]
     for row in np.flatnonzero(first.scales > 145):
         # Edges of columns move to the nearest mean of 16 samples, in columns of 500.
-        power_told = power(first)[row, known]
-        np.testing.assert_allclose(power_told, largest[row, known], atol=0.1 * largest[row].max())
+        shown_power = power(first)[row, known]
+        np.testing.assert_allclose(shown_power, largest[row, known], atol=0.1 * largest[row].max())
 
 
 @pytest.mark.parametrize(("p", "known"), [(60.0, [True, True, False, True]), (200.0, [True, True])])
@@ -552,9 +552,9 @@ def test_pieces_are_what_is_read_one_by_one(even):
     firsts = np.array([-700, 100, 4_000, 11_500, 13_000, 19_500, 21_000, source.count - 500])
     values, known = source.pieces(firsts, 1000)
     for row, first in enumerate(firsts.tolist()):
-        known_values, known_there = source.read(first, first + 1000)
+        known_values, known_columns = source.read(first, first + 1000)
         np.testing.assert_array_equal(values[row], known_values)
-        assert known[row] == known_there.any()
+        assert known[row] == known_columns.any()
     assert not known[4], "all of it in a gap"
 
 

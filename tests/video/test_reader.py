@@ -92,8 +92,8 @@ def test_a_frame_is_the_last_at_or_before_a_time(film):
         for time in np.random.default_rng(2).uniform(0, times[-1] + 1, 200):
             assert reader.index_at(time) == np.flatnonzero(times <= time)[-1]
         # A frame's own time gives that frame, also after a journey through another clock.
-        there_and_back = [reader.index_at((time * 1.00003 + 7.1 - 7.1) / 1.00003) for time in times]
-        assert there_and_back == list(range(len(reader)))
+        indices = [reader.index_at((time * 1.00003 + 7.1 - 7.1) / 1.00003) for time in times]
+        assert indices == list(range(len(reader)))
         assert reader.index_at(-0.001) == -1
         assert reader.index_at(1e9) == len(reader) - 1
 

@@ -203,21 +203,21 @@ def test_record_can_be_pressed_in_a_window_that_is_too_low_for_all_fields(window
 
 @pytest.mark.parametrize(("answer", "task"), [(0, "L e g o"), (1, "L E G O")])
 def test_a_task_that_is_nearly_one_there_is_is_asked_about_once(window, monkeypatch, answer, task):
-    page, asked = window.capture.workspace, []
+    page, questions = window.capture.workspace, []
     window.document.project.actions.set_vocabulary("L e g o", Vocabulary())
 
     def press(box):
-        asked.append(box.text())
+        questions.append(box.text())
         page.next_recording.task.lineEdit().editingFinished.emit()  # it takes the keyboard
         box.buttons()[answer].click()
 
     monkeypatch.setattr(QMessageBox, "exec", press)
     page.next_recording.task.setCurrentText(" L E G O ")
     page.next_recording.task.lineEdit().editingFinished.emit()
-    assert asked == ["'L e g o' already exists."]
+    assert questions == ["'L e g o' already exists."]
     assert (page.controller.task, page.next_recording.task.currentText()) == (task, task)
     page.next_recording.task.lineEdit().editingFinished.emit()
-    assert len(asked) == 1
+    assert len(questions) == 1
 
 
 @pytest.mark.parametrize("trouble", ["away", "full"])

@@ -89,8 +89,8 @@ def test_the_front_is_joined_from_fast_to_exact_whatever_the_order_of_the_rows()
         picture = pixels(drawn.image(4.0))
         exact, fast, middle = sorted((m.spot for m in drawn.marks(0)), key=lambda s: -s.y())
         fast, middle = sorted((fast, middle), key=lambda s: s.x())
-        for one, other, joined in ((fast, middle, 1), (middle, exact, 1), (fast, exact, 0)):
-            spot = one + (other - one) * 0.45
+        for start, end, joined in ((fast, middle, 1), (middle, exact, 1), (fast, exact, 0)):
+            spot = start + (end - start) * 0.45
             assert (colour_at(picture, spot).max() < 200) == joined
 
 

@@ -95,10 +95,10 @@ times = st.integers(0, 40).map(lambda n: n / 4)
     st.sampled_from(["", "g", "HOLD", "x"]),
 )
 def test_rows_are_the_filtered_track_in_order_whatever_is_painted(
-    document, table, strokes, which, order, wanted
+    document, table, strokes, which, order, filter_text
 ):
     table.table.sortByColumn(which, order)
-    table.filter.setText(wanted)
+    table.filter.setText(filter_text)
     watched = Watched(table.model)
     for start, end, action in strokes:
         if start < end:
@@ -108,7 +108,7 @@ def test_rows_are_the_filtered_track_in_order_whatever_is_painted(
         DURATION: lambda s: (s.end - s.start, s.start),
     }
     expected = sorted(
-        (s for s in document.editor.segments if wanted.lower() in s.action),
+        (s for s in document.editor.segments if filter_text.lower() in s.action),
         key=keys.get(which, lambda s: s.start),
         reverse=order == Qt.SortOrder.DescendingOrder,
     )
@@ -183,9 +183,9 @@ def test_what_is_no_time_for_it_is_refused_in_a_sentence(
 ):
     assert not edited(table, row, which, typed)
     assert document.editor.segments == PAINTED_TRACK
-    (told, trouble) = messages[-1]
+    (message, trouble) = messages[-1]
     assert trouble
-    assert sentence in told
+    assert sentence in message
 
 
 def test_what_was_not_changed_is_no_edit(document, table):

@@ -342,16 +342,16 @@ def test_the_frame_can_be_copied(panel, document, video):
 
 def test_a_long_index_tells_how_far_it_is_and_shows_the_first_frame_at_once(app, folder):
     path = write_opencv_video(folder / "long.mp4", "mp4v", 1200)
-    frames, told = VideoFrames(), []
-    frames.indexed.connect(lambda done, total: told.append(("indexed", done, total)))
-    frames.frame_ready.connect(lambda number, _: told.append(("frame", number)))
-    frames.opened.connect(lambda times: told.append(("opened", len(times))))
+    frames, signals = VideoFrames(), []
+    frames.indexed.connect(lambda done, total: signals.append(("indexed", done, total)))
+    frames.frame_ready.connect(lambda number, _: signals.append(("frame", number)))
+    frames.opened.connect(lambda times: signals.append(("opened", len(times))))
     frames.open(path)
-    wait(lambda: told and told[-1][0] == "opened")
+    wait(lambda: signals and signals[-1][0] == "opened")
     frames.close()
-    assert told[0] == ("frame", 0)
-    assert ("indexed", 1000, 1200) in told
-    assert told[-1] == ("opened", 1200)
+    assert signals[0] == ("frame", 0)
+    assert ("indexed", 1000, 1200) in signals
+    assert signals[-1] == ("opened", 1200)
 
 
 def test_neighbours_are_decoded_while_nothing_is_asked_for(app, video, monkeypatch):
@@ -360,7 +360,7 @@ def test_neighbours_are_decoded_while_nothing_is_asked_for(app, video, monkeypat
     readers, ready = [], []
     start = VideoReader.__init__
     monkeypatch.setattr(
-        VideoReader, "__init__", lambda self, *given: readers.append(self) or start(self, *given)
+        VideoReader, "__init__", lambda self, *args: readers.append(self) or start(self, *args)
     )
     frames = VideoFrames()
     frames.frame_ready.connect(lambda number, _: ready.append(number))
@@ -384,7 +384,7 @@ def test_a_step_to_a_neighbour_scales_nothing_in_the_gui_s_thread(
         monkeypatch.setattr(
             module,
             "scaled",
-            lambda *given: scaling.append(threading.current_thread()) or scaled(*given),
+            lambda *args: scaling.append(threading.current_thread()) or scaled(*args),
         )
     document.show(video)
     wait(lambda: document.view.frame_times is not None)

@@ -59,9 +59,9 @@ class Trainings:
 
 @pytest.fixture
 def trainings(monkeypatch, trained):
-    made = Trainings(trained)
-    monkeypatch.setattr(why_module, "train_without", made)
-    return made
+    replaced = Trainings(trained)
+    monkeypatch.setattr(why_module, "train_without", replaced)
+    return replaced
 
 
 @pytest.fixture
@@ -89,9 +89,9 @@ def view(document, jobs, trainings, until):
 
 
 def place_in(study, number=0, action="hold"):
-    one = study[1].tested[number]
-    segment = next(s for s in one.human if s.action == action)
-    return Interval(one.id, segment.start, segment.end, "hold", "grab", 0.83)
+    result = study[1].tested[number]
+    segment = next(s for s in result.human if s.action == action)
+    return Interval(result.id, segment.start, segment.end, "hold", "grab", 0.83)
 
 
 @pytest.fixture
@@ -117,16 +117,16 @@ def test_it_says_what_is_missing(view, document, study, until):
     document.review.set_run(replace(study[1], tested=study[1].tested[1:]))
     until(lambda: "not part of the training" in message_of(view))
     document.review.set_run(study[1])
-    one = study[1].tested[0]
-    silent = next(t / 100 for t in range(1000) if interval_at(one, t / 100) is None)
+    result = study[1].tested[0]
+    silent = next(t / 100 for t in range(1000) if interval_at(result, t / 100) is None)
     document.view.seek(silent)
     until(lambda: "Nothing is labelled or predicted" in message_of(view))
 
 
 def test_whoever_codes_blind_is_told_nothing(view, document, study, until, trainings):
-    one = study[1].tested[0]
+    result = study[1].tested[0]
     document.review.set_run(study[1])
-    document.project.coding.assign(one.id, "Bob", blind=True)
+    document.project.coding.assign(result.id, "Bob", blind=True)
     try:
         view.show()
         document.review.examine(place_in(study))
@@ -134,7 +134,7 @@ def test_whoever_codes_blind_is_told_nothing(view, document, study, until, train
         assert view.why is None
         assert not trainings.asked
     finally:
-        document.project.coding.unassign(one.id, "Bob")
+        document.project.coding.unassign(result.id, "Bob")
 
 
 def test_neighbours_in_a_demonstration_that_is_coded_blind_are_left_out(
@@ -208,7 +208,7 @@ def test_a_second_place_of_the_demonstration_needs_no_training(
     assert len(trainings.asked) == 1
     document.review.examine(place_in(study, 1))
     until(lambda: view.settled)
-    assert trainings.asked == [one.id for one in study[1].tested[:2]]
+    assert trainings.asked == [result.id for result in study[1].tested[:2]]
 
 
 def test_the_old_explanation_is_grey_until_the_new_one_is_there(
@@ -285,21 +285,21 @@ def test_a_card_leads_to_its_segment_and_back_leads_to_the_place(
 def test_a_click_into_the_chart_moves_the_cursor_there(explained, document):
     chart = explained.page.chart
     axis = chart.axis
-    wanted = 0.3 * axis.start + 0.7 * axis.end
-    where = QPoint(round(axis.at(wanted)), 40)
+    time = 0.3 * axis.start + 0.7 * axis.end
+    where = QPoint(round(axis.at(time)), 40)
     QTest.mouseClick(chart, Qt.MouseButton.LeftButton, pos=where)
     pixel = (axis.end - axis.start) / (axis.finish - axis.begin)
-    assert document.view.cursor == pytest.approx(wanted, abs=1.1 * pixel)
+    assert document.view.cursor == pytest.approx(time, abs=1.1 * pixel)
 
 
 def test_a_selected_segment_is_explained_and_so_is_what_is_at_the_cursor(
     view, document, study, until
 ):
-    one = study[1].tested[0]
+    result = study[1].tested[0]
     document.review.set_run(study[1])
-    document.open_demonstration(one.id)
+    document.open_demonstration(result.id)
     view.show()
-    place = interval_at(one, 2.0)
+    place = interval_at(result, 2.0)
     document.view.seek(2.0)
     until(lambda: view.place == place)
     document.set_author("Ann")  # who has segments to select
@@ -343,8 +343,8 @@ def test_the_shelf_keeps_what_was_used_last(study):
 
 def test_time_left_is_that_of_a_fold_of_the_run(study):
     run = replace(study[1], seconds={"features": 3.0, "fit": 30.0})
-    told = explanation_plots.held_out_progress(Progress(3, 200, "fit"), "foam 01", 4.0, run)
-    assert told == "Training without foam 01 … about 9 s left"
+    sentence = explanation_plots.held_out_progress(Progress(3, 200, "fit"), "foam 01", 4.0, run)
+    assert sentence == "Training without foam 01 … about 9 s left"
     halves = explanation_plots.held_out_progress(
         Progress(3, 200, "fit"), "foam 01", 4.0, replace(run, folds=2)
     )

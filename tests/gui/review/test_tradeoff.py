@@ -389,8 +389,8 @@ def test_names_cover_neither_each_other_nor_marks(app, seed, size):
     ]  # fmt: skip
     layout = lay_out(points, QRectF(0, 0, *size), 1)
     marks = [QRectF(s.x() - MARK, s.y() - MARK, 2 * MARK, 2 * MARK) for s in layout.spots.values()]
-    for one, other in combinations(layout.names.values(), 2):
-        assert not covered_area(one, [other])
+    for label, another in combinations(layout.names.values(), 2):
+        assert not covered_area(label, [another])
     for name in layout.names.values():
         assert not covered_area(name, marks)
         assert layout.box.contains(name)

@@ -178,7 +178,7 @@ def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_
     project = document.project
     trainer.pause.setInterval(1)
     trainer.set_automatic(True)
-    asked = add_run(project)
+    requested = add_run(project)
     for number in range(6):
         work.result = run_result_of(project, add_run(project))
         document.editor.paint(6.0, 7.0 + number / 10, "grab")
@@ -189,7 +189,7 @@ def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_
                 Verdict(document.id, "Bea", "Ann", 6.0, 7.0, "grab", "hold", "human", judged)
             )
     stored = [run.id for run in project.runs.summaries()]
-    assert stored[:2] == [asked, judged]
+    assert stored[:2] == [requested, judged]
     assert stored[2:] == list(range(work.result.number - 2, work.result.number + 1))
     assert [verdict.run for verdict in project.coding.verdicts()] == [judged]
 
@@ -205,13 +205,13 @@ def test_a_run_that_somebody_asked_for_while_it_was_made_by_itself_stays(
         work.result = run_result_of(project, add_run(project))
         document.editor.paint(6.0, 7.0 + number / 10, "grab")
         if number == 0:
-            wanted = work.result.number
+            requested = work.result.number
             until(lambda: trainer.training)
             assert not trainer.train()  # Train is pressed
             work.gate = True
         until(lambda: document.review.run is work.result and not trainer.training)
     stored = [run.id for run in project.runs.summaries()]
-    assert stored[0] == wanted
+    assert stored[0] == requested
     assert len(stored) == 4  # the last three that came by themselves besides
 
 

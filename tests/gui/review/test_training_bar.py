@@ -191,8 +191,8 @@ def test_the_runs_can_be_chosen(bar, trainer, work, document, until):
     assert "F1 90 %" in bar.runs.itemText(1)
     assert "F1" not in bar.runs.itemText(0)
     assert bar.runs.itemText(0).startswith("2: foam · 01 Mar")
-    told = run_text(replace(run_info(7), preset="fast"))  # two runs of a task are told apart
-    assert told.startswith("7: foam · fast · F1 90 %")
+    text = run_text(replace(run_info(7), preset="fast"))  # two runs of a task are told apart
+    assert text.startswith("7: foam · fast · F1 90 %")
     bar.runs.activated.emit(1)
     until(lambda: document.review.run.number == 1)
     assert bar.runs.currentData() == 1
@@ -209,8 +209,8 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
     project = document.project
     numbers = [add_run(project, n=n) for n in range(3)]
     id_ = project.demonstrations.infos("foam")[0].id
-    said = Verdict(id_, "Bob", "Ann", 0.0, 1.0, "grab", "hold", "model", run=numbers[2])
-    project.coding.add_verdict(said)
+    verdict = Verdict(id_, "Bob", "Ann", 0.0, 1.0, "grab", "hold", "model", run=numbers[2])
+    project.coding.add_verdict(verdict)
     work.kept = tuple(run_info(n) for n in reversed(numbers))
     work.outcomes = {n: run_result_of(project, n) for n in numbers}
     trainer.list_runs()
@@ -218,7 +218,7 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
 
     def asked():
         bar.runs.ask_removal()
-        return [one for one in bar.findChildren(Removal) if one.isVisible()][-1]
+        return [removal for removal in bar.findChildren(Removal) if removal.isVisible()][-1]
 
     middle = bar.runs.rect().center()
     where = bar.runs.mapToGlobal(middle)
