@@ -393,7 +393,7 @@ class BusyPort:
         lines = np.floor(rate * sent).astype(int)
         late = np.random.default_rng(0).exponential(0.004, len(sent)) * (np.arange(len(sent)) % 2)
         self.lines, self.read_at = lines.tolist(), np.maximum.accumulate(sent + late).tolist()
-        self.told = 0
+        self.next_line = 0
 
     def open(self):
         """It is always there."""
@@ -406,8 +406,8 @@ class BusyPort:
             time.sleep(timeout)
             return b"", time.monotonic()
         until, read = self.lines.pop(0), self.read_at.pop(0)
-        data = b"".join(b"%d,%d\n" % (k, -k) for k in range(self.told, until))
-        self.told = until
+        data = b"".join(b"%d,%d\n" % (k, -k) for k in range(self.next_line, until))
+        self.next_line = until
         return data, read
 
 
@@ -507,18 +507,18 @@ def test_a_zero_holds_over_the_cable_and_is_forgotten_when_a_device_is_opened_an
         with virtual:
             device = parse_device(f"{kind}:{virtual.port}")
             device.open()
-            assert until_it_says(device, 5.0), kind
+            assert wait_for_value(device, 5.0), kind
             device.zero()
             device.close()
             device.open()
-            assert until_it_says(device, 5.0), kind
+            assert wait_for_value(device, 5.0), kind
             device.zero()
             device.reopen()  # as after a loose cable; this one was never without power
-            assert until_it_says(device, 0.0), kind
+            assert wait_for_value(device, 0.0), kind
             device.close()
 
 
-def until_it_says(device, value, seconds=10.0):
+def wait_for_value(device, value, seconds=10.0):
     """Whether a device comes to give a value, and nothing but what it had before on the way."""
     until = time.monotonic() + seconds
     while time.monotonic() < until:

@@ -44,12 +44,12 @@ def started(*words):
 def journal_of(project, process, size=40_000):
     """The journal that a process writes, once some samples are in it: a thousand in 40 kB."""
 
-    def there():
+    def has_samples():
         assert process.poll() is None, process.communicate()
         found = list((project / CAPTURES).glob("*.journal")) if project.exists() else []
         return found and found[0].stat().st_size > size
 
-    eventually(there, 60)
+    eventually(has_samples, 60)
     return next((project / CAPTURES).glob("*.journal"))
 
 

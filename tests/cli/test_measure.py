@@ -26,7 +26,7 @@ TABLE = Table("Contact mechanics", "error (N rms)", "CPU s per simulated s", ROW
 
 
 @pytest.fixture
-def asked(monkeypatch):
+def quick_flags(monkeypatch):
     """The measurement replaced by a ready table; holds what it was asked for."""
     calls = []
 
@@ -39,9 +39,9 @@ def asked(monkeypatch):
     return calls
 
 
-def test_the_table_has_every_row_aligned_under_its_unit(forcelab, asked):
+def test_the_table_has_every_row_aligned_under_its_unit(forcelab, quick_flags):
     result = forcelab("measure", "contact")
-    assert (result.status, result.err, asked) == (0, "", [False])
+    assert (result.status, result.err, quick_flags) == (0, "", [False])
     blocks = result.out.strip().split("\n\n")
     assert len(blocks) == 3
     for block in blocks[1:]:
@@ -58,13 +58,13 @@ def test_the_table_has_every_row_aligned_under_its_unit(forcelab, asked):
     assert "Error against Radau, tolerance 1 uN." in blocks[1]
 
 
-def test_refused_rows_are_shown_with_their_sentence(forcelab, asked):
+def test_refused_rows_are_shown_with_their_sentence(forcelab, quick_flags):
     result = forcelab("measure", "contact")
     assert re.search(r"^ +LSODA +tolerance 1 mN +refused$", result.out, re.M)
     assert "Refused: LSODA, tolerance 1 mN: It takes more than 9 steps." in result.out
 
 
-def test_json_and_figure_are_written(forcelab, asked, tmp_path):
+def test_json_and_figure_are_written(forcelab, quick_flags, tmp_path):
     file, figure = tmp_path / "rows.json", tmp_path / "front.svg"
     result = forcelab("measure", "contact", "--json", file, "--figure", figure)
     assert result.status == 0
@@ -77,15 +77,15 @@ def test_json_and_figure_are_written(forcelab, asked, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["front.svg", "rows.json"]
 
 
-def test_json_on_standard_output_is_nothing_but_json(forcelab, asked):
+def test_json_on_standard_output_is_nothing_but_json(forcelab, quick_flags):
     result = forcelab("measure", "contact", "--json", "-")
     assert len(result.json["rows"]) == 5
     assert result.err == ""
 
 
-def test_quick_is_passed_on(forcelab, asked):
+def test_quick_is_passed_on(forcelab, quick_flags):
     assert forcelab("measure", "contact", "--quick").status == 0
-    assert asked == [True]
+    assert quick_flags == [True]
 
 
 @pytest.mark.parametrize(
@@ -98,18 +98,18 @@ def test_quick_is_passed_on(forcelab, asked):
     ],
 )
 def test_a_file_that_cannot_be_written_is_told_before_anything_is_measured(
-    forcelab, asked, tmp_path, option, file, words
+    forcelab, quick_flags, tmp_path, option, file, words
 ):
     result = forcelab("measure", "contact", option, tmp_path / file)
     assert words in result.sentence
-    assert asked == []
+    assert quick_flags == []
 
 
-def test_one_file_for_both_outputs_is_refused(forcelab, asked, tmp_path):
+def test_one_file_for_both_outputs_is_refused(forcelab, quick_flags, tmp_path):
     path = tmp_path / "both.svg"
     result = forcelab("measure", "contact", "--json", path, "--figure", path)
     assert "two outputs" in result.sentence
-    assert asked == []
+    assert quick_flags == []
 
 
 def test_something_else_to_measure_is_refused_with_what_there_is(forcelab):
@@ -151,10 +151,10 @@ def test_recognition_is_measured_on_a_project_that_stays_as_it_is(
     ],
 )
 def test_what_does_not_go_together_is_refused_before_the_work(
-    forcelab, asked, what, words, sentence
+    forcelab, quick_flags, what, words, sentence
 ):
     assert sentence in forcelab("measure", what, *words).wrong_word
-    assert asked == []
+    assert quick_flags == []
 
 
 def test_one_task_and_one_coder_can_be_asked_for(forcelab, project):
@@ -192,7 +192,9 @@ def test_a_sample_project_that_is_not_there_is_made_for_as_long_as_needed(
     assert not (tmp_path / "sample.forcelab").exists()
 
 
-def test_all_measures_everything_and_names_what_it_skips(forcelab, monkeypatch, asked, tmp_path):
+def test_all_measures_everything_and_names_what_it_skips(
+    forcelab, monkeypatch, quick_flags, tmp_path
+):
     from forcelab.cli.commands import measure
 
     def refusing(*, quick):
@@ -208,7 +210,7 @@ def test_all_measures_everything_and_names_what_it_skips(forcelab, monkeypatch, 
     file = tmp_path / "all.json"
     result = forcelab("measure", "all", "--quick", "--json", file)
     assert result.status == 0
-    assert asked == [True]
+    assert quick_flags == [True]
     assert "foam, 6 lanes x 1 s" in result.out
     assert "Skipped: cwt: There is no transform." in result.out
     content = json.loads(file.read_text())

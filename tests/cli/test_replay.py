@@ -46,7 +46,7 @@ def replaying(path, *words):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=heard,  # noqa: PLW1509 - no thread of the tests holds what it needs
+        preexec_fn=restore_hangup,  # noqa: PLW1509 - no thread of the tests holds what it needs
     )
     try:
         output = ""
@@ -62,7 +62,7 @@ def replaying(path, *words):
         child.stderr.close()
 
 
-def heard():
+def restore_hangup():
     """A closed terminal ends what is started here also under nohup, which ignores that."""
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 

@@ -35,17 +35,17 @@ def indexes(model, parent):
 class Answering(QObject):
     """Answers questions in the GUI's thread."""
 
-    asked = Signal(str)
+    line_read = Signal(str)
 
     def __init__(self, window):
         super().__init__(window)
         self.window = window
-        self.asked.connect(self.answer)
+        self.line_read.connect(self.answer)
         threading.Thread(target=self.listen, daemon=True).start()
 
     def listen(self):
         for line in sys.stdin:
-            self.asked.emit(line)
+            self.line_read.emit(line)
 
     def answer(self, line):
         question = json.loads(line)

@@ -39,7 +39,7 @@ def page(document, keys):
 
 
 @pytest.fixture(scope="module")
-def kept(app, tmp_path_factory):
+def shared_page(app, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patched:
         patched.setenv("FORCELAB_SETTINGS", str(tmp_path_factory.mktemp("help") / "settings.ini"))
         document, keys = Document("Ada"), Keys()
@@ -49,11 +49,11 @@ def kept(app, tmp_path_factory):
 
 
 @pytest.fixture
-def unchanged(window):
+def unchanged(shared_page):
     """One page for all tests that only look at it, search in it and change its size."""
-    yield window
-    window.findChild(QLineEdit).clear()
-    window.resize(1200, 860)
+    yield shared_page
+    shared_page.findChild(QLineEdit).clear()
+    shared_page.resize(1200, 860)
 
 
 def texts(page):

@@ -55,11 +55,11 @@ def test_progress_comes_in_order_and_before_the_result(jobs, until):
             assert listener.acquire(timeout=PATIENCE)
         return "done"
 
-    def hear(step):
+    def note_step(step):
         messages.append(step)
         listener.release()
 
-    jobs.run(job(), messages.append, progress=hear)
+    jobs.run(job(), messages.append, progress=note_step)
     until(lambda: "done" in messages)
     assert messages == [0, 1, 2, 3, 4, "done"]
 

@@ -19,7 +19,7 @@ from forcelab.gui.window import Window
 
 
 @pytest.fixture(scope="module")
-def kept(app, tmp_path_factory):
+def shared(app, tmp_path_factory):
     """One window for all tests here that leave it as it was."""
     folder = tmp_path_factory.mktemp("kept")
     with pytest.MonkeyPatch.context() as patched:

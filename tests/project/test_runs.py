@@ -88,7 +88,7 @@ def test_whoever_opens_the_project_just_before_a_recogniser_is_kept_leaves_its_m
     writing, marked = project._db.writing, []
 
     @contextmanager
-    def waited_for():
+    def open_then_write():
         with Project.open(path):
             pass
         with writing():
@@ -98,7 +98,7 @@ def test_whoever_opens_the_project_just_before_a_recogniser_is_kept_leaves_its_m
         marked.extend(file.stem for file in home.glob("*.uncommitted"))
         move_into(home, staged)
 
-    monkeypatch.setattr(project._db, "writing", waited_for)
+    monkeypatch.setattr(project._db, "writing", open_then_write)
     monkeypatch.setattr("forcelab.project.files.move_into", move)
     id_ = project.runs.add_recogniser("one", b"learnt", Provenance(labels=[], **MADE))
     assert marked == [id_]

@@ -140,14 +140,16 @@ def test_channels_without_sensors_are_scaled_and_never_swapped():
     random = np.random.default_rng(0)
     times = np.arange(400) / 100.0
 
-    def one(name, gain):
+    def labelled_noise(name, gain):
         signals = random.standard_normal((400, 2)) * gain
         signals[:20] = 0
         return LabelledDemonstration(
             Demonstration(name, "", times, signals, [Channel("a"), Channel("b")])
         )
 
-    found = estimate_adaptation([one("x", 1.0)], [one("y", np.array([3.0, 0.5]))])
+    found = estimate_adaptation(
+        [labelled_noise("x", 1.0)], [labelled_noise("y", np.array([3.0, 0.5]))]
+    )
     assert not found.swapped
     assert found.gain["a"] == pytest.approx(1 / 3, rel=0.2)
     assert found.gain["b"] == pytest.approx(2, rel=0.2)

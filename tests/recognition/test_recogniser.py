@@ -33,11 +33,11 @@ class Oracle:
         self.codes = np.asarray(codes)
         self.sure = np.ones(len(codes)) if confidence is None else np.asarray(confidence)
         self.calls = []
-        self.told = 0
+        self.next_row = 0
 
     def _next(self, X):
-        first, self.told = self.told, self.told + len(X)
-        return slice(first, self.told)
+        first, self.next_row = self.next_row, self.next_row + len(X)
+        return slice(first, self.next_row)
 
     def predict(self, X):
         self.calls.append(("predict", len(X)))

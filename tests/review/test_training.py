@@ -181,14 +181,14 @@ def test_what_was_trained_is_stored_when_no_other_program_keeps_the_project_busy
     with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as other:
         steps = []
 
-        def hear(step):
+        def note_step(step):
             steps.append(step.phase)
             if steps.count("storing") == 1 and steps[-1] == "storing":
                 other.execute("BEGIN IMMEDIATE")
             elif steps.count("storing") == 3:
                 other.execute("ROLLBACK")
 
-        number = finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam"), hear)
+        number = finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam"), note_step)
     assert steps.count("storing") == 3
     with Project.open(path) as project:
         assert [run.id for run in project.runs.summaries()] == [number]

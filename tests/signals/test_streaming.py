@@ -25,7 +25,7 @@ def streamed(stream, x, blocks):
     return np.stack(aligned, axis=1)
 
 
-def made(kind, n, seed=0):
+def make_signal(kind, n, seed=0):
     random = np.random.default_rng(seed)
     x = {
         "walk": np.cumsum(random.standard_normal(n)),
@@ -52,7 +52,7 @@ def worst(found, x, scales, wavelet=None):
 @pytest.mark.parametrize("kind", ["walk", "noise", "impulse", "step", "far", "large", "small"])
 @pytest.mark.parametrize("tolerance", [1e-3, 3e-5, 3e-7])
 def test_complete_coefficients_are_the_offline_ones_within_the_tolerance(kind, tolerance):
-    x = made(kind, 6000)
+    x = make_signal(kind, 6000)
     stream = StreamingCwt(SCALES, 1, tolerance=tolerance)
     assert worst(streamed(stream, x, [20]), x, SCALES) <= tolerance
 
@@ -67,7 +67,7 @@ def test_blocks_of_any_size_give_the_same(blocks, n, latency):
     # Many blocks of one sample would take long and show nothing new.
     if sum(blocks) / len(blocks) < n / 300:
         blocks = [*blocks, n]
-    x = made("walk", n)
+    x = make_signal("walk", n)
     first, second = (StreamingCwt(SCALES, 1, latency=latency) for _ in range(2))
     found, expected = streamed(first, x, blocks), streamed(second, x, [n])
     # Where a block begins decides which samples come from the decimated copy.
@@ -76,7 +76,7 @@ def test_blocks_of_any_size_give_the_same(blocks, n, latency):
 
 @pytest.mark.parametrize("latency", [0, 7, 64, 200])
 def test_an_early_coefficient_rests_on_no_later_sample_and_holds_the_newest(latency):
-    x = made("walk", 3000)
+    x = make_signal("walk", 3000)
     stream = StreamingCwt(SCALES, 1, latency=latency)
     found = streamed(stream, x, [50])
     for b in (500, 1711, 2500):
@@ -90,7 +90,7 @@ def test_an_early_coefficient_rests_on_no_later_sample_and_holds_the_newest(late
 
 @pytest.mark.parametrize(("kind", "most"), [("walk", 1.0), ("noise", 1.5)])
 def test_early_estimates_err_as_much_as_is_said(kind, most):
-    x, scale = made(kind, 40_000), 32.0
+    x, scale = make_signal(kind, 40_000), 32.0
     expected = cwt(x[:, 0], [scale])[0]
     inside = slice(400, -400)
     for share in (0.5, 1.0, 2.0, 3.0):
@@ -102,7 +102,7 @@ def test_early_estimates_err_as_much_as_is_said(kind, most):
 @pytest.mark.parametrize("wavelet", [Morlet(2.0), Morlet(20.0), RealMorlet(), DOG(2), DOG(9)])
 def test_other_wavelets_stream_too(wavelet):
     scales = np.array([64.0, 8.0, 150.0])  # in any order
-    x = made("walk", 4000)
+    x = make_signal("walk", 4000)
     stream = StreamingCwt(scales, 1, wavelet, tolerance=1e-4)
     found = streamed(stream, x, [33])
     assert worst(found, x, scales, wavelet) <= 1e-4
@@ -110,7 +110,9 @@ def test_other_wavelets_stream_too(wavelet):
 
 
 def test_a_cut_wavelet_agrees_as_far_as_its_ringing_is_waited_for():
-    x = np.column_stack([made("impulse", 4000), made("step", 4000), made("walk", 4000)])
+    x = np.column_stack(
+        [make_signal("impulse", 4000), make_signal("step", 4000), make_signal("walk", 4000)]
+    )
     for wavelet, scales in ((Morlet(), [2.0]), (Haar(), [16.0, 100.0])):
         stream = StreamingCwt(scales, 3, wavelet, tolerance=1e-3)
         assert worst(streamed(stream, x, [100]), x, scales, wavelet) <= 2e-2
@@ -143,9 +145,9 @@ def test_nothing_drifts_and_nothing_grows():
 
 
 def test_a_stream_that_is_reset_starts_anew():
-    x = made("walk", 1000)
+    x = make_signal("walk", 1000)
     stream = StreamingCwt(SCALES, 1)
-    stream.push(1e5 + made("noise", 777))
+    stream.push(1e5 + make_signal("noise", 777))
     stream.reset()
     fresh = StreamingCwt(SCALES, 1)
     assert np.array_equal(streamed(stream, x, [100]), streamed(fresh, x, [100]))

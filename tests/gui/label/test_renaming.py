@@ -196,7 +196,7 @@ def other(document):
     return id_
 
 
-def of(document, id_):
+def actions_of(document, id_):
     return [segment.action for segment in document.project.tracks.get(id_, "Ada").segments]
 
 
@@ -207,13 +207,13 @@ def test_a_renaming_is_undone_and_redone_in_every_demonstration_as_one_step(
     assert document.rename_action("hold", "grip")
     assert document.editor.undo_everywhere()
     assert document.editor.segments == PAINTED_TRACK
-    assert of(document, other) == ["hold", "hold"]
+    assert actions_of(document, other) == ["hold", "hold"]
     assert document.vocabulary == document.project.actions.vocabulary("foam") == before
     what = "rename of hold to grip (3 segments in 2 demonstrations)"
     assert messages[-1] == (f"Undone: {what}", False)
     assert document.editor.redo_everywhere()
     assert actions(document) == ["grab", "grip", "grab", "release"]
-    assert of(document, other) == ["grip", "grip"]
+    assert actions_of(document, other) == ["grip", "grip"]
     assert "hold" not in document.project.actions.vocabulary("foam")
     assert messages[-1] == (f"Redone: {what}", False)
 
@@ -225,7 +225,7 @@ def test_where_something_was_edited_since_a_renaming_stays_and_that_is_told(
     paint(document.project, other, "grab")
     document.editor.undo_everywhere()
     assert document.editor.segments == PAINTED_TRACK
-    assert of(document, other) == ["grip", "grip", "grab"]
+    assert actions_of(document, other) == ["grip", "grip", "grab"]
     assert messages[-1][0] == (
         "Undone: rename of hold to grip (1 segment); not in '02', where something else was edited "
         "since"
@@ -233,7 +233,7 @@ def test_where_something_was_edited_since_a_renaming_stays_and_that_is_told(
     document.open_demonstration(other)
     assert document.editor.undo_everywhere()
     assert document.editor.undo_everywhere()
-    assert of(document, other) == ["hold", "hold"]
+    assert actions_of(document, other) == ["hold", "hold"]
 
 
 def test_going_back_past_a_renaming_tells_where_else_it_was_undone(app, document, other, messages):
@@ -243,7 +243,7 @@ def test_going_back_past_a_renaming_tells_where_else_it_was_undone(app, document
         history.refresh()
         history.go_to(2)
     assert document.editor.segments == PAINTED_TRACK
-    assert of(document, other) == ["hold", "hold"]
+    assert actions_of(document, other) == ["hold", "hold"]
     assert "rename of hold to grip (3 segments in 2 demonstrations)" in messages[-1][0]
 
 

@@ -68,7 +68,7 @@ def open_panel(panel, until):
 
 
 @pytest.fixture
-def ran(jobs, monkeypatch):
+def started_jobs(jobs, monkeypatch):
     """The jobs that were started."""
     started = []
     run = jobs.run
@@ -84,23 +84,23 @@ def colour(panel, time, hertz):
     return panel.grab().toImage().pixelColor(int(panel.x_at(time) * ratio), int(y * ratio))
 
 
-def test_a_hidden_panel_computes_nothing(panel, document, ran, app):
+def test_a_hidden_panel_computes_nothing(panel, document, started_jobs, app):
     document.view.set_span(1.0, 2.0)
     panel.set_channel("normal 1")
     QTest.qWait(scalogram_module.LOADING_DELAY_MS + 20)
-    assert not ran
+    assert not started_jobs
     assert panel.picture is None
     assert panel.settled
 
 
-def test_hiding_ends_what_is_being_computed(panel, document, ran, jobs, until):
+def test_hiding_ends_what_is_being_computed(panel, document, started_jobs, jobs, until):
     panel.show()
     panel.hide()
     QTest.qWait(scalogram_module.LOADING_DELAY_MS + 20)
-    assert not ran
+    assert not started_jobs
     assert panel.settled
     panel.show()
-    until(lambda: ran)
+    until(lambda: started_jobs)
     panel.hide()
     assert panel.settled
     until(lambda: not jobs.busy)
@@ -108,14 +108,16 @@ def test_hiding_ends_what_is_being_computed(panel, document, ran, jobs, until):
     assert panel.picture is None
 
 
-def test_a_minimised_window_computes_nothing_until_it_comes_back(open_panel, document, ran, until):
+def test_a_minimised_window_computes_nothing_until_it_comes_back(
+    open_panel, document, started_jobs, until
+):
     open_panel.showMinimized()
     document.view.set_span(1.0, 2.0)
     QTest.qWait(scalogram_module.LOADING_DELAY_MS + 20)
-    assert not ran
+    assert not started_jobs
     assert open_panel.settled
     open_panel.showNormal()
-    until(lambda: ran and open_panel.settled)
+    until(lambda: started_jobs and open_panel.settled)
     assert open_panel.picture.start == pytest.approx(1.0)
 
 
@@ -128,11 +130,11 @@ def test_only_the_visible_span_is_computed_at_the_screens_resolution(open_panel,
     assert not picture.coarse
 
 
-def test_many_changes_of_the_span_make_one_picture(open_panel, document, ran, until):
+def test_many_changes_of_the_span_make_one_picture(open_panel, document, started_jobs, until):
     for i in range(20):
         document.view.set_span(1.0 + 0.01 * i, 3.0)
     until(lambda: open_panel.settled)
-    assert len(ran) == 1
+    assert len(started_jobs) == 1
 
 
 def test_the_old_picture_moves_with_the_time_axis_at_once(open_panel, document, until):

@@ -39,10 +39,10 @@ class Trainings:
     """Stands for the training in a process of its own: counts, and waits to be let go on."""
 
     def __init__(self, trained):
-        self.trained, self.asked, self.held, self.closed = trained, [], False, []
+        self.trained, self.requests, self.held, self.closed = trained, [], False, []
 
     def __call__(self, path, run, id_):
-        self.asked.append(id_)
+        self.requests.append(id_)
         try:
             while self.held:
                 time.sleep(0.001)
@@ -132,7 +132,7 @@ def test_whoever_codes_blind_is_told_nothing(view, document, study, until, train
         document.review.examine(place_in(study))
         until(lambda: "blind" in message_of(view))
         assert view.why is None
-        assert not trainings.asked
+        assert not trainings.requests
     finally:
         document.project.coding.unassign(result.id, "Bob")
 
@@ -177,7 +177,7 @@ def test_nothing_is_computed_while_it_is_hidden(view, document, study, app, trai
     document.review.examine(place_in(study))
     app.processEvents()
     QTest.qWait(60)
-    assert not trainings.asked
+    assert not trainings.requests
     assert not jobs.busy
     assert view.place is None
 
@@ -202,13 +202,13 @@ def test_a_second_place_of_the_demonstration_needs_no_training(
     explained, document, study, until, trainings
 ):
     view, first = explained, explained.why
-    assert len(trainings.asked) == 1
+    assert len(trainings.requests) == 1
     document.review.examine(place_in(study, action="release"))
     until(lambda: view.why is not first)
-    assert len(trainings.asked) == 1
+    assert len(trainings.requests) == 1
     document.review.examine(place_in(study, 1))
     until(lambda: view.settled)
-    assert trainings.asked == [result.id for result in study[1].tested[:2]]
+    assert trainings.requests == [result.id for result in study[1].tested[:2]]
 
 
 def test_the_old_explanation_is_grey_until_the_new_one_is_there(
@@ -234,13 +234,13 @@ def test_another_place_ends_the_training_that_nobody_waits_for(
     document.review.set_run(study[1])
     view.show()
     document.review.examine(place_in(study, 0))
-    until(lambda: trainings.asked == [study[1].tested[0].id])
+    until(lambda: trainings.requests == [study[1].tested[0].id])
     document.review.examine(place_in(study, 0, "release"))
     QTest.qWait(60)
     assert not trainings.closed  # another place, but of the same demonstration
     document.review.examine(place_in(study, 1))
     until(lambda: trainings.closed == [study[1].tested[0].id])
-    until(lambda: len(trainings.asked) == 2)
+    until(lambda: len(trainings.requests) == 2)
     view.hide()
     until(lambda: len(trainings.closed) == 2)
 
@@ -279,7 +279,7 @@ def test_a_card_leads_to_its_segment_and_back_leads_to_the_place(
     assert view.why is why
     assert not view.page.back.isVisible()
     assert not card.isChecked()
-    assert len(trainings.asked) == 1
+    assert len(trainings.requests) == 1
 
 
 def test_a_click_into_the_chart_moves_the_cursor_there(explained, document):

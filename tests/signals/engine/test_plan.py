@@ -100,7 +100,7 @@ CASES = {
 
 
 @cache
-def known(n):
+def direct_coefficients(n):
     x, scales = CASES[n]
     return [direct(x, scale, 5.0, shown(n)) for scale in scales]
 
@@ -111,10 +111,10 @@ def test_every_tolerance_is_held_at_every_scale_edges_included(tolerance, n):
     x, scales = CASES[n]
     found = plan_for(n, scales, tolerance=tolerance).coefficients(x)
     assert found.shape == (len(x), len(scales), n)
-    assert worst(x, found, scales, expected=known(n)).max() < allowed(tolerance)
+    assert worst(x, found, scales, expected=direct_coefficients(n)).max() < allowed(tolerance)
 
 
-def unlike(seed, n):
+def random_signal(seed, n):
     """A random signal: rough or smooth, perhaps with impacts, steps and a trend."""
     random = np.random.default_rng(seed)
     x = random.standard_normal(n)
@@ -128,7 +128,7 @@ def unlike(seed, n):
 
 def test_every_tolerance_is_held_on_twenty_random_signals_at_every_scale_edges_included():
     n, scales = 600, np.r_[geometric_scales(4.4, 600, 0.4), 1300.0]
-    x = condition(np.stack([unlike(seed, n) for seed in range(20)])).values
+    x = condition(np.stack([random_signal(seed, n) for seed in range(20)])).values
     expected = [direct(x, scale, 5.0, shown(n)) for scale in scales]
     for tolerance in TOLERANCES:
         found = plan_for(n, scales, tolerance=tolerance).coefficients(x)
@@ -184,7 +184,13 @@ def test_memory_is_not_had_from_the_system_again_for_each_transform():
 def test_the_tolerances_are_not_held_by_chance_with_much_to_spare():
     x, scales = CASES[1500]
     errors = [
-        worst(x, plan_for(1500, scales, tolerance=t).coefficients(x), scales, 5.0, known(1500))
+        worst(
+            x,
+            plan_for(1500, scales, tolerance=t).coefficients(x),
+            scales,
+            5.0,
+            direct_coefficients(1500),
+        )
         for t in TOLERANCES
     ]
     assert np.all(np.diff([e.max() for e in errors]) < 0)
