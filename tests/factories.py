@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
-from forcelab.formats import pdl
-from forcelab.formats.recording import ReadOptions
+from forcelab.formats import pdl, read
+from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Segment, Segments, Track
 from forcelab.project import LabelsUsed, NewDemonstration, Project, Provenance
@@ -48,6 +48,23 @@ MEMORY_FOLDER = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
 def folder_in_memory() -> Iterator[Path]:
     with tempfile.TemporaryDirectory(dir=MEMORY_FOLDER) as folder:
         yield Path(folder)
+
+
+def blas_threads() -> list[int]:
+    """How many threads each BLAS that is loaded may use."""
+    from threadpoolctl import threadpool_info
+
+    return [pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"]
+
+
+def read_single(path: Path, **options: object) -> Recording:
+    """The only recording of a file."""
+    (recording,) = read(path, ReadOptions(**options))  # type: ignore[arg-type]
+    return recording
+
+
+def action_at(segments: Segments, time: float) -> str | None:
+    return next((s.action for s in segments if s.start <= time < s.end), None)
 
 
 def cached_project(make: Callable[..., object], path: Path, *arguments: Hashable) -> Path:

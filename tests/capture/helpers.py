@@ -102,6 +102,12 @@ class FakeEncoder(FakeDevice):
         return Block(np.array([time.monotonic()]), None, np.array([[float(value)]]), None)
 
 
+def numbered(times):
+    """Readings whose first is the number of the millisecond."""
+    k = np.round(1000 * times).astype(np.int64)
+    return np.column_stack([k, -k, k % 7])
+
+
 def eventually(true, seconds=30.0):
     """Wait until something is true; fails if that takes too long on the slowest machine."""
     limit = time.monotonic() + seconds

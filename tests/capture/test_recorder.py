@@ -353,10 +353,11 @@ def test_a_project_that_is_away_when_it_stops_gets_the_recording_later(project, 
         assert recorder.stop().samples >= 400
 
 
-def test_what_could_not_be_kept_whole_is_not_kept_in_part(project, monkeypatch):
-    def refuse(*_):
-        raise InputError("The disk is full.")
+def refuse(*_):
+    raise InputError("The disk is full.")
 
+
+def test_what_could_not_be_kept_whole_is_not_kept_in_part(project, monkeypatch):
     with Recorder(project, [FakeDevice()]) as recorder:
         recorder.start("LEGO")
         recorder.mark("grab", True)
@@ -388,9 +389,6 @@ def test_a_recordings_first_sample_can_be_had_after_it_began(project):
 @pytest.fixture
 def partial_recorder(project, monkeypatch):
     """A recorder of whose recording a part is in the project, as that could not be taken back."""
-
-    def refuse(*_):
-        raise InputError("The disk is full.")
 
     with Recorder(project, [FakeDevice()]) as recorder:
         recorder.start("LEGO")

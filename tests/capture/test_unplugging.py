@@ -27,7 +27,7 @@ def counting(times):
     return np.stack([counts % 8000, counts // 8000, np.full_like(counts, 5)], axis=1)
 
 
-def pulled(recorder, daq, seconds):
+def pull_cable(recorder, daq, seconds):
     """Pull the cable for some seconds; gives when, on the host's clock."""
     daq.unplug()
     gone = time.monotonic()
@@ -48,7 +48,7 @@ def test_each_time_it_was_unplugged_is_a_gap_in_the_one_demonstration(project):
             for turn in range(UNPLUGS):
                 samples = recorder.state().devices[0].samples
                 eventually(lambda s=samples: recorder.state().devices[0].samples >= s + 300)
-                times_pulled.append(pulled(recorder, daq, 0.02 * (turn % 5)))
+                times_pulled.append(pull_cable(recorder, daq, 0.02 * (turn % 5)))
             samples = recorder.state().devices[0].samples
             eventually(lambda: recorder.state().devices[0].samples >= samples + 300)
             remarks = recorder.remarks()

@@ -526,7 +526,7 @@ def test_a_reader_that_stops_early_is_no_error(forcelab, project, monkeypatch):
     assert (result.status, result.err) == (0, "")
 
 
-def interrupted(project, delay):
+def interrupt_evaluation(project, delay):
     """What stands on the terminal after Ctrl+C, some seconds after the features have begun."""
     words = ["evaluate", str(project), "--jobs", "2"]
     process, leader = start_on_terminal(words, project.parent)
@@ -549,14 +549,14 @@ def is_whole(project):
 
 
 def test_ctrl_c_stops_in_one_sentence_and_leaves_the_project_whole(project):
-    shown = interrupted(project, 1.0)
+    shown = interrupt_evaluation(project, 1.0)
     assert shown.endswith("forcelab: stopped; nothing was left half done.\r\n")
     assert is_whole(project)
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.3])
 def test_an_interrupt_while_processes_start_shows_no_traceback(project, delay):
-    interrupted(project, delay)
+    interrupt_evaluation(project, delay)
 
 
 def test_ctrl_c_stops_what_is_done_in_one_process(forcelab, project, monkeypatch):

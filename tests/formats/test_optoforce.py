@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from factories import read_single
 
 from forcelab.errors import InputError
-from forcelab.formats import identify, read
+from forcelab.formats import identify
 from forcelab.formats.optoforce import sniff
 from forcelab.formats.optoforce_packets import KINDS
-from forcelab.formats.recording import ReadOptions
 from forcelab.resources import asset
 from tests.formats.optoforce_streams import CONFIGURED, packet, sealed, stream
 
@@ -25,11 +25,6 @@ def dump(tmp_path):
         return tmp_path / name
 
     return write
-
-
-def read_single(path, **options):
-    (recording,) = read(path, ReadOptions(**options))
-    return recording
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=[kind.name for kind in KINDS])

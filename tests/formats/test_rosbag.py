@@ -12,6 +12,7 @@ import time
 
 import numpy as np
 import pytest
+from factories import read_single
 
 pytest.importorskip("rosbags")
 
@@ -21,17 +22,11 @@ from rosbags.typesys import Stores, get_typestore
 
 from forcelab.cli import main
 from forcelab.errors import InputError
-from forcelab.formats import identify, read
-from forcelab.formats.recording import ReadOptions
+from forcelab.formats import identify
 from forcelab.signals.channels import channel_map
 from tests.formats.rosbag_files import BEGIN, WRENCH, digest, stamp, wrench, wrenches, write_bag
 
 AXES = ["fx", "fy", "fz", "tx", "ty", "tz"]
-
-
-def read_single(path, **options):
-    (recording,) = read(path, ReadOptions(**options))
-    return recording
 
 
 def names(recording):

@@ -5,7 +5,7 @@ import threading
 import time
 
 import pytest
-from window_helpers import PATIENCE, status_messages
+from window_helpers import PATIENCE, open_painted_document, status_messages
 
 
 @pytest.fixture(scope="session")
@@ -29,6 +29,13 @@ def keys(app):
     from forcelab.gui.shortcuts import Keys
 
     return Keys()
+
+
+@pytest.fixture
+def document(app, tmp_path):
+    """Ada's track, painted; some files and rooms have a document of their own."""
+    with open_painted_document(tmp_path) as document:
+        yield document
 
 
 @pytest.fixture

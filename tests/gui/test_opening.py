@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtWidgets import QCommandLinkButton, QInputDialog, QMessageBox, QWidget
-from window_helpers import open_painted_document, status_messages
+from window_helpers import status_messages
 
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
@@ -16,12 +16,6 @@ from forcelab.gui.welcome import SampleProgress
 from forcelab.gui.window import AuthorChoice, Window
 from forcelab.jobs import Progress
 from forcelab.project import Project
-
-
-@pytest.fixture
-def document(app, tmp_path):
-    with open_painted_document(tmp_path) as document:
-        yield document
 
 
 @pytest.fixture

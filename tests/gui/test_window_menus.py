@@ -52,19 +52,19 @@ def window(shared, until):
     assert not document.editor.segments
 
 
-def ticked(window):
+def ticked_workspaces(window):
     names = ("label", "review", "capture")
     return [name for name in names if window.commands[f"workspace_{name}"].isChecked()]
 
 
 def test_the_menu_ticks_the_workspace_that_is_shown(window):
-    assert ticked(window) == ["label"]
+    assert ticked_workspaces(window) == ["label"]
     window.commands["workspace_review"].trigger()
-    assert ticked(window) == ["review"]
+    assert ticked_workspaces(window) == ["review"]
     window.commands["workspace_review"].trigger()
-    assert ticked(window) == ["review"]
+    assert ticked_workspaces(window) == ["review"]
     window.show_workspace("label")
-    assert ticked(window) == ["label"]
+    assert ticked_workspaces(window) == ["label"]
 
 
 def test_no_menu_is_a_long_list_without_a_line(window):

@@ -6,7 +6,7 @@ from functools import reduce
 from itertools import pairwise
 
 import pytest
-from factories import stored_track, track_editor_in_memory
+from factories import action_at, stored_track, track_editor_in_memory
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -43,14 +43,10 @@ def test_painting_all_at_once_is_painting_one_after_the_other(track, proposed):
 
 @given(tracks(), tracks())
 def test_free_parts_are_all_that_is_proposed_where_nothing_is(track, proposed):
-    def action_at(segments, tenth):
-        time = tenth / 10 + 0.05
-        return next((s.action for s in segments if s.start <= time < s.end), None)
-
     parts = free_parts(track, proposed)
-    for tenth in range(41):
-        expected = action_at(proposed, tenth) if action_at(track, tenth) is None else None
-        assert action_at(parts, tenth) == expected
+    for time in (tenth / 10 + 0.05 for tenth in range(41)):
+        expected = action_at(proposed, time) if action_at(track, time) is None else None
+        assert action_at(parts, time) == expected
     assert all(part.duration > 0.05 for part in parts)
 
 

@@ -214,7 +214,7 @@ def test_a_video_that_cannot_be_read_adds_nothing(project, make, film, path):
     assert list((path / "demonstrations").iterdir()) == []
 
 
-def damaged(file):
+def truncate(file):
     return file.write_bytes(file.read_bytes()[:-8])
 
 
@@ -222,7 +222,7 @@ def damaged(file):
     ("damage", "message"),
     [
         (lambda file: file.unlink(), "is missing"),
-        (damaged, "is damaged"),
+        (truncate, "is damaged"),
         (lambda file: file.write_bytes(b""), "is damaged"),
         (lambda file: file.write_bytes(os.urandom(200)), "is damaged"),
         (lambda file: np.save(file, np.array([{}], dtype=object)), "does not hold"),

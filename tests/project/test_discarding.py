@@ -71,20 +71,20 @@ def test_the_version_of_the_store_stays_and_edits_are_still_kept_for_ever(projec
             store.execute("DELETE FROM edit")
 
 
-def painted(project, id_):
+def delete_segment(project, id_):
     project.tracks.edit(id_, "bea", GRAB, (), "grab deleted")
 
 
-def painted_by_another(project, id_):
+def paint_as_another(project, id_):
     project.tracks.edit(id_, "cara", (), GRAB, "grab painted")
 
 
 def painted_and_taken_back(project, id_):
-    painted(project, id_)
+    delete_segment(project, id_)
     project.tracks.undo(id_, "bea")
 
 
-def used(project, id_):
+def use_in_run(project, id_):
     labels = (LabelsUsed(id_, "bea", project.tracks.head(id_, "bea")),)
     project.runs.add(
         "evaluation", Provenance(settings={}, seed=None, labels=labels, versions={}), result={}
@@ -94,10 +94,10 @@ def used(project, id_):
 @pytest.mark.parametrize(
     "work",
     [
-        painted,
-        painted_by_another,
+        delete_segment,
+        paint_as_another,
         painted_and_taken_back,
-        used,
+        use_in_run,
         lambda project, id_: project.coding.assign(id_, "dora"),
         lambda project, id_: (
             project.coding.assign(id_, "dora"),
@@ -136,9 +136,9 @@ def test_a_second_window_sees_that_it_is_gone(project, path, added):
 def worked_with(project, id_):
     """Everything that people and runs can do with a demonstration."""
     painted_and_taken_back(project, id_)
-    painted_by_another(project, id_)
+    paint_as_another(project, id_)
     project.tracks.edit(id_, "model: net", (), GRAB, "predicted", kind="predict")
-    used(project, id_)
+    use_in_run(project, id_)
     project.coding.assign(id_, "dora")
     project.coding.set_done(id_, "dora")
     project.coding.set_note(id_, "dora", "leave out")
@@ -170,7 +170,7 @@ def test_what_was_imported_by_mistake_goes_with_all_its_labels(project, path, ad
 def test_labels_that_nobody_was_told_of_keep_it(project, path, added):
     id_, _ = added
     heads = worked_with(project, id_)
-    painted(project, id_)
+    delete_segment(project, id_)
     before = everything(path)
     for known_heads in (heads, {}, {"cara": heads["cara"]}):
         with pytest.raises(InputError, match="'LEGO 02' was labelled meanwhile; it stays"):

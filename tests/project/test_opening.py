@@ -131,13 +131,17 @@ def test_what_is_no_project_is_refused_and_untouched(path, case):
     assert contents(path.parent) == before
 
 
-@pytest.mark.parametrize("share", [0.001, 0.01, 0.3, 0.7, 0.99])
-def test_a_truncated_store_is_refused_and_untouched(path, make, share):
+def filled_store(path, make):
+    """The database of a project of twenty demonstrations, and its content."""
     with Project.create(path) as project:
         for seed in range(20):
             project.demonstrations.add(make(seed, name=str(seed)))
-    store = path / "project.sqlite"
-    whole = store.read_bytes()
+    return path / "project.sqlite", (path / "project.sqlite").read_bytes()
+
+
+@pytest.mark.parametrize("share", [0.001, 0.01, 0.3, 0.7, 0.99])
+def test_a_truncated_store_is_refused_and_untouched(path, make, share):
+    store, whole = filled_store(path, make)
     store.write_bytes(whole[: int(len(whole) * share)])
     before = contents(path)
     with pytest.raises(InputError, match=r"damaged|not written by forcelab") as caught:
@@ -148,11 +152,7 @@ def test_a_truncated_store_is_refused_and_untouched(path, make, share):
 
 @pytest.mark.parametrize("offset", range(100, 30_000, 3_000))
 def test_garbage_in_the_store_is_one_sentence_whenever_it_is_met(path, make, offset):
-    with Project.create(path) as project:
-        for seed in range(20):
-            project.demonstrations.add(make(seed, name=str(seed)))
-    store = path / "project.sqlite"
-    whole = store.read_bytes()
+    store, whole = filled_store(path, make)
     store.write_bytes(whole[:offset] + b"\xa5" * 3_000 + whole[offset + 3_000 :])
     sentence = ""
     try:

@@ -14,7 +14,6 @@ import zipfile
 import numpy as np
 import pytest
 import sklearn
-from factories import labelled_set
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from sklearn.ensemble import RandomForestClassifier
 from sklearn.neighbors import KNeighborsClassifier
@@ -31,11 +30,6 @@ from forcelab.recognition.training import train
 from tests.recognition.format_1 import forest_in_format_1
 
 SMALL = Settings(max_scale=32.0, stride=6)
-
-
-@pytest.fixture(scope="module")
-def three():
-    return labelled_set(3, rate=100.0)
 
 
 @pytest.fixture(scope="module")

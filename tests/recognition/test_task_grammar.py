@@ -294,13 +294,13 @@ def test_what_is_left_out_has_no_say_in_where_actions_change(clicks):
         for i in part:
             nonsense = np.full_like(examples[i].features, 7.0)
             poisoned[i] = replace(examples[i], features=nonsense, segments=wrong)
-        one, other = (
+        first, second = (
             finish(fit_examples(make_folds(some, parts)[at].train, QUICK)).boundary_model.ratios(
                 rows
             )
             for some in (examples, poisoned)
         )
-        np.testing.assert_array_equal(one, other)
+        np.testing.assert_array_equal(first, second)
         ratios = taught(poisoned).ratios(rows)
         assert not np.array_equal(ratios, taught(examples).ratios(rows))
 

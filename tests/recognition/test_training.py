@@ -25,11 +25,6 @@ SMALL = Settings(max_scale=64.0, classifier="naive-bayes", threshold=None, media
 SMALL_MLP = SMALL.replace(classifier="mlp", stride=4)
 
 
-@pytest.fixture(scope="module")
-def three():
-    return labelled_set(3, rate=100.0)
-
-
 @pytest.fixture
 def fitted_to(monkeypatch):
     """Collects what the classifier is fitted to, and fits nothing."""

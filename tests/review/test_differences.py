@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from factories import make_track, unscored_run_result
+from factories import action_at, make_track, unscored_run_result
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -29,10 +29,6 @@ def tracks(draw):
     )
 
 
-def action_at(segments, time):
-    return next((s.action for s in segments if s.start <= time < s.end), None)
-
-
 @settings(max_examples=40, deadline=None)
 @given(tracks(), tracks())
 def test_they_tile_exactly_the_time_that_differs(human, predicted):
@@ -42,10 +38,16 @@ def test_they_tile_exactly_the_time_that_differs(human, predicted):
     for quarter in range(61):
         time = quarter / 4 + 0.125
         here = [d for d in found if d.start <= time < d.end]
-        coded, seen = action_at(human, time), action_at(predicted, time)
-        assert [(d.human, d.predicted) for d in here] == ([(coded, seen)] if coded != seen else [])
-        assert all(d.kind == "missed" for d in here if d.kind != "boundary" and seen is None)
-        assert all(d.kind == "invented" for d in here if d.kind != "boundary" and coded is None)
+        human_action, predicted_action = action_at(human, time), action_at(predicted, time)
+        assert [(d.human, d.predicted) for d in here] == (
+            [(human_action, predicted_action)] if human_action != predicted_action else []
+        )
+        assert all(
+            d.kind == "missed" for d in here if d.kind != "boundary" and predicted_action is None
+        )
+        assert all(
+            d.kind == "invented" for d in here if d.kind != "boundary" and human_action is None
+        )
 
 
 @settings(max_examples=40, deadline=None)

@@ -108,7 +108,7 @@ def test_at_the_reference_itself_nothing_speaks():
 # --- classifiers --------------------------------------------------------------------------------
 
 
-def fitted(name, X, y, actions, probabilities=True):
+def fit_scorer(name, X, y, actions, probabilities=True):
     classifier = [
         s.classifier for s in islice(fit_classifier(name, X, y, 0, probabilities), EPOCHS)
     ][-1]
@@ -136,7 +136,7 @@ def test_the_highest_score_is_what_is_recognised(name, actions, probabilities):
     random = np.random.default_rng(1)
     y = np.arange(90) % len(actions)
     X = random.normal(size=(90, 3)) + 3.0 * y[:, None]
-    scorer = fitted(name, X, y, actions, probabilities)
+    scorer = fit_scorer(name, X, y, actions, probabilities)
     assert isinstance(scorer, BlackBoxScorer)
     scores = scorer.scores(X)
     assert scores.shape == (90, len(actions))
@@ -156,7 +156,7 @@ def planted(name, phase):
     X = random.normal(size=(200, 2 * Q * K))
     column = PLANTED[0] * K + PLANTED[1] + phase * Q * K
     X[:, column] += 6.0 * (y - 0.5)
-    scorer = fitted(name, X, y, ("hold", "grab"))
+    scorer = fit_scorer(name, X, y, ("hold", "grab"))
     job = attribute_bands(scorer, X[y == 1], "grab", "hold", (Q, K), mean=X.mean(axis=0), sample=X)
     return finish(job)
 
@@ -190,7 +190,7 @@ def test_the_error_of_a_permutation_is_the_spread_of_its_repetitions():
     random = np.random.default_rng(3)
     y = np.arange(200) % 2
     X = random.normal(size=(200, 4)) + 2.0 * y[:, None]
-    scorer = fitted("naive-bayes", X, y, ("hold", "grab"))
+    scorer = fit_scorer("naive-bayes", X, y, ("hold", "grab"))
     mean = X.mean(axis=0)
     found = [
         finish(
@@ -378,7 +378,7 @@ def test_it_travels_between_processes(bayes):
 # --- explanations --------------------------------------------------------------------------------
 
 
-def explained(mlp, held_out, human, predicted, hidden=()):
+def explain_hold(mlp, held_out, human, predicted, hidden=()):
     result = mlp[1].tested[0]
     hold = next(s for s in result.human if s.action == "hold")
     place = Interval(result.id, hold.start, hold.end, human, predicted)
@@ -386,15 +386,15 @@ def explained(mlp, held_out, human, predicted, hidden=()):
 
 
 def test_the_predicted_action_is_spoken_for_and_the_humans_against(mlp, held_out):
-    why = explained(mlp, held_out, "still", "hold")
+    why = explain_hold(mlp, held_out, "still", "hold")
     assert (why.favoured, why.against) == ("hold", "still")
-    back = explained(mlp, held_out, "hold", "still")
+    back = explain_hold(mlp, held_out, "hold", "still")
     assert back.attribution.bands == pytest.approx(-why.attribution.bands)
     assert back.attribution.log_odds == pytest.approx(-why.attribution.log_odds)
 
 
 def test_where_both_agree_the_next_most_probable_action_is_spoken_against(mlp, held_out):
-    why = explained(mlp, held_out, "hold", "hold")
+    why = explain_hold(mlp, held_out, "hold", "hold")
     means = dict(
         zip(
             why.probability_trace.actions,
@@ -408,13 +408,13 @@ def test_where_both_agree_the_next_most_probable_action_is_spoken_against(mlp, h
 
 
 def test_where_nothing_is_predicted_the_most_probable_action_is_spoken_for(mlp, held_out):
-    why = explained(mlp, held_out, None, None)
+    why = explain_hold(mlp, held_out, None, None)
     mean = why.probability_trace.mean(why.place.start, why.place.end)
     assert why.favoured == why.probability_trace.actions[int(np.argmax(mean))]
 
 
 def test_an_action_of_no_other_demonstration_is_remarked_on(mlp, held_out):
-    why = explained(mlp, held_out, "juggle", "hold")
+    why = explain_hold(mlp, held_out, "juggle", "hold")
     assert why.against != "juggle"
     assert "juggle" in why.remarks[0]
 
@@ -423,16 +423,16 @@ def test_neighbours_are_of_both_actions_and_of_no_hidden_demonstration(bayes):
     path, run = bayes
     first, second = run.tested[0].id, run.tested[1].id
     held_out = finish(train_held_out(path, run, first))
-    why = explained(bayes, held_out, "still", "hold")
+    why = explain_hold(bayes, held_out, "still", "hold")
     assert [n.place.human for n in why.neighbours["hold"]] == ["hold"] * 3
     assert [n.place.human for n in why.neighbours["still"]] == ["still"] * 3
-    less = explained(bayes, held_out, "still", "hold", hidden={second})
+    less = explain_hold(bayes, held_out, "still", "hold", hidden={second})
     found = {n.place.demonstration for near in less.neighbours.values() for n in near}
     assert found == {known.id for known in run.tested} - {first, second}
 
 
 def test_the_strongest_bands_come_in_the_order_of_their_weight(mlp, held_out):
-    why = explained(mlp, held_out, "still", "hold")
+    why = explain_hold(mlp, held_out, "still", "hold")
     weights = [abs(band.weight) for band in why.strongest(5)]
     assert weights == sorted(weights, reverse=True)
     assert weights[0] == np.abs(why.attribution.bands).max()
@@ -442,7 +442,7 @@ def test_the_strongest_bands_come_in_the_order_of_their_weight(mlp, held_out):
 
 
 def test_an_explanation_is_plain_values_too(mlp, held_out):
-    why = explained(mlp, held_out, "still", "hold")
+    why = explain_hold(mlp, held_out, "still", "hold")
     plain = json.loads(json.dumps(why.to_json(), allow_nan=False))
     assert plain["method"] == "gradient"
     assert np.array(plain["bands"]).sum() == pytest.approx(

@@ -286,7 +286,7 @@ def swapped(items, seed):
     return items, places
 
 
-def evaluated(items, settings):
+def evaluate_left_out(items, settings):
     """Each demonstration as a recogniser of all others sees it."""
     examples = finish(prepare_all(items, settings))
     actions = actions_of(examples)
@@ -316,7 +316,7 @@ def test_three_swapped_labels_are_among_the_first_five_of_real_recordings(
 ):
     monkeypatch.setattr(ensemble, "TREES", 10)  # of 50, which find them no worse
     items, places = swapped(read_labelled(real_file(f"tongs/{file}")), 1)
-    run = evaluated(items, settings)
+    run = evaluate_left_out(items, settings)
     tracks = {item.demonstration.id: item.segments for item in items}
     first = listed(run, tracks)[:5]
     assert places <= {(d.demonstration, d.start) for d in first}
@@ -328,7 +328,7 @@ def test_the_part_of_a_real_segment_over_which_the_pen_is_held_still_is_suspecte
 ):
     monkeypatch.setattr(ensemble, "TREES", 10)
     items = read_labelled(real_file("tongs/JPen_sig.pdl"))
-    run = evaluated(items, preset("fast"))
+    run = evaluate_left_out(items, preset("fast"))
     found = listed(run, {item.demonstration.id: item.segments for item in items})
     # Coded still from 2.75 s on; 3.9 N are held until 4.04 s.
     assert [d for d in found[:3] if d.start == 2.75 and abs(d.end - 4.04) < 0.05]

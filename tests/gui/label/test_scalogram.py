@@ -335,6 +335,14 @@ def test_the_legend_is_short(value, text):
     assert amount_text(value) == text
 
 
+def show_settled(panel, jobs, until):
+    """Show a panel until its picture is computed and kept."""
+    panel.resize(88 + 400 + 8, 160)
+    panel.show()
+    until(lambda: panel.settled and panel.picture is not None and not jobs.busy)
+    return panel
+
+
 @pytest.fixture
 def in_project(app, tmp_path):
     """Begins sessions in which the same long recording of a project is open."""
@@ -362,10 +370,7 @@ def files(document):
 @pytest.mark.usefixtures("long_from_little")
 def test_the_next_session_begins_with_what_was_kept(in_project, jobs, until, monkeypatch):
     first = in_project()
-    panel = ScalogramPanel(first, jobs)
-    panel.resize(88 + 400 + 8, 160)
-    panel.show()
-    until(lambda: panel.settled and panel.picture is not None and not jobs.busy)
+    panel = show_settled(ScalogramPanel(first, jobs), jobs, until)
     (file,) = files(first)
     written, shown = file.read_bytes(), panel.picture.values
     panel.close()
@@ -376,9 +381,7 @@ def test_the_next_session_begins_with_what_was_kept(in_project, jobs, until, mon
     panel = ScalogramPanel(document, jobs)
     pictures = []
     panel._loader.loaded.connect(pictures.append)
-    panel.resize(88 + 400 + 8, 160)
-    panel.show()
-    until(lambda: panel.settled and panel.picture is not None and not jobs.busy)
+    show_settled(panel, jobs, until)
     assert not any(picture.coarse for picture in pictures)
     np.testing.assert_allclose(panel.picture.values, shown, atol=0.001)
     assert file.read_bytes() == written
@@ -406,10 +409,7 @@ def test_nothing_is_kept_of_what_was_not_shown_to_the_end(in_project, jobs, unti
 def test_a_project_that_may_not_be_changed_stays_as_it_is(in_project, jobs, until, monkeypatch):
     document = in_project()
     monkeypatch.setattr(Project, "read_only", True)
-    panel = ScalogramPanel(document, jobs)
-    panel.resize(88 + 400 + 8, 160)
-    panel.show()
-    until(lambda: panel.settled and panel.picture is not None and not jobs.busy)
+    panel = show_settled(ScalogramPanel(document, jobs), jobs, until)
     assert not files(document)
     panel.close()
 
@@ -418,10 +418,7 @@ def test_a_project_that_may_not_be_changed_stays_as_it_is(in_project, jobs, unti
 def test_of_what_is_soon_computed_nothing_is_kept(in_project, jobs, until, monkeypatch):
     monkeypatch.setattr(scalogram_module, "LEAST_CACHED_SAMPLES", 60_001)
     document = in_project()
-    panel = ScalogramPanel(document, jobs)
-    panel.resize(88 + 400 + 8, 160)
-    panel.show()
-    until(lambda: panel.settled and panel.picture is not None and not jobs.busy)
+    panel = show_settled(ScalogramPanel(document, jobs), jobs, until)
     assert not files(document)
     panel.close()
 

@@ -151,15 +151,15 @@ def test_the_segment_under_the_cursor_is_marked(document, table):
         assert marked == rows
 
 
-def edited(table, row, which, typed):
+def edit_cell(table, row, which, typed):
     return table.model.setData(table.model.index(row, which), typed)
 
 
 def test_numbers_are_typed_over(document, table):
-    assert edited(table, 0, START, " 0.5 ")
+    assert edit_cell(table, 0, START, " 0.5 ")
     assert document.editor.segments[0] == Segment(0.5, 2.0, "grab")
-    assert edited(table, 3, END, "7.25 s")
-    assert edited(table, 2, DURATION, "0.5")
+    assert edit_cell(table, 3, END, "7.25 s")
+    assert edit_cell(table, 2, DURATION, "0.5")
     assert document.editor.segments[2:] == (
         Segment(5.0, 5.5, "grab"),
         Segment(6.0, 7.25, "release"),
@@ -181,7 +181,7 @@ def test_numbers_are_typed_over(document, table):
 def test_what_is_no_time_for_it_is_refused_in_a_sentence(
     document, table, row, which, typed, sentence, messages
 ):
-    assert not edited(table, row, which, typed)
+    assert not edit_cell(table, row, which, typed)
     assert document.editor.segments == PAINTED_TRACK
     (message, trouble) = messages[-1]
     assert trouble

@@ -122,7 +122,7 @@ def on_screen(panel):
     )
 
 
-def expected(times, cursor):
+def expected_frame(times, cursor):
     return int(np.flatnonzero(CLOCK.to_force(times - times[0]) <= cursor + 1e-6)[-1])
 
 
@@ -134,7 +134,7 @@ def test_after_any_seek_the_frame_at_the_cursor_is_on_the_screen(panel, document
     for cursor in random.uniform(1.3, 1.2 + ODD[-1], 10):
         document.view.seek(cursor)
         wait(lambda: panel.settled)
-        assert panel.shown_index == expected(ODD, cursor)
+        assert panel.shown_index == expected_frame(ODD, cursor)
         assert on_screen(panel) == panel.shown_index
 
 
@@ -155,7 +155,7 @@ def test_of_many_requests_the_newest_wins(panel, document, video):
     for cursor in np.random.default_rng(2).uniform(1.3, 1.2 + ODD[-1], 200):
         document.view.seek(cursor)
     wait(lambda: panel.settled)
-    assert panel.shown_index == expected(ODD, document.view.cursor) == on_screen(panel)
+    assert panel.shown_index == expected_frame(ODD, document.view.cursor) == on_screen(panel)
     assert len(shown) < 20
 
 
@@ -178,7 +178,7 @@ def test_while_playing_no_frame_is_later_than_the_cursor_and_none_goes_back(pane
     numbers = [number for number, _ in shown]
     assert numbers == sorted(numbers)
     assert all(document.view.frame_times[number] <= cursor + 1e-6 for number, cursor in shown)
-    assert panel.shown_index == expected(ODD, document.view.cursor)
+    assert panel.shown_index == expected_frame(ODD, document.view.cursor)
 
 
 def test_a_video_that_begins_a_little_late_is_opened_at_its_first_frame(panel, document, video):
@@ -310,7 +310,7 @@ def test_hidden_it_asks_for_nothing_and_shown_again_it_is_right(panel, document,
     assert panel.settled
     panel.show()
     wait(lambda: panel.settled)
-    assert panel.shown_index == expected(ODD, 6.0)
+    assert panel.shown_index == expected_frame(ODD, 6.0)
 
 
 def test_zoom_keeps_the_point_under_the_pointer_and_double_click_fits(panel, document, video):
@@ -448,7 +448,7 @@ def test_after_a_rest_a_jump_shows_a_coarse_picture_of_the_right_frame_first(
     for cursor in (9.0, 2.0, 8.0, 4.0):
         document.view.seek(cursor)
         wait(lambda: panel.settled)
-        assert panel.shown_index == expected(ODD, cursor) == number_of(panel.image)
+        assert panel.shown_index == expected_frame(ODD, cursor) == number_of(panel.image)
     assert all(number_of(image) == number for number, image in coarse)
     assert panel._sharp
 

@@ -10,9 +10,10 @@ from functools import cache
 
 import numpy as np
 import pytest
+from factories import blas_threads
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from threadpoolctl import threadpool_info, threadpool_limits
+from threadpoolctl import threadpool_limits
 
 from forcelab.errors import InputError
 from forcelab.runtime import one_blas_thread
@@ -358,27 +359,21 @@ def test_a_long_ring_is_the_fourier_transform_of_the_whole():
 
 
 def test_blas_has_its_threads_back_when_the_last_transform_has_ended():
-    def threads():
-        return [pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"]
-
-    before = threads()
+    before = blas_threads()
     first, second = one_blas_thread(), one_blas_thread()
     first.__enter__()
     second.__enter__()
     first.__exit__(None, None, None)
-    assert set(threads()) == {1}
+    assert set(blas_threads()) == {1}
     second.__exit__(None, None, None)
-    assert threads() == before
+    assert blas_threads() == before
 
 
 def test_a_blas_that_comes_while_a_transform_runs_is_kept_on_one_thread_too():
-    def threads():
-        return [pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"]
-
     with threadpool_limits(1, user_api="blas"):
         with one_blas_thread():
             threadpool_limits(2, user_api="blas")  # as one that has just been loaded
             with one_blas_thread():
-                assert set(threads()) == {1}
-            assert set(threads()) == {1}
-        assert set(threads()) == {2}
+                assert set(blas_threads()) == {1}
+            assert set(blas_threads()) == {1}
+        assert set(blas_threads()) == {2}
