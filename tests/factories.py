@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
-from forcelab.formats import pdl
-from forcelab.formats.recording import ReadOptions
+from forcelab.formats import pdl, read
+from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Segment, Segments, Track
 from forcelab.project import LabelsUsed, NewDemonstration, Project, Provenance
@@ -48,6 +48,23 @@ MEMORY_FOLDER = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
 def folder_in_memory() -> Iterator[Path]:
     with tempfile.TemporaryDirectory(dir=MEMORY_FOLDER) as folder:
         yield Path(folder)
+
+
+def blas_threads() -> list[int]:
+    """How many threads each BLAS that is loaded may use."""
+    from threadpoolctl import threadpool_info
+
+    return [pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"]
+
+
+def read_single(path: Path, **options: object) -> Recording:
+    """The only recording of a file."""
+    (recording,) = read(path, ReadOptions(**options))  # type: ignore[arg-type]
+    return recording
+
+
+def action_at(segments: Segments, time: float) -> str | None:
+    return next((s.action for s in segments if s.start <= time < s.end), None)
 
 
 def cached_project(make: Callable[..., object], path: Path, *arguments: Hashable) -> Path:
@@ -328,11 +345,11 @@ def demonstration_with_video(folder: Path, clock: ClockMap | None = None) -> Dem
         force[:, 1] += 2.0 * (-1) ** number * pressed
     for tap in VIDEO_TAPS:
         force[:, 0] += 4.0 * np.exp(-0.5 * ((t - tap) / 0.007) ** 2)
-    seen = VIDEO_OFFSET + np.arange(0.0, length + 0.5, 1.0 / frame_rate)
+    frame_times = VIDEO_OFFSET + np.arange(0.0, length + 0.5, 1.0 / frame_rate)
     events = np.sort([*contacts, *VIDEO_TAPS])
     path = folder / "filmed.avi"
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), frame_rate, (320, 180))
-    for time in seen:
+    for time in frame_times:
         past = np.searchsorted(events, time)
         x = int(60 + 25 * past + 3 * np.sin(2 * time))
         picture = np.full((180, 320, 3), 60, dtype=np.uint8)
@@ -445,11 +462,11 @@ def remove_demonstration(project: Project, id_: str) -> None:
 def make_painted_project(path, segments, seconds):
     """A project of two demonstrations; Ada has painted on the first one."""
     times = np.arange(int(seconds * 100)) / 100
-    one = Demonstration("01", "foam", times, np.sin(times)[:, None], (Channel("f", "N"),))
-    two = Demonstration("02", "foam", times, np.cos(times)[:, None], (Channel("f", "N"),))
+    first = Demonstration("01", "foam", times, np.sin(times)[:, None], (Channel("f", "N"),))
+    second = Demonstration("02", "foam", times, np.cos(times)[:, None], (Channel("f", "N"),))
     with Project.create(path) as project:
         track = (Track("Ada", segments),) if segments else ()
-        project.demonstrations.add_all([NewDemonstration(one, track), NewDemonstration(two)])
+        project.demonstrations.add_all([NewDemonstration(first, track), NewDemonstration(second)])
 
 
 def make_training_project(path, labelled, tasks):

@@ -33,7 +33,7 @@ def requirements() -> list[Requirement]:
     for extra in EXTRAS:
         lines += project["optional-dependencies"][extra]
     every = map(Requirement, lines)
-    return [one for one in every if one.marker is None or one.marker.evaluate()]
+    return [item for item in every if item.marker is None or item.marker.evaluate()]
 
 
 def floor(requirement: Requirement) -> str:

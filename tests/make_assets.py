@@ -64,20 +64,20 @@ def as_csv(demonstration: Demonstration, segments: Segments) -> str:
 
 def assets() -> dict[str, str]:
     """The name and the text of each example recording."""
-    made = synthetic_set(COUNT, RATE)
-    return {f"{d.name.replace(' ', '-')}.csv": as_csv(d, s) for d, s in made}
+    performances = synthetic_set(COUNT, RATE)
+    return {f"{d.name.replace(' ', '-')}.csv": as_csv(d, s) for d, s in performances}
 
 
 def instant(performance: Performance, action: str, share: float) -> float:
     """A time within the first segment of an action, s."""
-    segment = next(one for one in performance.actions if one.action == action)
+    segment = next(segment for segment in performance.actions if segment.action == action)
     return segment.start + share * segment.duration
 
 
 def pictures() -> dict[str, np.ndarray]:
     """The file name and the pixels of each picture."""
     performed = {task: finish(performing(task, 1, [1], taps=False))[0] for task in TASKS}
-    stages = {task: Stage(one, (640, 360)) for task, one in performed.items()}
+    stages = {task: Stage(performance, (640, 360)) for task, performance in performed.items()}
     gap = np.full((180, 8, 3), 255, np.uint8)
 
     def frame(task: Task, action: str, share: float, width: int) -> np.ndarray:
@@ -85,14 +85,14 @@ def pictures() -> dict[str, np.ndarray]:
         size = (width, width * 9 // 16)
         return np.asarray(cv2.resize(shown, size, interpolation=cv2.INTER_AREA))
 
-    made = {}
+    images = {}
     for entry in glossary():
         task = SHOWN_IN[entry.action]
         pair = [frame(task, entry.action, share, 320) for share in (BEGINNING, END)]
-        made[entry.picture] = np.hstack([pair[0], gap, pair[1]])
+        images[entry.picture] = np.hstack([pair[0], gap, pair[1]])
     strip = [frame(task, *TELLING[task], 384) for task in TASKS]
-    made["tasks.png"] = np.hstack(strip)
-    return made
+    images["tasks.png"] = np.hstack(strip)
+    return images
 
 
 if __name__ == "__main__":

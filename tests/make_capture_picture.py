@@ -38,9 +38,9 @@ class Film(VirtualCamera):
         self.begun = float("inf")
 
     def read(self):
-        there, _ = super().read()
+        read, _ = super().read()
         number = int(max(time.monotonic() - self.begun, 0.0) * self.rate)
-        return there, self.frames[min(number, len(self.frames) - 1)] if there else None
+        return read, self.frames[min(number, len(self.frames) - 1)] if read else None
 
     def get(self, _what):
         return 0.0  # it does not tell when a frame was taken
@@ -57,7 +57,7 @@ def draw(path: Path, picture: Path) -> None:
 
     calibration = asset("calibrations", "3-axis-40N.toml")
     with Project.open(path) as project:
-        info = next(one for one in project.demonstrations.infos() if one.name == DEMONSTRATION)
+        info = next(info for info in project.demonstrations.infos() if info.name == DEMONSTRATION)
         demonstration, truth = (
             project.demonstrations.load(info.id),
             project.demonstrations.truth(info.id),

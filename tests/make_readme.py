@@ -76,8 +76,8 @@ def draw_windows(folder: Path) -> None:
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as name:
-        made = Path(name)
-        README.write_text(run_blocks(README.read_text("utf-8"), made, slow=True), "utf-8")
-        draw_windows(made)
+        folder = Path(name)
+        README.write_text(run_blocks(README.read_text("utf-8"), folder, slow=True), "utf-8")
+        draw_windows(folder)
         for picture in (*WINDOWS, "capture.png", *FIGURES):
-            shutil.copy(made / picture, ROOT / "assets")
+            shutil.copy(folder / picture, ROOT / "assets")

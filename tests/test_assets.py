@@ -91,8 +91,8 @@ def test_where_there_are_no_assets_at_all_the_sentence_names_where_they_belong(f
 def test_toml_is_read_in_utf_8_whatever_the_machine_speaks(folder):
     text = 'mass = 0.02\naxes = ["y", "z"]\n[jaws]\nname = "größer"\n'
     (folder / "foam.toml").write_text(text, "utf-8")
-    made = {"mass": 0.02, "axes": ["y", "z"], "jaws": {"name": "größer"}}
-    assert read_toml("foam.toml") == made
+    content = {"mass": 0.02, "axes": ["y", "z"], "jaws": {"name": "größer"}}
+    assert read_toml("foam.toml") == content
 
 
 @pytest.mark.parametrize("content", [b"mass = = 2", b"mass = 1\nmass = 2", b"\xff\xfe", b"[jaws"])

@@ -22,28 +22,28 @@ from forcelab.recognition.cross_validation import leave_one_out
 @pytest.fixture(scope="module")
 def cluster():
     workers = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
-    with LocalCluster(**workers) as made, Client(made) as client:
+    with LocalCluster(**workers) as local, Client(local) as client:
         client.run(
             lambda folder: __import__("sys").path.insert(0, folder), str(Path(__file__).parent)
         )
         with joblib.parallel_config(backend="dask"):
-            yield made
+            yield local
 
 
 def test_an_evaluation_is_the_same_on_a_cluster_as_here(cluster):
     items = labelled_set(3, rate=100.0)
     settings = preset("paper").replace(max_scale=64)
-    there = finish(leave_one_out(items, settings, jobs=3)).to_json()
+    on_cluster = finish(leave_one_out(items, settings, jobs=3)).to_json()
     here = finish(leave_one_out(items, settings)).to_json()
-    for one in (there, here):
-        del one["seconds"]
-    assert there == here
+    for evaluation in (on_cluster, here):
+        del evaluation["seconds"]
+    assert on_cluster == here
 
 
 def test_work_is_done_by_the_workers_and_comes_in_order(cluster):
-    made = list(map_in_processes(parallel_work.doubled, range(6), 2))
-    assert [number for number, _ in made] == [0, 2, 4, 6, 8, 10]
-    assert os.getpid() not in {process for _, process in made}
+    results = list(map_in_processes(parallel_work.doubled, range(6), 2))
+    assert [number for number, _ in results] == [0, 2, 4, 6, 8, 10]
+    assert os.getpid() not in {process for _, process in results}
 
 
 def test_an_error_arrives_as_it_was_raised_and_stopping_early_leaves_a_cluster_that_works(cluster):

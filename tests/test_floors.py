@@ -7,7 +7,7 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.version import Version
 
-REQUIREMENTS = {one.name: one for one in floors.requirements()}
+REQUIREMENTS = {requirement.name: requirement for requirement in floors.requirements()}
 
 
 def test_every_package_has_a_lowest_version_and_this_machine_none_below():

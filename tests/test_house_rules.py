@@ -84,7 +84,7 @@ def test_no_two_files_import_each_other_not_even_by_way_of_others():
     }
     whole = named.pop("forcelab")
     assert whole  # the names for scripts: loaded when they are used
-    wanted = {
+    dependencies = {
         name: {
             f"{node.module}.{alias.name}" if f"{node.module}.{alias.name}" in named else node.module
             for node in nodes
@@ -95,7 +95,7 @@ def test_no_two_files_import_each_other_not_even_by_way_of_others():
         for name, nodes in named.items()
     }
     try:
-        TopologicalSorter(wanted).prepare()
+        TopologicalSorter(dependencies).prepare()
     except CycleError as error:
         pytest.fail("in a circle: " + " <- ".join(error.args[1]))
 
@@ -142,9 +142,9 @@ def test_a_painter_ends_with_its_block():
     for path in (ROOT / "forcelab" / "gui").rglob("*.py"):
         tree = list(ast.walk(ast.parse(path.read_text("utf-8"))))
         calls = [node for node in tree if isinstance(node, ast.Call)]
-        made = {call for call in calls if getattr(call.func, "id", None) == "QPainter"}
+        painters = {call for call in calls if getattr(call.func, "id", None) == "QPainter"}
         ending = {item.context_expr for node in tree for item in getattr(node, "items", ())}
-        assert not made - ending, f"{path}: write 'with QPainter(…) as painter:'"
+        assert not painters - ending, f"{path}: write 'with QPainter(…) as painter:'"
 
 
 @pytest.mark.parametrize("command", CHECKS.values(), ids=CHECKS)

@@ -11,9 +11,9 @@ def test_a_finished_job_gives_its_result_and_all_progress_in_order():
         yield "second"
         return 42
 
-    seen = []
-    assert finish(job(), seen.append) == 42
-    assert seen == ["first", "second"]
+    progress = []
+    assert finish(job(), progress.append) == 42
+    assert progress == ["first", "second"]
 
 
 def test_a_job_without_progress_gives_its_result_unwatched():

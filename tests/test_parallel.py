@@ -17,9 +17,9 @@ from forcelab.parallel import map_in_processes
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_results_come_in_the_order_of_what_was_given(jobs):
-    made = list(map_in_processes(parallel_work.doubled, range(6), jobs))
-    assert [number for number, _ in made] == [0, 2, 4, 6, 8, 10]
-    elsewhere = {process for _, process in made} - {os.getpid()}
+    results = list(map_in_processes(parallel_work.doubled, range(6), jobs))
+    assert [number for number, _ in results] == [0, 2, 4, 6, 8, 10]
+    elsewhere = {process for _, process in results} - {os.getpid()}
     assert bool(elsewhere) == (jobs == 2)
 
 

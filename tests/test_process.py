@@ -25,21 +25,21 @@ def begun(job):
 
 
 def test_a_job_elsewhere_gives_all_its_progress_and_its_result():
-    told = []
-    made = finish(run_in_process(process_jobs.counted, 5), told.append)
-    assert made["sum"] == 10
-    assert made["process"] != os.getpid()
-    distinct = [told[0], *(p for before, p in pairwise(told) if p is not before)]
+    progress = []
+    result = finish(run_in_process(process_jobs.counted, 5), progress.append)
+    assert result["sum"] == 10
+    assert result["process"] != os.getpid()
+    distinct = [progress[0], *(p for before, p in pairwise(progress) if p is not before)]
     # The first one may say that the process is starting, if that takes time.
     assert [p.done for p in distinct if p.text != "starting"] == [1, 2, 3, 4, 5]
-    assert not psutil.pid_exists(made["process"])
+    assert not psutil.pid_exists(result["process"])
 
 
 def test_a_second_job_elsewhere_begins_at_once():
     finish(run_in_process(process_jobs.counted, 1))
-    made = finish(run_in_process(process_jobs.counted, 1))
+    result = finish(run_in_process(process_jobs.counted, 1))
     # What the process computed, however busy the machine is: 0.02 s; 2 s to load it all.
-    assert made["cpu"] < 0.5
+    assert result["cpu"] < 0.5
 
 
 def test_a_job_elsewhere_keeps_to_the_background():
@@ -112,7 +112,9 @@ def test_a_job_can_be_closed_before_its_process_is_there():
     job = run_in_process(process_jobs.silent)
     assert next(job).text == "starting"
     job.close()
-    eventually(lambda: all(one.name != "forcelab process" for one in threading.enumerate()), 60)
+    eventually(
+        lambda: all(thread.name != "forcelab process" for thread in threading.enumerate()), 60
+    )
     assert not busy()
 
 

@@ -22,11 +22,11 @@ def test_every_public_name_is_there():
 def test_type_checkers_are_told_the_same_names():
     tree = ast.parse(Path(forcelab.__file__).read_text("utf-8"))
     (checked,) = (node for node in tree.body if isinstance(node, ast.If))
-    told = {
+    exported = {
         alias.asname: (node.module, alias.name) for node in checked.body for alias in node.names
     }
-    assert {*told, "__version__"} == set(forcelab.__all__)
-    for name, (module, real) in told.items():
+    assert {*exported, "__version__"} == set(forcelab.__all__)
+    for name, (module, real) in exported.items():
         assert forcelab.__getattr__(name) is getattr(import_module(module), real)
 
 

@@ -13,7 +13,7 @@ from make_readme import README, ROOT, run_blocks
 TEXT = README.read_text("utf-8")
 
 
-def masked(text):
+def mask_numbers(text):
     """Text without its numbers, which differ a little between processors, and without columns."""
     return re.sub(r"[ \-─]+", " ", re.sub(r"\d+(\.\d+)?(e-?\d+)?", "#", text))
 
@@ -34,8 +34,8 @@ def run_script(number, folder):
 
 
 def test_every_command_prints_what_the_readme_shows(tmp_path):
-    made = run_blocks(TEXT, tmp_path, slow=False)
-    assert masked(made) == masked(TEXT)
+    printed = run_blocks(TEXT, tmp_path, slow=False)
+    assert mask_numbers(printed) == mask_numbers(TEXT)
     assert (tmp_path / "pairs.png").read_bytes().startswith(b"\x89PNG")
     painted = run_script(0, tmp_path)
     assert "copied from coder" in painted

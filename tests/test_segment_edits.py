@@ -282,13 +282,13 @@ def test_an_edit_of_a_track_that_has_changed_is_refused(now):
 
 
 @pytest.mark.parametrize(
-    "there", [Segment(0.5, 2.1, "hold"), Segment(2.9, 4.0, "hold"), Segment(2.2, 2.3, "hold")]
+    "existing", [Segment(0.5, 2.1, "hold"), Segment(2.9, 4.0, "hold"), Segment(2.2, 2.3, "hold")]
 )
-def test_an_insertion_that_no_longer_fits_is_refused(there):
+def test_an_insertion_that_no_longer_fits_is_refused(existing):
     position, removed, inserted = splice((), (Segment(2.0, 3.0, "pull"),))
     assert removed == ()
     with pytest.raises(StaleTrackError):
-        spliced((there,), position, removed, inserted)
+        spliced((existing,), position, removed, inserted)
 
 
 def test_an_insertion_behind_a_segment_that_has_grown_is_refused():

@@ -10,5 +10,5 @@ if sys.version_info[:2] != (3, 11):
 
 
 def test_the_types_are_right(mypy_outcome):
-    status, said = mypy_outcome
-    assert status == 0, said
+    status, output = mypy_outcome
+    assert status == 0, output

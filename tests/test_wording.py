@@ -4,10 +4,10 @@ from forcelab.text import counted, listed, there_are, unknown_word
 
 
 @pytest.mark.parametrize(
-    ("number", "said"), [(0, "0 runs"), (1, "1 run"), (2, "2 runs"), (60_080, "60,080 runs")]
+    ("number", "text"), [(0, "0 runs"), (1, "1 run"), (2, "2 runs"), (60_080, "60,080 runs")]
 )
-def test_a_number_and_its_noun_agree(number, said):
-    assert counted(number, "run") == said
+def test_a_number_and_its_noun_agree(number, text):
+    assert counted(number, "run") == text
 
 
 def test_how_many_there_are_ends_a_sentence():

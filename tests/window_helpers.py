@@ -131,8 +131,8 @@ class PanelMouse:
         left, none = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
         buttons = left if pressed else none
         modifiers = modifiers or self.none
-        there = QPointF(self.panel.mapToGlobal(where))
-        event = QMouseEvent(QEvent.Type.MouseMove, where, there, none, buttons, modifiers)
+        on_screen = QPointF(self.panel.mapToGlobal(where))
+        event = QMouseEvent(QEvent.Type.MouseMove, where, on_screen, none, buttons, modifiers)
         QApplication.sendEvent(self.panel, event)
 
     def release(self, time: float, modifiers=None) -> None:
@@ -180,17 +180,17 @@ class FakeTrainingBackend:
     """The trainer's work, as told: steps, then an outcome or an error."""
 
     def __init__(self):
-        self.asked = []
+        self.requests = []
         self.loaded = []
         self.steps = [training_step(epoch=n, loss=1.0 / n) for n in (1, 2, 3)]
         self.result = None
-        self.kept = ()
+        self.runs = ()
         self.outcomes = {}
         self.gate = True  # whether a training that has told all its steps may end
         self.closed = 0
 
-    def train(self, path, given, name, trail):
-        self.asked.append((path, *given(), name))
+    def train(self, path, make_arguments, name, trail):
+        self.requests.append((path, *make_arguments(), name))
         return (yield from play(self, trail))
 
     def load(self, _path, number):
@@ -200,13 +200,13 @@ class FakeTrainingBackend:
 
     def list_runs(self, _path):
         yield None
-        return self.kept
+        return self.runs
 
     def remove(self, path, number):
         yield None
         with Project.open(path) as project:
             project.runs.remove(number)
-        self.kept = tuple(kept for kept in self.kept if kept.number != number)
+        self.runs = tuple(run for run in self.runs if run.number != number)
 
     def count_edits(self, project, outcome):
         """Every edit of the labels that were used, one by one."""

@@ -122,11 +122,11 @@ def main() -> None:
     parser.add_argument("project", type=Path, nargs="?")
     parser.add_argument("--author", help="whose labels, where a project has several coders")
     parser.add_argument("--quick", action="store_true", help="less of it")
-    given = parser.parse_args()
-    if (given.what in OF_PROJECTS) != (given.project is not None):
+    options = parser.parse_args()
+    if (options.what in OF_PROJECTS) != (options.project is not None):
         parser.error(f"PROJECT goes with {', '.join(OF_PROJECTS)}, and with these only.")
     try:
-        print(text_of(given.what, given.project, given.author, quick=given.quick))
+        print(text_of(options.what, options.project, options.author, quick=options.quick))
     except ForcelabError as error:
         parser.exit(1, f"{error}\n")
 

@@ -148,7 +148,7 @@ def _row(path: Path, name: str, begun: list[float], run: _Run, seconds: float) -
         lost += int(ticks[-1] - ticks[0]) + 1 - len(ticks)
         errors.append(_off(host, signals[:, 3 * i : 3 * i + 3], start, ppm))
     full = run.resident[run.resident[:, 0] >= min(FILLING * seconds, FILLS), 1]
-    off = np.concatenate([one for _, one in errors])
+    off = np.concatenate([error for _, error in errors])
     return Row(
         "2 DAQs and a camera",
         f"{RATE:.0f} Hz each, clocks {PPM[0]:+.0f} and {PPM[1]:+.0f} ppm, {CAMERA[0]:.0f} frames/s",
@@ -161,7 +161,7 @@ def _row(path: Path, name: str, begun: list[float], run: _Run, seconds: float) -
         further={
             "lost samples": float(lost),
             "dropped frames": float(run.dropped),
-            "drift (ms)": 1e3 * max(abs(_drift(*one)) for one in errors),
+            "drift (ms)": 1e3 * max(abs(_drift(*course)) for course in errors),
             "memory grown (MB)": float(full[-1] - full[0]) / 1e6,
             "memory swing (MB)": float(np.ptp(full)) / 1e6,
         },
@@ -174,9 +174,9 @@ def _off(host: Real, signals: Real, begun: float, ppm: float) -> tuple[Real, Rea
     The second DAQ's readings lie between two samples; what is mixed of two laps tells nothing.
     """
     count, lap = signals[:, 0], signals[:, 1]
-    told = np.isfinite(count) & (lap == np.round(lap)) & (count >= 0) & (count <= LAP - 1)
-    truth = begun + (lap[told] * LAP + count[told]) / 1000.0 / (1.0 + 1e-6 * ppm)
-    return host[told], host[told] - truth
+    counted = np.isfinite(count) & (lap == np.round(lap)) & (count >= 0) & (count <= LAP - 1)
+    truth = begun + (lap[counted] * LAP + count[counted]) / 1000.0 / (1.0 + 1e-6 * ppm)
+    return host[counted], host[counted] - truth
 
 
 def _drift(host: Real, off: Real) -> float:

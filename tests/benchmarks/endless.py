@@ -65,7 +65,7 @@ def endless(
             rounds.append(replace(found, codes=None))
     finally:
         tracemalloc.stop()
-    shares = [one.seconds * rate / length for one in rounds[1:]]
+    shares = [round_.seconds * rate / length for round_ in rounds[1:]]
     low, middle, high = np.percentile(shares, [25, 50, 75]).tolist()
     return Row(
         "paper",
@@ -76,7 +76,7 @@ def endless(
         error=rounds[-1].unlike,
         seconds=middle,
         spread=high - low,
-        peak_bytes=max(one.peak for one in rounds),
+        peak_bytes=max(round_.peak for round_ in rounds),
         further={"memory grown (kB)": (rounds[-1].held - rounds[1].held) / 1e3},
     )
 
@@ -95,8 +95,8 @@ def _round(
     seconds = time.thread_time() - began
     whole = np.concatenate(codes)
     unlike = float(np.mean(whole != second)) if number > 1 else 0.0
-    kept = whole if number == 1 else None
+    decoded = whole if number == 1 else None
     del codes, block, stamps, whole
     gc.collect()
     held, peak = tracemalloc.get_traced_memory()
-    return _Round(kept, unlike, held, peak, seconds)
+    return _Round(decoded, unlike, held, peak, seconds)

@@ -53,15 +53,15 @@ Urgency = Callable[[Recogniser, Sequence[Examples]], Sequence[float]]
 def _least_certain(recogniser: Recogniser, waiting: Sequence[Examples]) -> list[float]:
     """The mean of one minus the probability of the most probable action."""
     found = (
-        recogniser.predict_examples(one, probability_trace=True).probability_trace
-        for one in waiting
+        recogniser.predict_examples(item, probability_trace=True).probability_trace
+        for item in waiting
     )
     return [0.0 if certainty is None else uncertainty(certainty) for certainty in found]
 
 
 def _typical(recogniser: Recogniser, waiting: Sequence[Examples]) -> list[float]:
     """The same times how many of the others are like a demonstration, as a review orders them."""
-    alike = typicality([sample_steps(one) for one in waiting]).tolist()
+    alike = typicality([sample_steps(item) for item in waiting]).tolist()
     return [u * t for u, t in zip(_least_certain(recogniser, waiting), alike, strict=True)]
 
 

@@ -125,14 +125,14 @@ def remove_baseline(item: LabelledDemonstration) -> BaselineRemoved:
         )
     if not item.segments:
         raise InputError(f"'{title}' has no labels; label it first.")
-    wanted = [channels.recorded[column] for sensor in sensors for column in sensor]
-    grid = on_grid(item.demonstration, columns=wanted)
+    columns = [channels.recorded[column] for sensor in sensors for column in sensor]
+    grid = on_grid(item.demonstration, columns=columns)
     resting = within(grid.times, [(s.start, s.end) for s in item.segments if s.action == REST])
     if not resting.any():
         resting = grid.times < grid.times[0] + 0.1
     signals = grid.signals - np.median(grid.signals[resting], axis=0)
     shape = (-1, len(sensors), 3)
-    recorded = item.demonstration.signals[:, wanted].reshape(shape)
+    recorded = item.demonstration.signals[:, columns].reshape(shape)
     return BaselineRemoved(grid.times, grid.rate, signals.reshape(shape), recorded, item.segments)
 
 
@@ -182,8 +182,8 @@ def figures(labelled: Sequence[LabelledDemonstration], actions: Sequence[str]) -
 
 def _typical(values: Iterable[float]) -> float:
     """The median of those values that there are; NaN if there is none."""
-    there = [value for value in values if np.isfinite(value)]
-    return float(np.median(there)) if there else np.nan
+    finite = [value for value in values if np.isfinite(value)]
+    return float(np.median(finite)) if finite else np.nan
 
 
 def _labels(labelled: Sequence[LabelledDemonstration], actions: Sequence[str]) -> Figures:
@@ -478,11 +478,11 @@ def comparing(
             f"recognised from the others."
         )
     # Whatever can be refused is refused before the first is simulated, which takes its time.
-    wanted = {task: origins(task, count, seed) for task in TASKS}
+    origins_by_task = {task: origins(task, count, seed) for task in TASKS}
     recorded = _recorded(path, author)
     result = []
     for task, real in recorded.items():
-        simulated = yield from simulated_beside(wanted[task], jobs)
+        simulated = yield from simulated_beside(origins_by_task[task], jobs)
         rows = realism(simulated, real)
         rows += yield from recognition(simulated, real, jobs=jobs)
         result.append(Beside(task, len(simulated), len(real), rows))
@@ -515,27 +515,27 @@ def _recorded(path: Path, author: str | None) -> dict[Task, list[LabelledDemonst
 
 
 def simulated_beside(
-    wanted: Sequence[Origin], jobs: int = 1
+    recorded_origins: Sequence[Origin], jobs: int = 1
 ) -> Generator[Progress, None, list[LabelledDemonstration]]:
     """Simulate demonstrations as the paper's were recorded: without video and taps.
 
     `jobs`: processes that share the work. Gives by the first of the simulated coders.
     """
     coder = CODERS[0].name
-    orders = [Job(origin, coders=(coder,), video=False) for origin in wanted]
+    orders = [Job(origin, coders=(coder,), video=False) for origin in recorded_origins]
     with tempfile.TemporaryDirectory() as scratch:
-        made = yield from produce_demonstrations(orders, Path(scratch), jobs)
+        recordings = yield from produce_demonstrations(orders, Path(scratch), jobs)
     return [
         LabelledDemonstration(
             _task_only(recording.demonstration, recording.tracks[0].segments),
             recording.tracks[0].segments,
         )
-        for recording in made
+        for recording in recordings
     ]
 
 
 def _task_only(demonstration: Demonstration, segments: Segments) -> Demonstration:
     """A demonstration without its taps, which the real recordings do not have."""
     times = demonstration.times
-    kept = (times >= segments[0].start - LEAD) & (times < segments[-1].end + LEAD)
-    return replace(demonstration, times=times[kept], signals=demonstration.signals[kept])
+    in_task = (times >= segments[0].start - LEAD) & (times < segments[-1].end + LEAD)
+    return replace(demonstration, times=times[in_task], signals=demonstration.signals[in_task])

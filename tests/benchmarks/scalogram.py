@@ -98,8 +98,8 @@ def measuring(
     megabytes = view.tiles(row_scales(ROWS, LARGEST)).nbytes / 1e6
     return with_front(
         [
-            _row(span, kind, one, megabytes if span > LONG else None)
-            for (span, kind, _), one in zip(ways, timed, strict=True)
+            _row(span, kind, timing, megabytes if span > LONG else None)
+            for (span, kind, _), timing in zip(ways, timed, strict=True)
         ]
     )
 

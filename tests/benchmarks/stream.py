@@ -36,15 +36,15 @@ def tabulate(*, quick: bool = False) -> Generator[Progress, None, Table]:
     long, live, repetitions = (50_000, 12_000, 1) if quick else (1_000_000, 30_000, 3)
     scales = geometric_scales(4.0, 1024.0)
     rows: list[Row] = []
-    made = yield from measuring(made_up_forces(long, 1), scales, TOLERANCES, (), 0, repetitions)
-    rows += made
+    new = yield from measuring(made_up_forces(long, 1), scales, TOLERANCES, (), 0, repetitions)
+    rows += new
     dense = np.geomspace(4.0, 1024.0, 40)
-    made = yield from measuring(made_up_forces(live, 6), dense, TOLERANCES, SHARES, 20, repetitions)
+    new = yield from measuring(made_up_forces(live, 6), dense, TOLERANCES, SHARES, 20, repetitions)
     return Table(
         "Streaming wavelet transform",
         "error (of largest)",
         "CPU us per sample and channel",
-        with_front([*rows, *made]),
+        with_front([*rows, *new]),
     )
 
 
@@ -69,16 +69,16 @@ def measuring(
     """
     yield Progress(0, 1, "offline")
     # Half the memory: single precision is far finer than any tolerance here.
-    wanted = np.stack([cwt(channel, scales) for channel in x.T]).astype(np.complex64)
+    exact = np.stack([cwt(channel, scales) for channel in x.T]).astype(np.complex64)
     words = f"{block} samples" if block else "1 to 5000 samples"
     channels = counted(x.shape[1], "channel")
     size = f"{len(x)} samples x {channels} x {len(scales)} scales, blocks of {words}"
-    out = np.empty_like(wanted)
+    out = np.empty_like(exact)
     runs = [
         *(_Run.of(x, scales, tolerance, None, block, out) for tolerance in tolerances),
         *(_Run.of(x, scales, 3e-7, share, block, out) for share in shares),
     ]
-    ways = [Method(run.name, run.stream, partial(run.look, wanted)) for run in runs]
+    ways = [Method(run.name, run.stream, partial(run.look, exact)) for run in runs]
     timed = yield from timed_methods(ways, repetitions)
     rows = []
     for run, found in zip(runs, timed, strict=True):
@@ -136,11 +136,11 @@ class _Run:
         self.taken.append(taken)
         return self.out
 
-    def look(self, wanted: Complex, found: Complex) -> Judgement:
+    def look(self, exact: Complex, found: Complex) -> Judgement:
         """Largest error; median rms error, and the largest delay over scale."""
         largest, rms = 0.0, []
         for j, delay in enumerate(self.transform.delays.tolist()):
-            mine, theirs = found[:, j, delay:], wanted[:, j, : wanted.shape[2] - delay]
+            mine, theirs = found[:, j, delay:], exact[:, j, : exact.shape[2] - delay]
             wrong = np.abs(mine - theirs)
             largest = max(largest, float((wrong.max(axis=1) / np.abs(theirs).max(axis=1)).max()))
             power = np.sqrt((np.abs(theirs) ** 2).mean(axis=1))

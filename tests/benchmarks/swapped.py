@@ -167,16 +167,16 @@ def _drawn(
         everything.append(_evidence(item, learnt[i].segments, prediction, actions))
     found.accuracies.append(pool("", counts).accuracy or 0.0)
     found.seconds.append(taken)
-    looked = math.ceil(LOOKED * sum(len(one.segments) for one in everything))
-    segments = {one.demonstration: one.segments for one in everything}
-    seen = {
+    looked = math.ceil(LOOKED * sum(len(labelled.segments) for labelled in everything))
+    segments = {labelled.demonstration: labelled.segments for labelled in everything}
+    looked_at = {
         (suspect.demonstration, segment.start)
         for suspect in suspect_segments(everything, actions)[:looked]
         for segment in segments[suspect.demonstration]
         if segment.start <= suspect.start < segment.end
     }
     found.wrong += len(places)
-    found.noticed += len(places & seen)
+    found.noticed += len(places & looked_at)
 
 
 def _evidence(
@@ -187,7 +187,7 @@ def _evidence(
 ) -> ModelEvidence:
     """What the model says about the labels of one demonstration."""
     demonstration = item.demonstration
-    seen = DemonstrationResult(
+    result = DemonstrationResult(
         demonstration.id,
         demonstration.name,
         demonstration.task,
@@ -197,5 +197,5 @@ def _evidence(
         {"filtered": prediction.segments},
         prediction.probability_trace,
     )
-    found = find_differences(seen.id, segments, prediction.segments, prediction.probability_trace)
-    return gather_evidence(seen, segments, actions, found)
+    found = find_differences(result.id, segments, prediction.segments, prediction.probability_trace)
+    return gather_evidence(result, segments, actions, found)

@@ -71,19 +71,19 @@ def tabulate(
     *, quick: bool = False, amount: Amount | None = None
 ) -> Generator[Progress, None, Latencies]:
     """Measure everything: some minutes."""
-    wanted = amount or (QUICK if quick else FULL)
+    chosen = amount or (QUICK if quick else FULL)
     before = load()
     with stage() as folder:
         yield Progress(0, 4, "making the recordings")
-        path = _make_project(folder, wanted.samples)
-        with shown(path, wanted.size) as window:
-            bench = _Bench(window, path, wanted)
+        path = _make_project(folder, chosen.samples)
+        with shown(path, chosen.size) as window:
+            bench = _Bench(window, path, chosen)
             rows = list((yield from bench.panning()))
             rows += yield from bench.cancelling()
             levels = yield from bench.remaining()
-    width, height = wanted.size
+    width, height = chosen.size
     return Latencies(
-        f"The window, {width} x {height} pixels, while it trains on 2 x {wanted.samples:,} samples "
+        f"The window, {width} x {height} pixels, while it trains on 2 x {chosen.samples:,} samples "
         f"of 96 features; times in ms",
         tuple(rows),
         (before, load()),
@@ -101,9 +101,9 @@ def _make_project(folder: Path, samples: int) -> Path:
     actions = view.ACTIONS
     with Project.create(folder / "training.forcelab") as project:
         for number in range(2):
-            made = view.recording(samples, f"{number + 1:02d}", seed=number)
-            demonstration = Demonstration(made.name, TASK, made.times, made.signals, made.channels)
-            edges = np.linspace(made.start, made.end, 101).tolist()
+            base = view.recording(samples, f"{number + 1:02d}", seed=number)
+            demonstration = Demonstration(base.name, TASK, base.times, base.signals, base.channels)
+            edges = np.linspace(base.start, base.end, 101).tolist()
             track = tuple(
                 Segment(start, end, actions[i % len(actions)])
                 for i, (start, end) in enumerate(pairwise(edges))
@@ -115,11 +115,11 @@ def _make_project(folder: Path, samples: int) -> Path:
 class _Bench:
     """The window, and the trainings in it."""
 
-    def __init__(self, window: Window, path: Path, wanted: Amount) -> None:
+    def __init__(self, window: Window, path: Path, amount: Amount) -> None:
         self._window = window
         self._path = path
-        self._wanted = wanted
-        self._on = f"2 x {wanted.samples:,} samples"
+        self._amount = amount
+        self._on = f"2 x {amount.samples:,} samples"
         self._memory = 0.0
 
     def panning(self) -> Generator[Progress, None, tuple[Latency, ...]]:
@@ -149,8 +149,8 @@ class _Bench:
         random, rows = np.random.default_rng(6), []
         for classifier in ("mlp", "svm"):
             taken = []
-            for number in range(self._wanted.cancels):
-                yield Progress(2, 4, f"cancel {classifier}, {number + 1} of {self._wanted.cancels}")
+            for number in range(self._amount.cancels):
+                yield Progress(2, 4, f"cancel {classifier}, {number + 1} of {self._amount.cancels}")
                 job, _ = self._train(classifier)
                 rest(float(random.uniform(0.0, SOON)))
                 taken.append(self._cancel(job))
@@ -159,7 +159,7 @@ class _Bench:
 
     def remaining(self) -> Generator[Progress, None, tuple[Level, ...]]:
         """What trainings leave behind, all they show included."""
-        number = self._wanted.trainings
+        number = self._amount.trainings
         yield Progress(3, 4, "training once")
         before = (self._memory, *self._footprint()[1:])
         for i in range(number):
@@ -169,8 +169,8 @@ class _Bench:
         where = f"{number} trainings, {self._on}"
         names = (("memory more", "MB", MEMORY), ("threads more", "", 0), ("processes more", "", 0))
         return tuple(
-            Level(name, where, there - then, unit, most)
-            for (name, unit, most), then, there in zip(names, before, after, strict=True)
+            Level(name, where, now - then, unit, most)
+            for (name, unit, most), then, now in zip(names, before, after, strict=True)
         )
 
     def _train(self, classifier: str) -> tuple[Job, list[Any]]:
@@ -213,7 +213,7 @@ class _Bench:
         start, step = low, MOVED * VISIBLE
         document.view.set_span(start, start + VISIBLE)
         rest(1.0)  # the window never settles while it trains
-        end, own = time.perf_counter() + self._wanted.seconds, []
+        end, own = time.perf_counter() + self._amount.seconds, []
         with Lateness() as lateness:
             while time.perf_counter() < end:
                 begin, worked = time.perf_counter(), time.thread_time()

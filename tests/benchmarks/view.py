@@ -254,9 +254,9 @@ def refusal(folder: Path, count: int) -> str:
 
     needed = HEADROOM * SAMPLE * count
     free = shutil.disk_usage(folder).free, psutil.virtual_memory().available
-    for what, there in zip(("free on the disk", "of free memory"), free, strict=True):
-        if there < needed:
-            return f"{count:.0e} samples need {needed / 1e9:.1f} GB {what}; {there / 1e9:.1f} are."
+    for what, room in zip(("free on the disk", "of free memory"), free, strict=True):
+        if room < needed:
+            return f"{count:.0e} samples need {needed / 1e9:.1f} GB {what}; {room / 1e9:.1f} are."
     return ""
 
 
@@ -284,12 +284,12 @@ def many(folder: Path, count: int) -> Path:
 
     def each() -> Iterator[NewDemonstration]:
         for number in range(count):
-            one = recording(200, f"{number:04d}", seed=number)
-            there = Demonstration(
-                one.name, f"task {number % 10}", one.times, one.signals, one.channels
+            base = recording(200, f"{number:04d}", seed=number)
+            demonstration = Demonstration(
+                base.name, f"task {number % 10}", base.times, base.signals, base.channels
             )
             track = (Segment(0.02, 0.08, "grab"), Segment(0.08, 0.15, "hold"))
-            yield NewDemonstration(there, (Track(AUTHOR, track), Track("Other", track)))
+            yield NewDemonstration(demonstration, (Track(AUTHOR, track), Track("Other", track)))
 
     with Project.create(folder / f"many {count}.forcelab") as project:
         project.demonstrations.add_all(each())
@@ -542,10 +542,10 @@ def _strokes(
             document.view.seek(start)
             # An action that is there already would change nothing.
             row = _row(document.editor.segments, start)
-            there = {
+            present = {
                 segment.action for segment in document.editor.segments[max(row - 2, 0) : row + 2]
             }
-            action = next(action for action in actions if action.name not in there)
+            action = next(action for action in actions if action.name not in present)
             key = Qt.Key(ord(action.key.upper()))
             target = QApplication.focusWidget() or label.tracks
             QTest.keyClick(target, key)
@@ -670,7 +670,7 @@ def _from_file(window: Window) -> Taken | None:
         return None
     panel = window.label.scalogram
     known = panel.channel
-    panel.set_channel(next(one.name for one in CHANNELS if one.name != known))
+    panel.set_channel(next(channel.name for channel in CHANNELS if channel.name != known))
     settle(window)
     return _time_pictures(panel, partial(panel.set_channel, known))
 
@@ -824,8 +824,8 @@ def measuring_video(
     stamps = film.times(frames)
     length = int(stamps[-1] * RATE) + 1000
     project = folder / f"{path.stem}.forcelab"
-    with Project.create(project) as made:
-        made.demonstrations.add(recording(length, video=VideoReference(path)))
+    with Project.create(project) as created:
+        created.demonstrations.add(recording(length, video=VideoReference(path)))
     random = np.random.default_rng(4)
     jumps = random.integers(0, frames, times).tolist()
     rows = []
@@ -902,8 +902,8 @@ class _Watch:
         for number in others:
             if number == video.shown_index:
                 continue
-            there = (lambda: video.settled) if sharp else partial(self._pictured, number)
-            taken.append(self.painted.seconds(partial(act, number), there))
+            is_shown = (lambda: video.settled) if sharp else partial(self._pictured, number)
+            taken.append(self.painted.seconds(partial(act, number), is_shown))
             image = video.image
             wrong += image is None or number_of(_pixels(image)) != number
             settle(self.window, 0.0)
@@ -1029,7 +1029,7 @@ def measuring_capture(
     performances = [made_up_demonstration(SECONDS, CAPTURED_RATE, seed) for seed in (1, 2)]
     recogniser = folder / "measured.skops"
     save_recogniser(
-        train([LabelledDemonstration(*one) for one in performances], preset("fast")), recogniser
+        train([LabelledDemonstration(*item) for item in performances], preset("fast")), recogniser
     )
     project = folder / "captured.forcelab"
     Project.create(project).close()
@@ -1123,11 +1123,11 @@ def tabulate(*, quick: bool = False) -> Generator[Progress, None, Latencies]:
 
     With `quick` only recordings of 1e6 samples, and fewer repetitions.
     """
-    wanted = QUICK if quick else FULL
+    amount = QUICK if quick else FULL
     before = load()
     rows: list[Latency] = []
     with stage() as folder:
-        for scene in _scenes(folder, wanted):
+        for scene in _scenes(folder, amount):
             rows += yield from scene()
     width, height = SIZE
     return Latencies(
@@ -1138,7 +1138,7 @@ def tabulate(*, quick: bool = False) -> Generator[Progress, None, Latencies]:
 
 
 def _scenes(
-    folder: Path, wanted: Amount
+    folder: Path, amount: Amount
 ) -> list[Callable[[], Generator[Progress, None, tuple[Latency, ...]]]]:
     """What is measured, in this order."""
     dense: list[Path] = []
@@ -1146,41 +1146,41 @@ def _scenes(
     def start() -> Generator[Progress, None, tuple[Latency, ...]]:
         yield Progress(0, 1, "making a project")
         project = long(folder, 60_000)
-        return (yield from measuring_start(folder, project, times=wanted.starts))
+        return (yield from measuring_start(folder, project, times=amount.starts))
 
     def strokes() -> Generator[Progress, None, tuple[Latency, ...]]:
-        yield Progress(0, 1, f"making a track of {wanted.segments} segments")
-        dense.append(segmented(folder, wanted.segments))
+        yield Progress(0, 1, f"making a track of {amount.segments} segments")
+        dense.append(segmented(folder, amount.segments))
         return (
             yield from measuring_strokes(
-                dense[0], segments=wanted.segments, times=wanted.strokes, size=SIZE
+                dense[0], segments=amount.segments, times=amount.strokes, size=SIZE
             )
         )
 
     def opening() -> Generator[Progress, None, tuple[Latency, ...]]:
-        yield Progress(0, 1, f"making {wanted.demonstrations} demonstrations")
+        yield Progress(0, 1, f"making {amount.demonstrations} demonstrations")
         projects = {
-            f"{wanted.demonstrations} demonstrations": many(folder, wanted.demonstrations),
-            f"{wanted.segments} segments": dense[0],
+            f"{amount.demonstrations} demonstrations": many(folder, amount.demonstrations),
+            f"{amount.segments} segments": dense[0],
         }
-        return (yield from measuring_opening(projects, times=wanted.openings, size=SIZE))
+        return (yield from measuring_opening(projects, times=amount.openings, size=SIZE))
 
     def video(film: Film) -> Generator[Progress, None, tuple[Latency, ...]]:
-        return measuring_video(folder, film, frames=wanted.frames, times=wanted.moves, size=SIZE)
+        return measuring_video(folder, film, frames=amount.frames, times=amount.moves, size=SIZE)
 
     def panning(count: int) -> Generator[Progress, None, tuple[Latency, ...]]:
-        return measuring_panning(folder, count, gestures=wanted.gestures, size=SIZE)
+        return measuring_panning(folder, count, gestures=amount.gestures, size=SIZE)
 
     def scalograms() -> Generator[Progress, None, tuple[Latency, ...]]:
-        count, times = wanted.samples[-1], wanted.scalograms
+        count, times = amount.samples[-1], amount.scalograms
         return measuring_scalograms(folder, count, times=times, size=SIZE)
 
     return [
         start,
         strokes,
         opening,
-        partial(measuring_capture, folder, frames=wanted.live, size=SIZE),
-        *(partial(video, film) for film in wanted.films),
-        *(partial(panning, count) for count in wanted.samples),
+        partial(measuring_capture, folder, frames=amount.live, size=SIZE),
+        *(partial(video, film) for film in amount.films),
+        *(partial(panning, count) for count in amount.samples),
         scalograms,
     ]

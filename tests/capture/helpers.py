@@ -58,8 +58,8 @@ class FakeDevice:
         self._said.append(sentence)
 
     def remarks(self):
-        told, self._said = tuple(self._said), []
-        return told
+        remarks, self._said = tuple(self._said), []
+        return remarks
 
     def zero(self):
         self.zeroed += 1
@@ -100,6 +100,12 @@ class FakeEncoder(FakeDevice):
             return None
         value = self.changes.pop(0)
         return Block(np.array([time.monotonic()]), None, np.array([[float(value)]]), None)
+
+
+def numbered(times):
+    """Readings whose first is the number of the millisecond."""
+    k = np.round(1000 * times).astype(np.int64)
+    return np.column_stack([k, -k, k % 7])
 
 
 def eventually(true, seconds=30.0):

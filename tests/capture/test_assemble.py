@@ -163,11 +163,11 @@ def test_what_was_held_before_the_recording_holds_for_samples_that_were_on_their
 )
 def test_channels_are_called_as_everywhere(tmp_path, devices, expected):
     times = START + np.arange(100) / 1000
-    records, told = [], []
+    records, stated = [], []
     for number, names in enumerate(devices):
         records += samples(times, np.tile(times[:, None], (1, len(names))), number)
-        told.append(device(str(number), [[name, "N"] for name in names]))
-    d = assemble(contents(told, records), tmp_path).demonstration
+        stated.append(device(str(number), [[name, "N"] for name in names]))
+    d = assemble(contents(stated, records), tmp_path).demonstration
     assert [channel.name for channel in d.channels] == expected
 
 
@@ -190,8 +190,8 @@ def test_lines_without_a_counter_count_themselves_where_they_come_evenly(tmp_pat
 
 @pytest.mark.parametrize("seconds", [8.5, 12.0])
 @pytest.mark.parametrize("begin", [1.5, 3.0])
-@pytest.mark.parametrize(("ticks", "told"), [(True, 400.0), (False, 398.0), (False, 403.0)])
-def test_a_stall_over_half_of_a_short_recording_is_no_gap(tmp_path, seconds, begin, told, ticks):
+@pytest.mark.parametrize(("ticks", "rate"), [(True, 400.0), (False, 398.0), (False, 403.0)])
+def test_a_stall_over_half_of_a_short_recording_is_no_gap(tmp_path, seconds, begin, rate, ticks):
     times = START + np.arange(round(400 * seconds)) / 400
     late = 0.001 + (np.arange(len(times)) % 5) * 2e-4
     # What waited is read twenty times as fast as it was taken.
@@ -201,7 +201,7 @@ def test_a_stall_over_half_of_a_short_recording_is_no_gap(tmp_path, seconds, beg
     arrived[waited] = np.maximum(times[waited], read[: waited.sum()])
     count = np.arange(len(times)) if ticks else None
     block = Block(np.maximum.accumulate(arrived + late), count, three(times))
-    board = device() | {"rate": told}
+    board = device() | {"rate": rate}
     assembled = assemble(
         contents([board], [encode_record(RecordKind.BLOCK, encode_block(block), 0)]), tmp_path
     )

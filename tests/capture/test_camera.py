@@ -274,7 +274,9 @@ def test_of_an_old_recording_the_second_camera_is_found_by_when_its_frames_came(
         old = {name: values for name, values in stamps.items() if not name.startswith("video_")}
         opened.media.attach_stamps(d.id, old)
         without_clocks = opened.media.cameras(d)
-        assert [one.video.path for one in without_clocks] == [one.video.path for one in cameras]
+        assert [camera.video.path for camera in without_clocks] == [
+            camera.video.path for camera in cameras
+        ]
         assert without_clocks[0].video == d.video
         assert without_clocks[1].video.clock.offset == pytest.approx(
             cameras[1].video.clock.offset, abs=2e-4
@@ -304,7 +306,7 @@ def test_a_camera_that_is_named_twice_is_refused_and_the_first_let_go_of(monkeyp
     )
     with pytest.raises(InputError, match="camera 0 is named twice"):
         open_cameras(["0", "1", "0"])
-    assert [one.released for one in opened] == [True, True]
+    assert [camera.released for camera in opened] == [True, True]
 
 
 def test_a_camera_keeps_its_name_whatever_number_it_gets(tmp_path):

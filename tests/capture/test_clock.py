@@ -317,7 +317,7 @@ def stalled(seconds, rate, begin, lasting, drain, lost):
     return true, np.maximum.accumulate(arrived), end
 
 
-def told_live(clock, true, arrived):
+def live_errors(clock, true, arrived):
     """How far off each delivery is when it is read."""
     edges = [0, *(np.flatnonzero(np.diff(arrived) > 0) + 1).tolist(), len(true)]
     off = np.empty(len(true))
@@ -328,14 +328,14 @@ def told_live(clock, true, arrived):
     return np.abs(off)
 
 
-@pytest.mark.parametrize("told", [1.0, 1.008])
+@pytest.mark.parametrize("factor", [1.0, 1.008])
 @pytest.mark.parametrize("begin", [0.5, 3.0, 12.0])
 @pytest.mark.parametrize("rate", [80, 1000])
-def test_a_backlog_of_five_seconds_moves_no_line(rate, begin, told):
+def test_a_backlog_of_five_seconds_moves_no_line(rate, begin, factor):
     true, arrived, end = stalled(begin + 35, rate, begin, 5.0, 20 * rate, 0.0)
-    off = told_live(ArrivalClock(told * rate), true, arrived)
+    off = live_errors(ArrivalClock(factor * rate), true, arrived)
     # A rate that is told 0.8 % wrong and not learnt yet is that wrong for the time of the stall.
-    assert off[arrived > true[0] + 0.3].max() < (10 * MS if told == 1 else 90 * MS)
+    assert off[arrived > true[0] + 0.3].max() < (10 * MS if factor == 1 else 90 * MS)
     assert off[arrived > end + 12].max() < 5 * MS
     fitted = fit_timestamps(arrived, np.arange(len(true)))
     assert np.abs(fitted.host - true).max() < 5 * MS
@@ -346,7 +346,7 @@ def test_a_backlog_of_five_seconds_moves_no_line(rate, begin, told):
 @pytest.mark.parametrize("rate", [80, 1000])
 def test_lines_that_a_stall_lost_and_nobody_counted_are_found_out_within_seconds(rate, begin, lost):
     true, arrived, end = stalled(begin + 35, rate, begin, 5.0, 20 * rate, lost)
-    off = told_live(ArrivalClock(rate), true, arrived)
+    off = live_errors(ArrivalClock(rate), true, arrived)
     assert off.max() < 5.1  # never by more than what came was late
     # What is left of a window, a second of pace, and two windows that are cut by ticks.
     assert off[arrived > end + (2.0 if begin > 1 else 3.5)].max() < 10 * MS
@@ -354,14 +354,14 @@ def test_lines_that_a_stall_lost_and_nobody_counted_are_found_out_within_seconds
     assert np.abs(fitted.host - true).max() < 5 * MS
 
 
-@pytest.mark.parametrize("told", [0.5, 1.5, 2.0])
-def test_pairs_that_are_only_near_a_rate_that_was_told_wrong_tell_no_rate(told):
+@pytest.mark.parametrize("factor", [0.5, 1.5, 2.0])
+def test_pairs_that_are_only_near_a_rate_that_was_told_wrong_tell_no_rate(factor):
     true = np.arange(80 * 8) / 80
     rng = np.random.default_rng(0)
     arrived = np.maximum.accumulate(np.ceil(true / 0.016) * 0.016 + rng.exponential(3e-4, 640))
-    fitted = fit_timestamps(arrived, np.arange(640), None, 80 * told, counted=False)
-    untold = fit_timestamps(arrived, np.arange(640))
-    np.testing.assert_allclose(fitted.host, untold.host, atol=5e-3)
+    fitted = fit_timestamps(arrived, np.arange(640), None, 80 * factor, counted=False)
+    without_rate = fit_timestamps(arrived, np.arange(640))
+    np.testing.assert_allclose(fitted.host, without_rate.host, atol=5e-3)
 
 
 def test_slow_lines_that_arrive_at_once_are_one_stretch():

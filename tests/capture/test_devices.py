@@ -16,7 +16,7 @@ from forcelab.capture.optoforce import OptoForce
 from forcelab.capture.reader import DeviceReader
 from forcelab.capture.text_device import TextDevice
 from forcelab.errors import InputError
-from tests.capture.helpers import eventually
+from tests.capture.helpers import eventually, numbered
 from tests.capture.virtual_devices import Faults, FaultyOptoForce, VirtualEncoder, table_source
 
 SHEET = """
@@ -38,11 +38,6 @@ def nothing():
     return ()
 
 
-def numbered(times):
-    k = np.round(1000 * times).astype(np.int64)
-    return np.column_stack([k, -k, k % 7])
-
-
 def steady(*counts):
     return table_source(np.tile(counts, (60_000, 1)), 1000.0)
 
@@ -58,7 +53,7 @@ def collect(device, number, seconds=15.0):
     return blocks
 
 
-def joined(blocks, what):
+def join_blocks(blocks, what):
     return np.concatenate([getattr(block, what) for block in blocks])
 
 
@@ -106,13 +101,13 @@ def test_every_sample_comes_once_with_its_tick_and_the_stamp_of_its_read():
         blocks = collect(device, 400)
         device.close()
     truth = virtual.truth()
-    values, ticks = joined(blocks, "values"), joined(blocks, "ticks")
+    values, ticks = join_blocks(blocks, "values"), join_blocks(blocks, "ticks")
     assert ticks[0] == 0
     assert (np.diff(ticks) == 1).all()
     assert (np.diff(values[:, 0]) == 1).all()
     places = np.searchsorted(truth.values[:, 0], values[:, 0])
     np.testing.assert_array_equal(truth.values[places], values)
-    assert (joined(blocks, "arrived") >= truth.times[places]).all()
+    assert (join_blocks(blocks, "arrived") >= truth.times[places]).all()
     for block in blocks[1:]:
         assert len(set(block.arrived)) == 1
     assert device.remarks() == ()
@@ -165,14 +160,14 @@ def test_zeroing_takes_the_present_readings_and_survives_the_cable(tmp_path):
         device.zero()
         values = collect(device, 50)
         assert virtual.configured[-2:] == [(1, 4, 0), (1, 4, 255)]
-        assert not joined(values, "values").any()
+        assert not join_blocks(values, "values").any()
         virtual.unplug()
         collect_until_gone(device)
         virtual.replug()  # the DAQ has forgotten its zero
         back(device)
-        assert joined(collect(device, 50), "values") == pytest.approx(0.0)
+        assert join_blocks(collect(device, 50), "values") == pytest.approx(0.0)
         device.zero()
-        assert not joined(collect(device, 50), "values").any()
+        assert not join_blocks(collect(device, 50), "values").any()
         device.close()
 
 
@@ -184,7 +179,7 @@ def test_lost_packets_are_gaps_in_the_ticks():
         virtual.faults = faults
         blocks = collect(device, 500)
         device.close()
-    values, ticks = joined(blocks, "values"), joined(blocks, "ticks")
+    values, ticks = join_blocks(blocks, "values"), join_blocks(blocks, "ticks")
     # Each tick is one sample of the device, whatever was lost.
     np.testing.assert_array_equal(ticks - ticks[0], values[:, 0] - values[0, 0])
     assert ticks[-1] - ticks[0] + 1 > len(ticks)
@@ -207,7 +202,7 @@ def test_unplugged_and_plugged_in_again_it_is_one_stream_with_a_gap():
         device.close()
     assert device.connections == 2
     assert virtual.configured == [(1, 4, 0)] * 2  # told again
-    ticks, values = joined(blocks, "ticks"), joined(blocks, "values")
+    ticks, values = join_blocks(blocks, "ticks"), join_blocks(blocks, "values")
     steps = np.diff(ticks)
     assert (steps > 0).all()
     (gap,) = np.flatnonzero(steps != 1)
@@ -217,7 +212,7 @@ def test_unplugged_and_plugged_in_again_it_is_one_stream_with_a_gap():
     assert truth > 100
     taken = virtual.truth()
     places = np.searchsorted(taken.values[:, 0], values[[gap, gap + 1], 0])
-    late = joined(blocks, "arrived")[[gap, gap + 1]] - taken.times[places]
+    late = join_blocks(blocks, "arrived")[[gap, gap + 1]] - taken.times[places]
     assert abs(steps[gap] - truth) < 20 + 1000 * late.max()
 
 
@@ -239,7 +234,7 @@ def test_it_is_found_again_at_another_port_by_its_serial_number(tmp_path):
         ports.append(virtual.port)
         back(device)
         assert device.name == f"optoforce:{virtual.port}" != old
-        assert joined(collect(device, 50), "values")[-1, 0] > 50
+        assert join_blocks(collect(device, 50), "values")[-1, 0] > 50
         device.close()
         assert other.configured == []
 
@@ -334,8 +329,8 @@ def test_a_counter_that_stands_still_is_not_taken_for_a_loose_cable(monkeypatch)
 
 
 def test_sensors_of_several_daqs_are_numbered_through():
-    with VirtualOptoForce(steady(*range(12))) as one, VirtualOptoForce(steady(1, 2, 3)) as two:
-        devices = [OptoForce(virtual.port, ports=nothing) for virtual in (one, two)]
+    with VirtualOptoForce(steady(*range(12))) as first, VirtualOptoForce(steady(1, 2, 3)) as second:
+        devices = [OptoForce(virtual.port, ports=nothing) for virtual in (first, second)]
         for device in devices:
             device.open()
         number_sensors(devices)
@@ -365,9 +360,9 @@ def test_text_with_a_clock_is_counted_by_it():
         back(device)
         again = collect(device, 20)
         device.close()
-    ticks, values = joined(blocks, "ticks"), joined(blocks, "values")
+    ticks, values = join_blocks(blocks, "ticks"), join_blocks(blocks, "values")
     np.testing.assert_array_equal(np.diff(ticks), np.round(np.diff(values[:, 0]) * 200))
-    assert joined(again, "ticks")[0] > ticks[-1]
+    assert join_blocks(again, "ticks")[0] > ticks[-1]
     assert device.connections == 2
 
 
@@ -381,8 +376,8 @@ def test_text_without_a_clock_counts_its_lines_and_can_be_zeroed():
         assert device._parser.junk_lines > 0
         device.close()
     assert (device.rate, device.measured, device.counted) == (200, False, False)
-    assert (np.diff(joined(blocks, "ticks")) == 1).all()
-    assert (joined(blocks, "values") == 5.0).all()
+    assert (np.diff(join_blocks(blocks, "ticks")) == 1).all()
+    assert (join_blocks(blocks, "values") == 5.0).all()
 
 
 class BusyPort:
@@ -393,7 +388,7 @@ class BusyPort:
         lines = np.floor(rate * sent).astype(int)
         late = np.random.default_rng(0).exponential(0.004, len(sent)) * (np.arange(len(sent)) % 2)
         self.lines, self.read_at = lines.tolist(), np.maximum.accumulate(sent + late).tolist()
-        self.told = 0
+        self.next_line = 0
 
     def open(self):
         """It is always there."""
@@ -406,8 +401,8 @@ class BusyPort:
             time.sleep(timeout)
             return b"", time.monotonic()
         until, read = self.lines.pop(0), self.read_at.pop(0)
-        data = b"".join(b"%d,%d\n" % (k, -k) for k in range(self.told, until))
-        self.told = until
+        data = b"".join(b"%d,%d\n" % (k, -k) for k in range(self.next_line, until))
+        self.next_line = until
         return data, read
 
 
@@ -455,7 +450,7 @@ def test_a_channel_without_a_reading_keeps_its_zero_when_a_text_device_is_zeroed
         assert np.isnan(first[-1].values[-1, 1])
         device.zero()
         present.append(True)
-        values = joined(collect(device, 100), "values")
+        values = join_blocks(collect(device, 100), "values")
         device.close()
     np.testing.assert_array_equal(values[-1], [0.0, 7.0])
 
@@ -493,9 +488,9 @@ def test_an_encoder_gives_its_count_when_it_changes_and_holds_it_in_between(bang
         collect_until_gone(device)
         virtual.replug()
         back(device)
-        assert any("lost its count" in one for one in device.remarks())
+        assert any("lost its count" in remark for remark in device.remarks())
         device.close()
-    values = joined(blocks, "values")[:, 0]
+    values = join_blocks(blocks, "values")[:, 0]
     assert (np.diff(values) == 0.5).all()
 
 
@@ -507,18 +502,18 @@ def test_a_zero_holds_over_the_cable_and_is_forgotten_when_a_device_is_opened_an
         with virtual:
             device = parse_device(f"{kind}:{virtual.port}")
             device.open()
-            assert until_it_says(device, 5.0), kind
+            assert wait_for_value(device, 5.0), kind
             device.zero()
             device.close()
             device.open()
-            assert until_it_says(device, 5.0), kind
+            assert wait_for_value(device, 5.0), kind
             device.zero()
             device.reopen()  # as after a loose cable; this one was never without power
-            assert until_it_says(device, 0.0), kind
+            assert wait_for_value(device, 0.0), kind
             device.close()
 
 
-def until_it_says(device, value, seconds=10.0):
+def wait_for_value(device, value, seconds=10.0):
     """Whether a device comes to give a value, and nothing but what it had before on the way."""
     until = time.monotonic() + seconds
     while time.monotonic() < until:
@@ -605,4 +600,4 @@ def test_two_devices_at_one_port_are_refused_before_it_seems_to_be_in_use_by_oth
     names = ["optoforce:/dev/ttyA", "text:/dev/ttyB", "optoforce:/dev/ttyA?rate=500"]
     with pytest.raises(InputError, match="Two devices are said to be at /dev/ttyA"):
         parse_devices(names)
-    assert [one.name for one in parse_devices(names[:2])] == names[:2]
+    assert [device.name for device in parse_devices(names[:2])] == names[:2]

@@ -21,9 +21,9 @@ from forcelab.cli.commands import capture
 from forcelab.errors import InputError
 
 
-def listed(device, vid=None, pid=None, **told):
+def listed(device, vid=None, pid=None, **described):
     words = {"serial_number": None, "manufacturer": None, "product": None, "description": "n/a"}
-    return SimpleNamespace(device=device, vid=vid, pid=pid, **(words | told))
+    return SimpleNamespace(device=device, vid=vid, pid=pid, **(words | described))
 
 
 PORTS = [

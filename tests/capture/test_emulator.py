@@ -20,6 +20,7 @@ from forcelab.errors import InputError
 from forcelab.formats.calibration import read_calibrations
 from forcelab.formats.optoforce_packets import Parser, is_overloaded
 from forcelab.resources import asset
+from tests.capture.helpers import numbered
 from tests.capture.virtual_devices import (
     Faults,
     VirtualCamera,
@@ -28,12 +29,6 @@ from tests.capture.virtual_devices import (
     frame_number,
     table_source,
 )
-
-
-def numbered(times):
-    """Readings whose first is the number of the millisecond."""
-    k = np.round(1000 * times).astype(np.int64)
-    return np.column_stack([k, -k, k % 7])
 
 
 @contextmanager
@@ -65,10 +60,10 @@ def collect(port, parser, number, seconds=10.0):
     )
 
 
-def answered(port, parser, wanted, seconds=10.0):
+def collect_replies(port, parser, count, seconds=10.0):
     """So many answers: what was sent before them may be much, if it was read late."""
     replies, until = [], time.monotonic() + seconds
-    while len(replies) < wanted:
+    while len(replies) < count:
         assert time.monotonic() < until
         collect(port, parser, 1)
         replies += parser.take_replies()
@@ -120,7 +115,7 @@ def test_it_answers_between_its_data_and_does_as_told():
         parser = Parser()
         port.write(serial_command())
         port.write(configure_command(10, 2))
-        replies = answered(port, parser, 2)
+        replies = collect_replies(port, parser, 2)
         _, _, values, _ = collect(port, parser, 20)
     assert [(r.serial, r.code) for r in replies] == [("ISE9ZZ99", None), (None, 0)]
     assert (np.diff(values[-10:, 0].astype(int)) == 10).all()  # 100 samples a second
@@ -132,11 +127,11 @@ def test_speed_zero_stops_it_and_zeroing_subtracts():
     with reading(VirtualOptoForce(source)) as port:
         parser = Parser()
         port.write(configure_command(1, 4, 255))
-        answered(port, parser, 1)
+        collect_replies(port, parser, 1)
         values = collect(port, parser, 100)[2]
         assert not values[-1].any()
         port.write(configure_command(1, 4, 0))
-        answered(port, parser, 1)
+        collect_replies(port, parser, 1)
         assert tuple(collect(port, parser, 100)[2][-1]) == (100, -50, 7)
         port.write(configure_command(0))
         until = time.monotonic() + 10
@@ -154,7 +149,7 @@ def test_a_bad_message_is_passed_over_and_the_next_one_heard():
             + b"junk"
             + configure_command(2, 3)
         )
-        replies = answered(port, Parser(), 1)
+        replies = collect_replies(port, Parser(), 1)
     assert device.configured == [(2, 3, 0)]
     assert [reply.code for reply in replies] == [0]
 
@@ -246,7 +241,7 @@ def test_closing_leaves_no_thread_and_no_name_behind():
         assert device.path.is_symlink()
     device.close()
     assert not device.path.parent.exists()
-    assert not [one for one in threading.enumerate() if one.name.startswith("virtual")]
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("virtual")]
 
 
 def test_a_name_that_is_taken_is_refused(tmp_path):

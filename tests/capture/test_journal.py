@@ -39,9 +39,9 @@ def block(n=5, c=3, ticks=True, status=True, seed=0):
     )
 
 
-def same(one, other):
+def same(first, second):
     for name in ("arrived", "ticks", "values"):
-        a, b = getattr(one, name), getattr(other, name)
+        a, b = getattr(first, name), getattr(second, name)
         assert (a is None) == (b is None)
         if a is not None:
             np.testing.assert_array_equal(a, b)
@@ -207,13 +207,13 @@ def test_what_a_full_disk_refused_to_the_end_is_still_there_to_be_used(tmp_path,
     writer.finish()
     assert len(list(writer.contents())) == 9
     # Closed all the same, it is kept whole where there is room, and nowhere twice.
-    there = tmp_path / "there"
-    there.mkdir()
-    places = (tmp_path / "nowhere", there)
+    existing = tmp_path / "there"
+    existing.mkdir()
+    places = (tmp_path / "nowhere", existing)
     monkeypatch.setattr("forcelab.capture.journal.fallback_folders", lambda: places)
     writer.close()
     writer.close()
-    assert list(there.iterdir()) == [writer.saved]
+    assert list(existing.iterdir()) == [writer.saved]
     assert not writer.path.exists()
     reader = read_journal(writer.saved)
     assert (reader.torn, len(list(reader)), reader.header) == (0, 9, HEADER)
@@ -256,8 +256,8 @@ def test_what_a_disk_takes_and_does_not_confirm_is_written_again(tmp_path, monke
 
 
 @pytest.mark.usefixtures("_calm")
-@pytest.mark.parametrize("comes_back", ["moved", "empty"])
-def test_a_folder_that_is_away_for_a_while_costs_nothing(tmp_path, comes_back):
+@pytest.mark.parametrize("how", ["moved", "empty"])
+def test_a_folder_that_is_away_for_a_while_costs_nothing(tmp_path, how):
     home = tmp_path / "captures"
     home.mkdir()
     writer = JournalWriter(home / "a.journal", HEADER)
@@ -268,7 +268,7 @@ def test_a_folder_that_is_away_for_a_while_costs_nothing(tmp_path, comes_back):
     brought(writer)
     (remark,) = writer.remarks()
     assert "memory" in remark
-    if comes_back == "moved":
+    if how == "moved":
         (tmp_path / "away").rename(home)
     else:
         shutil.rmtree(tmp_path / "away")

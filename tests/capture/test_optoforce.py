@@ -51,16 +51,16 @@ def blocks(data, cuts=(), rate=1000.0, **options):
     """A stream fed in pieces, each arriving when its last byte does at 16 bytes a sample."""
     packet_stream = PacketStream(rate, **options)
     edges = [0, *sorted({cut % len(data) for cut in cuts} - {0}), len(data)]
-    got = [packet_stream.feed(data[a:b], b / AXES3.frame.size / rate) for a, b in pairwise(edges)]
-    return [block for block in [*got, packet_stream.flush()] if block is not None], packet_stream
+    found = [packet_stream.feed(data[a:b], b / AXES3.frame.size / rate) for a, b in pairwise(edges)]
+    return [block for block in [*found, packet_stream.flush()] if block is not None], packet_stream
 
 
 @given(st.sampled_from([1, 2, 10]), st.lists(st.integers(0, 5_000), max_size=10))
 def test_blocks_hold_every_sample_however_the_bytes_came(step, cuts):
     data, values = stream(AXES3, range(65_400, 65_400 + 200 * step, step))
-    got, packet_stream = blocks(data[:800] + CONFIGURED + data[800:], cuts)
-    assert np.concatenate([block.ticks for block in got]).tolist() == list(range(200))
-    assert (np.concatenate([block.values for block in got]) == values).all()
+    found, packet_stream = blocks(data[:800] + CONFIGURED + data[800:], cuts)
+    assert np.concatenate([block.ticks for block in found]).tolist() == list(range(200))
+    assert (np.concatenate([block.values for block in found]) == values).all()
     assert [reply.code for reply in packet_stream.take_replies()] == [0]
 
 

@@ -38,11 +38,11 @@ def loaded(project, key):
         )
 
 
-def came(recorder, samples, device=0):
+def wait_for_samples(recorder, samples, device=0):
     eventually(lambda: recorder.state().devices[device].samples >= samples)
 
 
-def went_on(recorder, seconds, device=0):
+def wait_for_seconds(recorder, seconds, device=0):
     """Wait for a sample taken so long after now: on a busy machine many come late, at once."""
     until = time.monotonic() + seconds
     eventually(lambda: recorder.latest(0.0)[device][1].max(initial=0.0) >= until)
@@ -51,7 +51,7 @@ def went_on(recorder, seconds, device=0):
 def test_a_recording_is_in_the_project_with_all_its_samples_and_stamps(project):
     with Recorder(project, [FakeDevice()]) as recorder:
         assert recorder.start("LEGO") == "LEGO 01"
-        came(recorder, 400)
+        wait_for_samples(recorder, 400)
         assert recorder.state().recording
         saved = recorder.stop()
     d, times, signals, stamps, tracks = loaded(project, "LEGO 01")
@@ -71,16 +71,16 @@ def test_several_in_a_row_are_numbered_and_a_discarded_one_leaves_nothing(projec
     with Recorder(project, [FakeDevice()]) as recorder:
         for _ in range(2):
             recorder.start("LEGO")
-            came(recorder, 30)
+            wait_for_samples(recorder, 30)
             recorder.stop()
         assert recorder.start("LEGO") == "LEGO 03"
-        came(recorder, 30)
+        wait_for_samples(recorder, 30)
         recorder.discard()
         assert recorder.start("LEGO") == "LEGO 03"
-        came(recorder, 30)
+        wait_for_samples(recorder, 30)
         recorder.stop()
         assert recorder.start("foam", name="by hand") == "by hand"
-        came(recorder, 30)
+        wait_for_samples(recorder, 30)
         recorder.stop()
         assert not recorder.state().recording
     with Project.open(project) as opened:
@@ -94,12 +94,12 @@ def test_two_daqs_and_an_encoder_are_one_demonstration_on_one_clock(project):
     encoder.changes = [5]
     devices = [FakeDevice("fake:0"), FakeDevice("fake:1", ppm=200), encoder]
     with Recorder(project, devices) as recorder:
-        came(recorder, 1, 2)  # what it gave before the recording holds
+        wait_for_samples(recorder, 1, 2)  # what it gave before the recording holds
         recorder.start("LEGO")
-        came(recorder, 300)
+        wait_for_samples(recorder, 300)
         encoder.changes = [7]
-        came(recorder, 1, 2)
-        came(recorder, 600)
+        wait_for_samples(recorder, 1, 2)
+        wait_for_samples(recorder, 600)
         recorder.stop()
     d, _, signals, stamps, _ = loaded(project, "LEGO 01")
     names = [channel.name for channel in d.channels]
@@ -117,16 +117,16 @@ def test_marks_made_live_become_a_track(project):
     with Recorder(project, [FakeDevice()]) as recorder:
         recorder.mark("too early", True)
         recorder.start("LEGO", author="Ann")
-        went_on(recorder, 0.1)
+        wait_for_seconds(recorder, 0.1)
         recorder.mark("grab", True)
-        went_on(recorder, 0.1)
+        wait_for_seconds(recorder, 0.1)
         recorder.mark("hold", True)  # while grab is still down: the last one pressed counts
-        went_on(recorder, 0.1)
+        wait_for_seconds(recorder, 0.1)
         recorder.mark("hold", False)
         recorder.mark("grab", False)
-        went_on(recorder, 0.05)
+        wait_for_seconds(recorder, 0.05)
         recorder.mark("pull", True)
-        went_on(recorder, 0.05)
+        wait_for_seconds(recorder, 0.05)
         recorder.stop()
     d, _, _, _, (track,) = loaded(project, "LEGO 01")
     assert track.author == "Ann"
@@ -143,13 +143,13 @@ def test_unplugged_and_plugged_in_again_is_one_demonstration_with_a_gap(project)
     with Recorder(project, [device]) as recorder:
         recorder.start("LEGO")
         for _ in range(2):
-            went_on(recorder, 0.3)
+            wait_for_seconds(recorder, 0.3)
             device.gone.set()
             eventually(lambda: "unplugged" in recorder.state().devices[0].alarms)
             eventually(lambda: any("gone" in sentence for sentence in recorder.remarks()))
             device.gone.clear()
             eventually(lambda: recorder.state().devices[0].plugged)
-        went_on(recorder, 0.3)
+        wait_for_seconds(recorder, 0.3)
         saved = recorder.stop()
     assert any("unplugged 2 times" in remark for remark in saved.remarks)
     assert device.opened == 3
@@ -162,8 +162,8 @@ def test_unplugged_and_plugged_in_again_is_one_demonstration_with_a_gap(project)
         assert len(opened.demonstrations.infos()) == 1
 
 
-@pytest.mark.parametrize("goes_on", [True, False])
-def test_what_a_device_lost_while_it_was_away_is_told_live_as_it_is_kept(project, goes_on):
+@pytest.mark.parametrize("continues", [True, False])
+def test_what_a_device_lost_while_it_was_away_is_told_live_as_it_is_kept(project, continues):
     device = FakeDevice()
 
     def go_on():
@@ -172,21 +172,21 @@ def test_what_a_device_lost_while_it_was_away_is_told_live_as_it_is_kept(project
             raise InputError("It is not there.")
         device.next = int((time.monotonic() - device.began) * device.rate)
 
-    if goes_on:
+    if continues:
         device.reopen = go_on
     with Recorder(project, [device]) as recorder:
         recorder.start("LEGO")
-        went_on(recorder, 0.3)
+        wait_for_seconds(recorder, 0.3)
         device.gone.set()
         eventually(lambda: "unplugged" in recorder.state().devices[0].alarms)
         time.sleep(0.15)
         device.gone.clear()
         eventually(lambda: recorder.state().devices[0].plugged)
-        went_on(recorder, 0.3)
+        wait_for_seconds(recorder, 0.3)
         lost = recorder.state().devices[0].lost
         saved = recorder.stop()
     (remark,) = saved.remarks
-    if goes_on:
+    if continues:
         assert lost >= 150
         loss = "samples of fake:0 were lost and the device was unplugged once for 0"
         assert remark.startswith(f"{lost} {loss}")
@@ -199,14 +199,14 @@ def test_a_second_device_that_is_away_is_missing_and_the_first_goes_on(project):
     second = FakeDevice("fake:1")
     with Recorder(project, [FakeDevice(), second]) as recorder:
         recorder.start("LEGO")
-        went_on(recorder, 0.3)
-        went_on(recorder, 0.1, 1)
+        wait_for_seconds(recorder, 0.3)
+        wait_for_seconds(recorder, 0.1, 1)
         second.gone.set()
-        went_on(recorder, 0.5)
+        wait_for_seconds(recorder, 0.5)
         second.gone.clear()
         eventually(lambda: recorder.state().devices[1].plugged)
-        went_on(recorder, 0.2, 1)
-        went_on(recorder, 0.1)
+        wait_for_seconds(recorder, 0.2, 1)
+        wait_for_seconds(recorder, 0.1)
         recorder.stop()
     _, times, signals, _, _ = loaded(project, "LEGO 01")
     missing = np.isnan(signals[:, 3])
@@ -222,7 +222,7 @@ def test_lost_samples_are_counted_said_and_absent(project):
         recorder.start("LEGO")
         first = device.next + 400  # what comes before a recording is not of it
         device.lose = np.r_[first : first + 20, first + 200]
-        came(recorder, 900)
+        wait_for_samples(recorder, 900)
         state = recorder.state().devices[0]
         saved = recorder.stop()
     assert state.lost == 21
@@ -249,7 +249,7 @@ def test_a_device_that_gives_other_than_it_was_told_is_said_once(project, monkey
     remarks = []
     with Recorder(project, [wrong, right]) as recorder:
         eventually(lambda: remarks.extend(recorder.remarks()) or remarks)
-        came(recorder, recorder.state().devices[0].samples + 200)
+        wait_for_samples(recorder, recorder.state().devices[0].samples + 200)
         remarks += recorder.remarks()
     (sentence,) = remarks
     assert re.search(r"^wrong:0 gives 11\d\d samples a second, not 1000: .*\?rate=11\d\d", sentence)
@@ -289,10 +289,10 @@ def test_samples_that_were_dropped_to_zero_a_device_are_not_lost(project):
 
     device = Zeroing()
     with Recorder(project, [device]) as recorder:
-        came(recorder, 300)
+        wait_for_samples(recorder, 300)
         recorder.zero()
         eventually(lambda: device.zeroed == 1)
-        came(recorder, 800)
+        wait_for_samples(recorder, 800)
         state = recorder.state().devices[0]
         assert (state.lost, state.alarms) == (0, ())
         device.lose = np.arange(device.next + 300, device.next + 310)
@@ -302,7 +302,7 @@ def test_samples_that_were_dropped_to_zero_a_device_are_not_lost(project):
 def test_the_latest_seconds_are_there_for_views(project):
     device = FakeDevice()
     with Recorder(project, [device], seconds=0.2) as recorder:
-        came(recorder, 500)
+        wait_for_samples(recorder, 500)
         first, times, values = recorder.latest(0.1)[0]
         assert values.shape == (len(times), 3)
         assert 50 <= len(times) <= 200
@@ -344,29 +344,30 @@ def test_what_cannot_be_recorded_is_one_sentence(project, tmp_path):
 def test_a_project_that_is_away_when_it_stops_gets_the_recording_later(project, tmp_path):
     with Recorder(project, [FakeDevice()]) as recorder:
         recorder.start("LEGO")
-        came(recorder, 200)
+        wait_for_samples(recorder, 200)
         project.rename(tmp_path / "away")
-        came(recorder, 400)
+        wait_for_samples(recorder, 400)
         with pytest.raises(InputError):
             recorder.stop()
         (tmp_path / "away").rename(project)
         assert recorder.stop().samples >= 400
 
 
-def test_what_could_not_be_kept_whole_is_not_kept_in_part(project, monkeypatch):
-    def refuse(*_):
-        raise InputError("The disk is full.")
+def refuse(*_):
+    raise InputError("The disk is full.")
 
+
+def test_what_could_not_be_kept_whole_is_not_kept_in_part(project, monkeypatch):
     with Recorder(project, [FakeDevice()]) as recorder:
         recorder.start("LEGO")
         recorder.mark("grab", True)
-        came(recorder, 200)
+        wait_for_samples(recorder, 200)
         with monkeypatch.context() as patch:
             patch.setattr(MediaStore, "attach_stamps", refuse)
             with pytest.raises(InputError, match="disk is full"):
                 recorder.stop()
-        with Project.open(project) as there:
-            assert there.demonstrations.infos() == ()
+        with Project.open(project) as opened:
+            assert opened.demonstrations.infos() == ()
         assert recorder.stop().added.status == "new"
 
 
@@ -376,7 +377,7 @@ def test_a_recordings_first_sample_can_be_had_after_it_began(project):
         encoder.changes += [7.0, 8.0]
         eventually(lambda: len(recorder.since(0, 0)[1]) > 50 and len(recorder.since(1, 0)[1]) > 1)
         recorder.start("LEGO")
-        came(recorder, 200)
+        wait_for_samples(recorder, 200)
         _, _, values = recorder.since(0, recorder.firsts[0])
         _, _, held = recorder.since(1, recorder.firsts[1])
         recorder.stop()
@@ -386,15 +387,12 @@ def test_a_recordings_first_sample_can_be_had_after_it_began(project):
 
 
 @pytest.fixture
-def in_part(project, monkeypatch):
+def partial_recorder(project, monkeypatch):
     """A recorder of whose recording a part is in the project, as that could not be taken back."""
-
-    def refuse(*_):
-        raise InputError("The disk is full.")
 
     with Recorder(project, [FakeDevice()]) as recorder:
         recorder.start("LEGO")
-        came(recorder, 200)
+        wait_for_samples(recorder, 200)
         with monkeypatch.context() as patch:
             patch.setattr(MediaStore, "attach_stamps", refuse)
             patch.setattr(DemonstrationStore, "discard", refuse)
@@ -403,32 +401,32 @@ def in_part(project, monkeypatch):
             with pytest.raises(InputError, match="disk is full"):
                 recorder.discard()
         assert recorder.has_recording
-        assert [one.name for one in there(project)] == ["LEGO 01"]
+        assert [info.name for info in stored_infos(project)] == ["LEGO 01"]
         yield recorder
         assert not recorder.has_recording
-    assert there(project) == ()
+    assert stored_infos(project) == ()
     assert not list((project / CAPTURES).iterdir())
 
 
-def there(project):
+def stored_infos(project):
     with Project.open(project) as opened:
         return opened.demonstrations.infos()
 
 
-def test_what_is_in_the_project_in_part_is_removed_when_it_is_discarded(in_part):
-    in_part.discard()
+def test_what_is_in_the_project_in_part_is_removed_when_it_is_discarded(partial_recorder):
+    partial_recorder.discard()
 
 
-def test_it_may_be_discarded_after_somebody_removed_that_part(in_part, project):
+def test_it_may_be_discarded_after_somebody_removed_that_part(partial_recorder, project):
     with Project.open(project) as opened:
         opened.demonstrations.remove_all(
             {demonstration.id: {} for demonstration in opened.demonstrations.infos()}
         )
-    in_part.discard()
+    partial_recorder.discard()
 
 
-def test_stopped_again_it_is_new_and_may_be_discarded(in_part, project):
-    saved = in_part.stop()
+def test_stopped_again_it_is_new_and_may_be_discarded(partial_recorder, project):
+    saved = partial_recorder.stop()
     assert saved.added.status == "new"
     with Project.open(project) as opened:
         assert opened.media.stamps(saved.added.id) is not None
@@ -439,10 +437,10 @@ def test_a_recorder_that_is_closed_without_stopping_leaves_what_can_be_recovered
     with Recorder(project, [FakeDevice()]) as recorder:
         recorder.start("LEGO")
         assert unfinished_journals(project) == ()  # it is being written
-        came(recorder, 200)
+        wait_for_samples(recorder, 200)
     assert len(unfinished_journals(project)) == 1
     (project / CAPTURES / "no.journal").write_bytes(b"junk")
-    bad, good = sorted(recover(project), key=lambda one: one.recording is not None)
+    bad, good = sorted(recover(project), key=lambda recovered: recovered.recording is not None)
     assert good.recording.samples >= 200
     assert "no journal" in bad.problem
     assert bad.path.exists()
@@ -453,16 +451,16 @@ def test_a_recorder_that_is_closed_without_stopping_leaves_what_can_be_recovered
 @given(
     length=st.integers(1, 20),
     blocks=st.lists(st.integers(0, 30), max_size=12),
-    asked=st.integers(0, 200),
+    position=st.integers(0, 200),
 )
-def test_a_ring_gives_the_last_samples_in_their_order(length, blocks, asked):
+def test_a_ring_gives_the_last_samples_in_their_order(length, blocks, position):
     ring, every = RingBuffer(length, 2), np.empty(0)
     for n in blocks:
         more = np.arange(len(every), len(every) + n, dtype=float)
         ring.extend(more / 10, np.stack([more, -more], axis=1))
         every = np.concatenate([every, more])
-    first, times, values = ring.since(asked)
-    expected = every[max(asked, len(every) - length) :]
+    first, times, values = ring.since(position)
+    expected = every[max(position, len(every) - length) :]
     np.testing.assert_array_equal(values[:, 0], expected)
     np.testing.assert_array_equal(times, expected / 10)
     if len(expected):
@@ -474,7 +472,7 @@ def test_a_ring_gives_the_last_samples_in_their_order(length, blocks, asked):
 def test_nothing_is_begun_with_every_device_unplugged(project):
     device = FakeDevice()
     with Recorder(project, [device]) as recorder:
-        came(recorder, 10)
+        wait_for_samples(recorder, 10)
         device.gone.set()
         eventually(lambda: not recorder.state().devices[0].plugged)
         with pytest.raises(InputError, match="No device is plugged in"):
@@ -483,7 +481,7 @@ def test_nothing_is_begun_with_every_device_unplugged(project):
 
 
 @pytest.mark.parametrize(
-    ("first", "told"),
+    ("first", "sentence"),
     [
         (InputError("The disk is full."), "The disk is full. 'LEGO 01' is in the project without"),
         (OSError("torn"), "It ended early (OSError('torn')). 'LEGO 01' is in the project without"),
@@ -491,7 +489,7 @@ def test_nothing_is_begun_with_every_device_unplugged(project):
     ],
 )
 def test_what_is_neither_whole_nor_taken_back_is_told_and_can_be_mended(
-    project, monkeypatch, first, told
+    project, monkeypatch, first, sentence
 ):
     def fail(error):
         def failing(*_):
@@ -507,7 +505,7 @@ def test_what_is_neither_whole_nor_taken_back_is_told_and_can_be_mended(
             patch.setattr(DemonstrationStore, "discard", fail(InputError("It is kept busy.")))
             with pytest.raises(PartialSaveError) as caught:
                 recorder.stop()
-        assert told in str(caught.value)
+        assert sentence in str(caught.value)
         assert str(caught.value).endswith("taken back either: It is kept busy.")
         assert caught.value.__cause__ is first
         recorder.discard()  # as it knows that a part is in the project

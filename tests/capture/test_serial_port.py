@@ -53,11 +53,11 @@ def test_a_read_gives_all_there_is_with_one_stamp(pty, port):
 def test_more_than_the_system_hands_over_at_once_is_read_too(pty, port):
     sent = bytes(range(256)) * 40
     pty.send(sent)
-    got = b""
+    received = b""
     until = time.monotonic() + 10
-    while len(got) < len(sent) and time.monotonic() < until:
-        got += port.read(0.5)[0]
-    assert got == sent
+    while len(received) < len(sent) and time.monotonic() < until:
+        received += port.read(0.5)[0]
+    assert received == sent
 
 
 def test_nothing_is_given_after_the_time_that_it_may_wait(port):

@@ -27,7 +27,7 @@ def counting(times):
     return np.stack([counts % 8000, counts // 8000, np.full_like(counts, 5)], axis=1)
 
 
-def pulled(recorder, daq, seconds):
+def pull_cable(recorder, daq, seconds):
     """Pull the cable for some seconds; gives when, on the host's clock."""
     daq.unplug()
     gone = time.monotonic()
@@ -48,7 +48,7 @@ def test_each_time_it_was_unplugged_is_a_gap_in_the_one_demonstration(project):
             for turn in range(UNPLUGS):
                 samples = recorder.state().devices[0].samples
                 eventually(lambda s=samples: recorder.state().devices[0].samples >= s + 300)
-                times_pulled.append(pulled(recorder, daq, 0.02 * (turn % 5)))
+                times_pulled.append(pull_cable(recorder, daq, 0.02 * (turn % 5)))
             samples = recorder.state().devices[0].samples
             eventually(lambda: recorder.state().devices[0].samples >= samples + 300)
             remarks = recorder.remarks()
@@ -58,7 +58,7 @@ def test_each_time_it_was_unplugged_is_a_gap_in_the_one_demonstration(project):
     how_often = "once" if UNPLUGS == 1 else f"{UNPLUGS} times"
     assert any(f"was unplugged {how_often}" in remark for remark in saved.remarks)
     with Project.open(project) as opened:
-        assert [one.name for one in opened.demonstrations.infos()] == ["LEGO 01"]
+        assert [info.name for info in opened.demonstrations.infos()] == ["LEGO 01"]
         d = opened.demonstrations.load("LEGO 01")
         times, signals = np.array(d.times), np.array(d.signals)
         stamps = opened.media.stamps(d.id)

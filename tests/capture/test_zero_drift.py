@@ -25,7 +25,7 @@ def readings(seconds, seed=0, *, per_minute=0.0, loads=(), cutoff=15.0, noise=2.
     return times, np.round(counts) * SCALE
 
 
-def told(times, values, restart_at=None, block=8):
+def drift_of(times, values, restart_at=None, block=8):
     wander = ZeroDrift(values.shape[1])
     for first in range(0, len(times), block):
         if restart_at is not None and times[first] >= restart_at:
@@ -44,39 +44,39 @@ def handling(seconds):
 @pytest.mark.parametrize("noise", [0.0, 2.0, 6.0])
 def test_a_zero_that_stays_is_no_alarm_whatever_is_done(seed, noise):
     times, values = readings(120, seed, loads=handling(120), noise=noise)
-    assert (told(times, values) == 0).all()
+    assert (drift_of(times, values) == 0).all()
 
 
 @pytest.mark.parametrize("per_minute", [0.8, -0.8])
 def test_a_zero_that_wanders_while_things_are_handled_is_told(per_minute):
     times, values = readings(120, per_minute=per_minute, loads=handling(120))
-    first, second = told(times, values)
+    first, second = drift_of(times, values)
     assert second == 0
     assert first == pytest.approx(2 * per_minute, rel=0.2)
 
 
 def test_a_wander_shows_without_any_load():
     times, values = readings(60, per_minute=0.5)
-    assert told(times, values)[0] == pytest.approx(0.5, rel=0.2)
+    assert drift_of(times, values)[0] == pytest.approx(0.5, rel=0.2)
 
 
 def test_a_load_that_is_held_still_is_no_wander():
     """Even clamped, without the wobble of a hand."""
     times, values = readings(90, loads=[(10, 12, 10.0, 0.3), (20, 80, 6.0, 0.0)])
-    assert (told(times, values) == 0).all()
+    assert (drift_of(times, values) == 0).all()
 
 
 def test_zeroing_ends_it():
     times, values = readings(80, per_minute=0.8)
     values[times > 60] -= np.array([1.0, 0.0]) * 0.8 / 60 * times[times > 60, None]
-    assert told(times[times < 60], values[times < 60])[0] > 0
-    assert told(times, values, restart_at=60)[0] == 0
+    assert drift_of(times[times < 60], values[times < 60])[0] > 0
+    assert drift_of(times, values, restart_at=60)[0] == 0
 
 
 def test_constant_and_missing_readings_are_no_alarm():
     times = np.arange(4000) / RATE
     values = np.ones((4000, 2))
-    assert (told(times, values) == 0).all()
+    assert (drift_of(times, values) == 0).all()
     values[:, 1] = np.nan
-    assert (told(times, values) == 0).all()
+    assert (drift_of(times, values) == 0).all()
     assert (ZeroDrift(2).drift == 0).all()

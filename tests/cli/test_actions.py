@@ -7,9 +7,9 @@ from forcelab.terms import glossary
 
 def test_every_action_is_told_with_a_picture_that_is_there(forcelab):
     output = forcelab("actions", "--json").json
-    assert [one["action"] for one in output] == [entry.action for entry in glossary()]
-    for one in output:
-        assert cv2.imread(one["picture"]).shape == (180, 648, 3)
+    assert [entry["action"] for entry in output] == [described.action for described in glossary()]
+    for entry in output:
+        assert cv2.imread(entry["picture"]).shape == (180, 648, 3)
 
 
 def test_one_action_is_told_alone_with_how_to_decide(forcelab):

@@ -3,9 +3,10 @@ from __future__ import annotations
 from forcelab.project import Project
 
 
-def names(said):
+def names(result):
     return [
-        (one["name"], one["author"], one["blind"], one["done"]) for one in said.json["assignments"]
+        (assignment["name"], assignment["author"], assignment["blind"], assignment["done"])
+        for assignment in result.json["assignments"]
     ]
 
 
@@ -25,7 +26,7 @@ def test_demonstrations_are_assigned_blind_and_done(forcelab, project):
     assert result.out.count("open") == 2
     forcelab("assign", project, "foam-01", "foam-02", "--author", "Anna", "--remove")
     with Project.open(project) as opened:
-        assert {one.author for one in opened.coding.assignments()} == {"Bert"}
+        assert {assignment.author for assignment in opened.coding.assignments()} == {"Bert"}
         assert len(opened.coding.assignment_events()) == 8
 
 

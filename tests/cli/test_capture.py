@@ -33,7 +33,7 @@ def daq():
         yield created
 
 
-def started(*words):
+def start_capture(*words):
     """Start a recording in a process of its own."""
     return subprocess.Popen(
         [sys.executable, "-m", "forcelab", "capture", *map(str, words)],
@@ -44,12 +44,12 @@ def started(*words):
 def journal_of(project, process, size=40_000):
     """The journal that a process writes, once some samples are in it: a thousand in 40 kB."""
 
-    def there():
+    def has_samples():
         assert process.poll() is None, process.communicate()
         found = list((project / CAPTURES).glob("*.journal")) if project.exists() else []
         return found and found[0].stat().st_size > size
 
-    eventually(there, 60)
+    eventually(has_samples, 60)
     return next((project / CAPTURES).glob("*.journal"))
 
 
@@ -88,7 +88,7 @@ def test_a_recording_of_two_seconds_is_in_a_new_project(forcelab, daq, tmp_path)
 def test_killed_it_loses_at_most_a_second_and_is_recovered(forcelab, daq, tmp_path, turn):
     project = tmp_path / "lab.forcelab"
     device = f"optoforce:{daq.port}"
-    process = started(project, "--device", device, "--task", "LEGO")
+    process = start_capture(project, "--device", device, "--task", "LEGO")
     journal_of(project, process)
     time.sleep(0.05 * turn)
     killed = time.monotonic()
@@ -118,7 +118,7 @@ def test_ctrl_c_keeps_one_demonstration_though_unplugged_and_plugged_in_again(tm
     project = tmp_path / "lab.forcelab"
     with VirtualOptoForce(source, clock_ppm=-200) as daq:
         words = ("--device", f"optoforce:{daq.port}", "--task", "LEGO", "--json")
-        process = started(project, *words)
+        process = start_capture(project, *words)
         journal = journal_of(project, process, 20_000)
         daq.unplug()
         time.sleep(0.4)
@@ -133,9 +133,9 @@ def test_ctrl_c_keeps_one_demonstration_though_unplugged_and_plugged_in_again(tm
     assert "unplugged" in " ".join(output["remarks"])
     assert "is back" in err
     with Project.open(project) as opened:
-        (one,) = opened.demonstrations.infos()
-        d = opened.demonstrations.load(one.id)
-    assert one.name == "LEGO 01"
+        (info,) = opened.demonstrations.infos()
+        d = opened.demonstrations.load(info.id)
+    assert info.name == "LEGO 01"
     assert len(d.gaps) == 1
     begin, end = d.gaps[0]
     assert end - begin > 0.3
@@ -147,7 +147,7 @@ def test_what_the_disk_does_not_take_is_kept_elsewhere_and_can_be_recovered(
     home, away, project = tmp_path / "home", tmp_path / "away", tmp_path / "lab.forcelab"
     home.mkdir()
     monkeypatch.setenv("HOME", str(home))
-    process = started(project, "--device", f"optoforce:{daq.port}", "--task", "LEGO")
+    process = start_capture(project, "--device", f"optoforce:{daq.port}", "--task", "LEGO")
     journal_of(project, process)
     project.rename(away)
     time.sleep(0.5)

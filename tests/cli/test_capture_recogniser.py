@@ -39,7 +39,7 @@ def three():
 @pytest.fixture(scope="module")
 def recogniser(three):
     return train(
-        [LabelledDemonstration(*one) for one in three[:2]],
+        [LabelledDemonstration(*performance) for performance in three[:2]],
         BAYES_SETTINGS.replace(stride=10, max_scale=512.0),
     )
 
@@ -79,17 +79,17 @@ def test_the_track_is_what_is_stated_for_the_latency_and_segments_are_told(
             "--recogniser", file, "--latency", LATENCY,
         )  # fmt: skip
     assert result.status == 0, result.err
-    told = result.json["recognised"]
+    found = result.json["recognised"]
     with Project.open(project) as opened:
         d = opened.demonstrations.load("foam 01")
         (track,) = opened.tracks.of(d.id)
         (edit,) = opened.tracks.history(d.id, track.author)
         stated = recognise_with_latency(recogniser, d, LATENCY)
     assert (track.author, edit.kind) == ("model tiny", "predict")
-    assert told["segments"] == len(track.segments) >= 2
-    assert told["labelled"] == pytest.approx(sum(s.duration for s in track.segments) / d.duration)
-    assert told["after"]["p99"] >= told["after"]["median"] >= LATENCY
-    assert told["cpu"] > 0
+    assert found["segments"] == len(track.segments) >= 2
+    assert found["labelled"] == pytest.approx(sum(s.duration for s in track.segments) / d.duration)
+    assert found["after"]["p99"] >= found["after"]["median"] >= LATENCY
+    assert found["cpu"] > 0
     # The stamps of the demonstration are made of all arrivals, those of the stream of the arrivals
     # until then, and the recording's last samples follow the stream's: edges may lie apart.
     codes = to_codes(track.segments, stated.times, recogniser.actions)
@@ -205,14 +205,14 @@ class Rings:
 
 
 def test_samples_of_two_devices_are_joined_as_far_as_both_have_told():
-    there = Rings(FakeDevice("a"), FakeDevice("b"))
+    rings = Rings(FakeDevice("a"), FakeDevice("b"))
     t = np.arange(200) / 1000
-    there.give(0, t, t)
-    there.give(1, t[:100] + 4e-4, t[:100] + 4e-4)
-    times, values = there.following.read()
+    rings.give(0, t, t)
+    rings.give(1, t[:100] + 4e-4, t[:100] + 4e-4)
+    times, values = rings.following.read()
     assert times[-1] == pytest.approx(0.099)
-    there.give(1, t[100:] + 4e-4, t[100:] + 4e-4)
-    later, more = there.following.read()
+    rings.give(1, t[100:] + 4e-4, t[100:] + 4e-4)
+    later, more = rings.following.read()
     times, values = np.concatenate([times, later]), np.concatenate([values, more])
     np.testing.assert_allclose(times, t, atol=1e-12)
     np.testing.assert_array_equal(values[:, 0], t)
@@ -221,43 +221,43 @@ def test_samples_of_two_devices_are_joined_as_far_as_both_have_told():
 
 def test_a_device_that_is_silent_is_not_waited_for_and_one_that_holds_never_is():
     encoder = FakeEncoder()
-    there = Rings(FakeDevice("a"), FakeDevice("b"), encoder)
-    there.give(2, [-5.0], [7.0])
-    there.following.skip([ring.latest(0.0) for ring in there.rings])
+    rings = Rings(FakeDevice("a"), FakeDevice("b"), encoder)
+    rings.give(2, [-5.0], [7.0])
+    rings.following.skip([ring.latest(0.0) for ring in rings.rings])
     t = np.arange(1000) / 1000
-    there.give(0, t, t)
-    times, values = there.following.read()
+    rings.give(0, t, t)
+    times, values = rings.following.read()
     assert times[-1] == pytest.approx(0.749)
     assert np.isnan(values[:, 3:6]).all()
     assert (values[:, 6] == 7).all()
-    times, _ = there.following.read([None] * 3)
+    times, _ = rings.following.read([None] * 3)
     assert times[-1] == t[-1]
 
 
 def test_a_first_device_that_is_away_for_long_costs_no_memory_and_goes_on_when_it_is_back():
     encoder = FakeEncoder()
-    there = Rings(FakeDevice("a"), FakeDevice("b"), encoder)
-    there.give(2, [0.0], [7.0])
+    rings = Rings(FakeDevice("a"), FakeDevice("b"), encoder)
+    rings.give(2, [0.0], [7.0])
     t = np.arange(1000) / 1000
     for second in range(100):
-        there.give(1, second + t, t)
-        assert len(there.following.read()[0]) == 0
-    kept = sum(len(times) for times in there.following._times)
-    assert kept < 65_000
-    there.give(0, 100 + t, t)
-    there.give(1, 100 + t, t)
-    times, values = there.following.read()
+        rings.give(1, second + t, t)
+        assert len(rings.following.read()[0]) == 0
+    waiting = sum(len(times) for times in rings.following._times)
+    assert waiting < 65_000
+    rings.give(0, 100 + t, t)
+    rings.give(1, 100 + t, t)
+    times, values = rings.following.read()
     assert len(times) == 1000
     assert np.isfinite(values).all()
 
 
 def test_stamps_increase_when_the_clock_is_set_back_and_no_sample_is_left_out():
-    there = Rings(FakeDevice("a"))
+    rings = Rings(FakeDevice("a"))
     t = np.arange(100) / 1000
-    there.give(0, t, t)
-    first, _ = there.following.read()
-    there.give(0, t + 0.095, t)
-    second, _ = there.following.read()
+    rings.give(0, t, t)
+    first, _ = rings.following.read()
+    rings.give(0, t + 0.095, t)
+    second, _ = rings.following.read()
     times = np.concatenate([first, second])
     assert len(times) == 200
     assert (np.diff(times) > 0).all()

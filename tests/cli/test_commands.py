@@ -71,7 +71,7 @@ def test_every_example_of_a_manual_can_be_said(capsys, command):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "sentence"),
     [
         (["lst", "p"], "forcelab: there is no 'lst'; did you mean 'list'"),
         (["evaluate", "p", "--stride", "five"], "--stride: 'five' is no whole number"),
@@ -91,9 +91,9 @@ def test_every_example_of_a_manual_can_be_said(capsys, command):
         (["train", "p", "--out"], "--out: expected one argument"),
     ],
 )
-def test_a_wrong_command_line_is_told_in_one_sentence(forcelab, words, said):
+def test_a_wrong_command_line_is_told_in_one_sentence(forcelab, words, sentence):
     output = forcelab(*words).wrong_word
-    assert said in output
+    assert sentence in output
     assert output.endswith("--help'.\n")
 
 
@@ -111,7 +111,7 @@ def test_recordings_do_not_come_from_standard_input(forcelab, tmp_path, monkeypa
 
 
 @pytest.mark.parametrize(
-    ("words", "name", "wanted"),
+    ("words", "name", "value"),
     [
         ("remove P --yes pull-03 pull-04", "demonstrations", ["pull-03", "pull-04"]),
         ("remove P pull-03 --yes pull-04", "demonstrations", ["pull-03", "pull-04"]),
@@ -120,8 +120,8 @@ def test_recordings_do_not_come_from_standard_input(forcelab, tmp_path, monkeypa
         ("measure recognition --quick P", "project", Path("P")),
     ],
 )
-def test_words_may_stand_behind_options(words, name, wanted):
-    assert getattr(build_parser(words.split()).parse_args(words.split()), name) == wanted
+def test_words_may_stand_behind_options(words, name, value):
+    assert getattr(build_parser(words.split()).parse_args(words.split()), name) == value
 
 
 def test_a_calibration_that_is_not_there_is_told_where_nothing_needs_it(
@@ -137,7 +137,7 @@ def test_a_calibration_that_is_not_there_is_told_where_nothing_needs_it(
 def test_importing_twice_updates(forcelab, project, recordings):
     files = sorted(recordings.glob("foam-*.csv"))
     result = forcelab("import", project, *files, "--task", "foam", "--json")
-    assert [one["status"] for one in result.json["demonstrations"]] == ["unchanged"] * 4
+    assert [row["status"] for row in result.json["demonstrations"]] == ["unchanged"] * 4
     output = forcelab("import", project, *files, "--task", "foam")
     assert output.out == "4 recordings: 0 new, 0 updated, 4 unchanged.\n"
     with Project.open(project) as opened:
@@ -198,7 +198,7 @@ def test_a_bad_file_is_named_and_left_out(forcelab, recordings, tmp_path):
     as_json = forcelab(*words, "--json")
     assert as_json.status == 1
     assert list(as_json.json["unread"]) == [str(bad), str(notes)]
-    assert [one["status"] for one in as_json.json["demonstrations"]] == ["unchanged"]
+    assert [row["status"] for row in as_json.json["demonstrations"]] == ["unchanged"]
 
 
 def test_list_tells_what_there_is(forcelab, project):
@@ -215,12 +215,12 @@ def test_list_says_where_the_videos_of_further_cameras_lie(forcelab, project, tm
     (film := tmp_path / "second.mkv").write_bytes(b"a film")
     with Project.open(project) as opened:
         info = opened.demonstrations.infos()[0]
-        kept = opened.media.attach_file(info.id, film)
-    assert kept.read_bytes() == b"a film"
+        attached = opened.media.attach_file(info.id, film)
+    assert attached.read_bytes() == b"a film"
     result = forcelab("list", project).out
-    assert f"Beside the video of '{info.name}', of another camera: {kept}" in result
+    assert f"Beside the video of '{info.name}', of another camera: {attached}" in result
     output = forcelab("list", project, "--json").json["demonstrations"]
-    assert [one["beside"] for one in output if one["id"] == info.id] == [[str(kept)]]
+    assert [row["beside"] for row in output if row["id"] == info.id] == [[str(attached)]]
 
 
 def test_exported_labels_read_back_as_they_were(forcelab, project, tmp_path):
@@ -252,8 +252,8 @@ def test_a_list_reads_no_results_of_runs(forcelab, project, monkeypatch):
 def test_the_list_tells_what_is_left_to_label(forcelab, project):
     def left(*words):
         return [
-            one["name"]
-            for one in forcelab("list", project, *words, "--json").json["demonstrations"]
+            row["name"]
+            for row in forcelab("list", project, *words, "--json").json["demonstrations"]
         ]
 
     assert left("--to-label", "coder") == []
@@ -348,7 +348,7 @@ def test_what_an_encoding_lacks_is_printed_as_json_escapes_it(forcelab, project,
             sys.stdout.seek(0)
             output = sys.stdout.read()
         assert r"Prüfung \ud83d\ude42" in output
-    assert "Prüfung 🙂" in [one["name"] for one in json.loads(output)["demonstrations"]]
+    assert "Prüfung 🙂" in [row["name"] for row in json.loads(output)["demonstrations"]]
 
 
 @pytest.mark.parametrize("words", ["import NEW LINK", "predict LINK LINK", "export OLD --out LINK"])
@@ -403,13 +403,13 @@ def test_nothing_is_written_among_the_files_of_a_project(forcelab, project, tmp_
 
 def test_an_export_that_fails_leaves_no_folder_behind(forcelab, project, tmp_path):
     next(project.glob("demonstrations/*/signals.npy")).unlink()
-    kept = tmp_path / "kept"
-    kept.mkdir()
-    for out in (tmp_path / "new" / "deep", kept):
+    existing = tmp_path / "kept"
+    existing.mkdir()
+    for out in (tmp_path / "new" / "deep", existing):
         words = ("export", project, "--out", out, "--format", "archive")
         assert "signals.npy" in forcelab(*words).sentence
     assert not (tmp_path / "new").exists()
-    assert kept.is_dir()
+    assert existing.is_dir()
 
 
 def in_shell(words):
@@ -526,7 +526,7 @@ def test_a_reader_that_stops_early_is_no_error(forcelab, project, monkeypatch):
     assert (result.status, result.err) == (0, "")
 
 
-def interrupted(project, delay):
+def interrupt_evaluation(project, delay):
     """What stands on the terminal after Ctrl+C, some seconds after the features have begun."""
     words = ["evaluate", str(project), "--jobs", "2"]
     process, leader = start_on_terminal(words, project.parent)
@@ -549,14 +549,14 @@ def is_whole(project):
 
 
 def test_ctrl_c_stops_in_one_sentence_and_leaves_the_project_whole(project):
-    shown = interrupted(project, 1.0)
+    shown = interrupt_evaluation(project, 1.0)
     assert shown.endswith("forcelab: stopped; nothing was left half done.\r\n")
     assert is_whole(project)
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.3])
 def test_an_interrupt_while_processes_start_shows_no_traceback(project, delay):
-    interrupted(project, delay)
+    interrupt_evaluation(project, delay)
 
 
 def test_ctrl_c_stops_what_is_done_in_one_process(forcelab, project, monkeypatch):

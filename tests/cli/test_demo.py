@@ -15,7 +15,7 @@ from forcelab.simulation import generate, rendering
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def demo_project(tmp_path_factory):
     """The sample project in a folder with a space, and what was said when it was made."""
     folder = tmp_path_factory.mktemp("a lab")
     cheap = presets.preset("paper").replace(classifier="naive-bayes")
@@ -28,23 +28,25 @@ def made(tmp_path_factory):
     return folder / "my sample.forcelab"
 
 
-def test_a_second_time_it_says_so_and_changes_nothing(forcelab, made):
-    before = (made / "project.sqlite").stat().st_mtime_ns
-    result = forcelab("demo", made, "--json")
+def test_a_second_time_it_says_so_and_changes_nothing(forcelab, demo_project):
+    before = (demo_project / "project.sqlite").stat().st_mtime_ns
+    result = forcelab("demo", demo_project, "--json")
     assert result.json == {
-        "project": str(made),
+        "project": str(demo_project),
         "made": False,
         "tasks": ["cartridge", "foam", "LEGO", "marker", "stylus"],
         "demonstrations": 30,
         "recognisers": ["LEGO"],
     }
-    assert "there already" in forcelab("demo", made).out
-    assert (made / "project.sqlite").stat().st_mtime_ns == before
+    assert "there already" in forcelab("demo", demo_project).out
+    assert (demo_project / "project.sqlite").stat().st_mtime_ns == before
 
 
-def test_the_commands_that_it_proposes_work_as_they_are_printed(forcelab, made, monkeypatch):
-    monkeypatch.chdir(made.parent)
-    result = forcelab("demo", made)
+def test_the_commands_that_it_proposes_work_as_they_are_printed(
+    forcelab, demo_project, monkeypatch
+):
+    monkeypatch.chdir(demo_project.parent)
+    result = forcelab("demo", demo_project)
     proposed = [line for line in result.out.splitlines() if line.startswith("  forcelab ")]
     assert len(proposed) == 3
     extra = {
@@ -54,18 +56,18 @@ def test_the_commands_that_it_proposes_work_as_they_are_printed(forcelab, made, 
     for line in proposed:
         words = shlex.split(line)[1:]
         assert forcelab(*words, *extra.get(words[0], [])).status == 0
-    assert (made.parent / "pairs.svg").exists()
-    assert (made.parent / "window.png").exists()
+    assert (demo_project.parent / "pairs.svg").exists()
+    assert (demo_project.parent / "window.png").exists()
 
 
 def test_it_lies_in_the_current_folder_where_no_other_is_named(forcelab, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(demo, "making", lambda path, _: made_at(path))
+    monkeypatch.setattr(demo, "making", lambda path, _: make_empty(path))
     assert forcelab("demo").out.startswith("Made sample.forcelab: ")
     assert [entry.name for entry in tmp_path.iterdir()] == ["sample.forcelab"]
 
 
-def made_at(path):
+def make_empty(path):
     Project.create(path).close()
     yield from ()
     return True
@@ -77,10 +79,10 @@ def test_what_is_something_else_is_refused_in_one_sentence(forcelab, tmp_path):
     assert "cannot become a new project" in forcelab("demo", tmp_path / "no" / "x").sentence
 
 
-def test_where_it_is_already_neither_opencv_nor_scikit_learn_is_loaded(made):
+def test_where_it_is_already_neither_opencv_nor_scikit_learn_is_loaded(demo_project):
     script = (
         "import sys; from forcelab.cli import main; status = main(['demo', sys.argv[1], '--json'])"
         "; loaded = {'cv2', 'sklearn', 'scipy', 'PySide6'} & set(sys.modules)"
         "; sys.exit(status or bool(loaded) and str(loaded))"
     )
-    subprocess.run([sys.executable, "-c", script, made], check=True, capture_output=True)
+    subprocess.run([sys.executable, "-c", script, demo_project], check=True, capture_output=True)

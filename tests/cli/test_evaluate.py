@@ -18,8 +18,8 @@ SCORES = {
 
 def test_json_holds_settings_scores_and_run_times(forcelab, project, tmp_path):
     file = tmp_path / "scores.json"
-    said = forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS, "--json", file)
-    assert said.status == 0
+    result = forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS, "--json", file)
+    assert result.status == 0
     content = json.loads(file.read_text())
     assert {"preset", "settings", "seed", "versions", "labels", "seconds"} <= set(content)
     assert content["preset"] == "paper"
@@ -42,7 +42,7 @@ def test_json_holds_settings_scores_and_run_times(forcelab, project, tmp_path):
     # Below the pooled scores stand the intervals that the file holds.
     low, high = content["raw"]["intervals"]["accuracy"]
     assert low <= content["raw"]["pooled"]["accuracy"] <= high
-    line = next(line for line in said.out.splitlines() if line.startswith("95 % interval "))
+    line = next(line for line in result.out.splitlines() if line.startswith("95 % interval "))
     assert line.split()[3] == f"{100 * low:.1f}–{100 * high:.1f}"
 
 
@@ -66,9 +66,9 @@ def test_a_table_holds_every_score_of_every_demonstration(forcelab, project, tmp
 
 def test_what_is_printed_of_each_action_is_what_the_confusion_counts(forcelab, project, tmp_path):
     words = ["--task", "foam", *FAST_OPTIONS, "--json", tmp_path / "scores.json"]
-    said = forcelab("evaluate", project, *words)
+    result = forcelab("evaluate", project, *words)
     content = json.loads((tmp_path / "scores.json").read_text())
-    lines = said.out.split("mostly taken for\n")[1].splitlines()
+    lines = result.out.split("mostly taken for\n")[1].splitlines()
     for i, action in enumerate(content["labels"]):
         shares = []
         for stage in ("raw", "filtered"):
@@ -78,9 +78,9 @@ def test_what_is_printed_of_each_action_is_what_the_confusion_counts(forcelab, p
 
 
 def test_json_on_standard_output_is_nothing_but_json(forcelab, project):
-    said = forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS, "--json", "-")
-    assert said.json["title"] == "foam"
-    assert said.err == ""
+    result = forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS, "--json", "-")
+    assert result.json["title"] == "foam"
+    assert result.err == ""
 
 
 def test_every_task_is_evaluated_by_itself(forcelab, project):
@@ -100,10 +100,10 @@ def test_joined_tasks_can_keep_their_actions_apart(forcelab, project):
 
 
 def test_training_on_one_task_and_testing_on_another(forcelab, project):
-    said = forcelab(
+    result = forcelab(
         "evaluate", project, "--task", "foam", "--test-task", "sponge", *FAST_OPTIONS, "--json", "-"
     )
-    content = said.json
+    content = result.json
     assert [s["name"] for s in content["raw"]["demonstrations"]] == ["sponge-11", "sponge-12"]
     assert len(content["trained_on"]) == 4
     assert not set(content["trained_on"]) & set(content["tested"])
@@ -118,16 +118,16 @@ def test_every_other_task_is_trained_on_when_only_the_tested_one_is_named(
     assert content["title"] == "foam → sponge"
     names = [path.stem for path in recordings.glob("foam-*.csv")]
     forcelab("remove", project, *names, "--yes")
-    said = forcelab("evaluate", project, "--test-task", "sponge", *FAST_OPTIONS).sentence
-    assert "has no task but 'sponge', so there is none to train on" in said
+    sentence = forcelab("evaluate", project, "--test-task", "sponge", *FAST_OPTIONS).sentence
+    assert "has no task but 'sponge', so there is none to train on" in sentence
 
 
 def test_a_task_that_cannot_be_evaluated_does_not_keep_the_others(forcelab, project, recordings):
     forcelab("import", project, recordings / "foam-01.csv", "--task", "lonely")
-    said = forcelab("evaluate", project, *FAST_OPTIONS)
-    assert said.status == 0
-    assert "foam:" in said.out
-    assert said.err == (
+    result = forcelab("evaluate", project, *FAST_OPTIONS)
+    assert result.status == 0
+    assert "foam:" in result.out
+    assert result.err == (
         "forcelab: Task 'lonely' was left out: Leaving one demonstration out needs two labelled "
         "ones; there is 1.\n"
     )
@@ -160,17 +160,17 @@ def test_figures_have_the_colours_of_the_window(forcelab, project, tmp_path, mon
             tmp_path / "f.svg",
         ]
         assert forcelab("evaluate", project, *words).status == 0
-        seen = action_styles(opened, latest_run(opened))
-    assert seen["hold"].colour != "#112233"
-    assert {a.name: a.look for a in drawn[0].vocabulary} == {a.name: a.look for a in seen}
+        vocabulary = action_styles(opened, latest_run(opened))
+    assert vocabulary["hold"].colour != "#112233"
+    assert {a.name: a.look for a in drawn[0].vocabulary} == {a.name: a.look for a in vocabulary}
 
 
 def test_what_a_preset_switches_on_can_be_switched_off(forcelab, project):
     words = ["evaluate", project, "--task", "foam", "--preset", "best", "--json", "-"]
-    made = forcelab(*words, "--no-peaks", "--no-calibrated", "--stride", 20).json["settings"]
-    assert (made["peaks"], made["calibrated"], made["balanced"]) == (False, False, False)
-    made = forcelab(*words[:-4], "--preset", "fast", "--peaks", "--json", "-").json["settings"]
-    assert (made["peaks"], made["calibrated"]) == (True, False)
+    used = forcelab(*words, "--no-peaks", "--no-calibrated", "--stride", 20).json["settings"]
+    assert (used["peaks"], used["calibrated"], used["balanced"]) == (False, False, False)
+    used = forcelab(*words[:-4], "--preset", "fast", "--peaks", "--json", "-").json["settings"]
+    assert (used["peaks"], used["calibrated"]) == (True, False)
 
 
 def test_no_two_outputs_of_several_tasks_share_a_file(forcelab, project, tmp_path):
@@ -181,10 +181,10 @@ def test_no_two_outputs_of_several_tasks_share_a_file(forcelab, project, tmp_pat
 
 def test_a_project_that_may_only_be_read_is_evaluated_all_the_same(forcelab, project, monkeypatch):
     monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
-    said = forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS)
-    assert said.status == 0
-    assert "The result was not kept: '" in said.err
-    assert said.err.endswith("may only be read here; copy it to where you may write.\n")
+    result = forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS)
+    assert result.status == 0
+    assert "The result was not kept: '" in result.err
+    assert result.err.endswith("may only be read here; copy it to where you may write.\n")
 
 
 def test_a_task_named_twice_is_one_task(forcelab, project):
@@ -227,9 +227,9 @@ def test_remarks_tell_what_does_not_fit(forcelab, project, tmp_path):
     with Project.open(project) as opened:
         opened.demonstrations.rename(opened.demonstrations.id_of("foam-01"), "foam\x1b[1m")
     words = ["--task", "foam", *FAST_OPTIONS, "--max-scale", "1024", "--merge", spelling]
-    said = forcelab("evaluate", project, *words)
-    assert r"The largest scale, 1024 samples, is longer than foam\x1b[1m and 3 more" in said.out
-    assert said.err == "forcelab: The merge map names what nobody labelled: nonsense.\n"
+    result = forcelab("evaluate", project, *words)
+    assert r"The largest scale, 1024 samples, is longer than foam\x1b[1m and 3 more" in result.out
+    assert result.err == "forcelab: The merge map names what nobody labelled: nonsense.\n"
 
 
 def test_a_damaged_array_is_told_before_the_work(forcelab, project):
@@ -309,7 +309,7 @@ def test_the_same_seed_gives_the_same_scores_and_another_gives_others(forcelab, 
 @pytest.mark.parametrize("suffix", ["svg", "pdf", "png"])
 def test_figures_are_drawn_in_the_format_of_their_suffix(forcelab, project, tmp_path, suffix):
     pairs, confusion = tmp_path / f"pairs.{suffix}", tmp_path / f"confusion.{suffix}"
-    said = forcelab(
+    result = forcelab(
         "evaluate",
         project,
         "--task",
@@ -320,7 +320,7 @@ def test_figures_are_drawn_in_the_format_of_their_suffix(forcelab, project, tmp_
         "--confusion",
         confusion,
     )
-    assert said.status == 0
+    assert result.status == 0
     start = {"svg": b"<?xml", "pdf": b"%PDF", "png": b"\x89PNG"}[suffix]
     assert pairs.read_bytes().startswith(start)
     assert confusion.read_bytes().startswith(start)
@@ -333,10 +333,10 @@ def test_scores_are_told_though_the_disk_is_full(forcelab, project, tmp_path, mo
 
     monkeypatch.setattr("forcelab.io.os.replace", full)
     name = tmp_path / {"--figure": "f.svg", "--table": "t.csv", "--json": "j.json"}[option]
-    said = forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS, option, name)
-    assert said.status == 1
-    assert f"'{name}' cannot be written (No space left on device)" in said.err
-    assert "pooled" in said.out
+    result = forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS, option, name)
+    assert result.status == 1
+    assert f"'{name}' cannot be written (No space left on device)" in result.err
+    assert "pooled" in result.out
 
 
 def test_several_tasks_get_a_figure_each(forcelab, project, tmp_path):
@@ -374,8 +374,8 @@ def test_filters_can_be_switched_off_one_by_one(forcelab, project):
 def test_what_does_not_fit_the_project_is_one_sentence_with_the_cure(
     forcelab, project, words, says
 ):
-    given = [*FAST_OPTIONS, *words]
-    assert says in forcelab("evaluate", project, "--task", "foam", *given).sentence
+    options = [*FAST_OPTIONS, *words]
+    assert says in forcelab("evaluate", project, "--task", "foam", *options).sentence
 
 
 @pytest.mark.parametrize(
@@ -395,8 +395,8 @@ def test_what_does_not_fit_the_project_is_one_sentence_with_the_cure(
     ],
 )
 def test_a_setting_that_cannot_be_is_a_wrong_command_line(forcelab, project, words, says):
-    given = [*FAST_OPTIONS, *words]
-    assert says in forcelab("evaluate", project, "--task", "foam", *given).wrong_word
+    options = [*FAST_OPTIONS, *words]
+    assert says in forcelab("evaluate", project, "--task", "foam", *options).wrong_word
 
 
 def test_two_coders_must_be_told_apart(forcelab, project, recordings):
@@ -427,12 +427,14 @@ def test_models_are_never_trained_on(forcelab, project):
 
 def test_a_task_is_adapted_to_another_with_scores_with_and_without(forcelab, project):
     words = ["--train-task", "foam", "--test-task", "sponge", "--adapt", *FAST_OPTIONS]
-    said = forcelab("evaluate", project, *words)
-    assert "Without adaptation: accuracy" in said.out
-    assert "Adapted to the training demonstrations without labels: no sensor is swapped" in said.out
+    result = forcelab("evaluate", project, *words)
+    assert "Without adaptation: accuracy" in result.out
+    assert (
+        "Adapted to the training demonstrations without labels: no sensor is swapped" in result.out
+    )
     content = forcelab("evaluate", project, *words, "--json", "-").json
     assert 0 <= content["unadapted"]["pooled"]["accuracy"] <= 1
-    assert "With adaptation the result is kept as no run" in said.err
+    assert "With adaptation the result is kept as no run" in result.err
     with Project.open(project) as opened:
         assert not opened.runs.summaries("evaluate")
     assert (
@@ -449,11 +451,11 @@ def test_many_demonstrations_are_left_out_in_groups_unless_it_is_said(
 ):
     monkeypatch.setattr(groups, "MANY", 2)
     monkeypatch.setattr(groups, "GROUPS", 2)
-    given = ["evaluate", project, "--task", "foam", *FAST_OPTIONS, *words]
-    content = forcelab(*given, "--json", "-").json
+    command = ["evaluate", project, "--task", "foam", *FAST_OPTIONS, *words]
+    content = forcelab(*command, "--json", "-").json
     assert len(content["tested"]) == 4
-    told = [remark for remark in content["remarks"] if "groups" in remark]
-    assert told == ([f"Left out in {folds} groups of up to 2."] if folds else [])
+    remarks = [remark for remark in content["remarks"] if "groups" in remark]
+    assert remarks == ([f"Left out in {folds} groups of up to 2."] if folds else [])
     with Project.open(project) as opened:
         (run,) = opened.runs.summaries("evaluate")
     assert run.settings["choice"]["folds"] == folds  # which a review trains again
@@ -493,5 +495,5 @@ def test_people_are_told_apart_by_the_names_of_their_demonstrations(forcelab, pr
 
 
 def test_a_stride_beyond_all_samples_is_a_wrong_word(forcelab, project):
-    said = forcelab("evaluate", project, "--stride", 2**64)
-    assert "must be a whole number from 1 to 2^31 - 1, not" in said.wrong_word
+    result = forcelab("evaluate", project, "--stride", 2**64)
+    assert "must be a whole number from 1 to 2^31 - 1, not" in result.wrong_word

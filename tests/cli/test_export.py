@@ -33,7 +33,7 @@ def test_a_table_of_all_is_not_taken_for_labels_of_one_recording(forcelab, proje
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "sentence"),
     [
         (("--task", "Foam"), "no task 'Foam'; did you mean 'foam'?"),
         (("--demo", "foam-99"), "foam-99"),
@@ -41,10 +41,10 @@ def test_a_table_of_all_is_not_taken_for_labels_of_one_recording(forcelab, proje
     ],
 )
 def test_what_there_is_not_is_refused_and_nothing_is_written(
-    forcelab, project, tmp_path, words, told
+    forcelab, project, tmp_path, words, sentence
 ):
     result = forcelab("export", project, "--out", tmp_path / "out", *words)
-    assert told in result.sentence
+    assert sentence in result.sentence
     assert not (tmp_path / "out").exists()
 
 
@@ -59,8 +59,8 @@ def test_a_single_file_is_printed(forcelab, project, tmp_path, monkeypatch):
     (written,) = (tmp_path / "labels").iterdir()
     printed = forcelab("export", project, "--out", "-", "--format", "table")
     assert printed.out.encode() == written.read_bytes()
-    one = forcelab("export", project, "--out", "-", "--demo", "foam-01").out
-    assert one.startswith("start,end,action,author")
+    table = forcelab("export", project, "--out", "-", "--demo", "foam-01").out
+    assert table.startswith("start,end,action,author")
     several = forcelab("export", project, "--out", "-").wrong_word
     assert "files cannot be printed as one; name a folder" in several
     for words in (["--format", "archive"], ["--format", "elan"], ["--json"]):

@@ -32,7 +32,7 @@ def drawn(*words, **environment):
 
 
 @pytest.mark.parametrize(
-    ("said", "meant"),
+    ("words", "meant"),
     [
         ([], ["gui"]),
         (["study.forcelab"], ["gui", "study.forcelab"]),
@@ -42,14 +42,14 @@ def drawn(*words, **environment):
         (["fly"], ["fly"]),
     ],
 )
-def test_a_project_or_nothing_means_the_window(said, meant):
-    assert _for_the_window(said) == meant
+def test_a_project_or_nothing_means_the_window(words, meant):
+    assert _for_the_window(words) == meant
 
 
 def words_for(project, out, theme, size):
-    there = ["--demo", "foam-01", "--at", "1.5", "--span", "2"]
+    place = ["--demo", "foam-01", "--at", "1.5", "--span", "2"]
     looks = ["--theme", theme, "--size", size]
-    return ["gui", project, *there, *looks, "--screenshot", out]
+    return ["gui", project, *place, *looks, "--screenshot", out]
 
 
 def looks_of(picture):
@@ -116,7 +116,7 @@ def test_no_project_and_no_display_are_one_sentence_each(forcelab, tmp_path, mon
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "complaint"),
     [
         (("--at", "nan"), "'nan' is no time in seconds"),
         (("--at", "soon"), "'soon' is no time in seconds"),
@@ -126,5 +126,5 @@ def test_no_project_and_no_display_are_one_sentence_each(forcelab, tmp_path, mon
         (("--size", "99999x800"), "'99999x800' is too large; 8192 pixels are the most"),
     ],
 )
-def test_what_no_window_can_show_is_a_wrong_command_line(forcelab, words, told):
-    assert told in forcelab("gui", *words).wrong_word
+def test_what_no_window_can_show_is_a_wrong_command_line(forcelab, words, complaint):
+    assert complaint in forcelab("gui", *words).wrong_word

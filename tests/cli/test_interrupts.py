@@ -13,7 +13,7 @@ from joblib import cpu_count
 from forcelab.cli.interrupts import uninterrupted
 
 
-def heard():
+def restore_signals():
     """Signals end what is started here also where the tests run under nohup, which ignores one."""
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_DFL)
@@ -29,7 +29,7 @@ def test_a_signal_ends_a_command_with_a_sentence_and_nothing_half_done(tmp_path)
         env=os.environ | {"TMPDIR": str(scratch)},
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=heard,  # noqa: PLW1509 - no thread of the tests holds what it needs
+        preexec_fn=restore_signals,  # noqa: PLW1509 - no thread of the tests holds what it needs
     )
     process, deadline = psutil.Process(running.pid), time.monotonic() + 60
     # Until it shares the work; one processor shares with none.

@@ -26,7 +26,7 @@ TABLE = Table("Contact mechanics", "error (N rms)", "CPU s per simulated s", ROW
 
 
 @pytest.fixture
-def asked(monkeypatch):
+def quick_flags(monkeypatch):
     """The measurement replaced by a ready table; holds what it was asked for."""
     calls = []
 
@@ -39,10 +39,10 @@ def asked(monkeypatch):
     return calls
 
 
-def test_the_table_has_every_row_aligned_under_its_unit(forcelab, asked):
-    said = forcelab("measure", "contact")
-    assert (said.status, said.err, asked) == (0, "", [False])
-    blocks = said.out.strip().split("\n\n")
+def test_the_table_has_every_row_aligned_under_its_unit(forcelab, quick_flags):
+    result = forcelab("measure", "contact")
+    assert (result.status, result.err, quick_flags) == (0, "", [False])
+    blocks = result.out.strip().split("\n\n")
     assert len(blocks) == 3
     for block in blocks[1:]:
         title, header, *lines = block.splitlines()
@@ -58,17 +58,17 @@ def test_the_table_has_every_row_aligned_under_its_unit(forcelab, asked):
     assert "Error against Radau, tolerance 1 uN." in blocks[1]
 
 
-def test_refused_rows_are_shown_with_their_sentence(forcelab, asked):
-    said = forcelab("measure", "contact")
-    assert re.search(r"^ +LSODA +tolerance 1 mN +refused$", said.out, re.M)
-    assert "Refused: LSODA, tolerance 1 mN: It takes more than 9 steps." in said.out
+def test_refused_rows_are_shown_with_their_sentence(forcelab, quick_flags):
+    result = forcelab("measure", "contact")
+    assert re.search(r"^ +LSODA +tolerance 1 mN +refused$", result.out, re.M)
+    assert "Refused: LSODA, tolerance 1 mN: It takes more than 9 steps." in result.out
 
 
-def test_json_and_figure_are_written(forcelab, asked, tmp_path):
+def test_json_and_figure_are_written(forcelab, quick_flags, tmp_path):
     file, figure = tmp_path / "rows.json", tmp_path / "front.svg"
-    said = forcelab("measure", "contact", "--json", file, "--figure", figure)
-    assert said.status == 0
-    assert "foam, 6 lanes x 1 s" in said.out
+    result = forcelab("measure", "contact", "--json", file, "--figure", figure)
+    assert result.status == 0
+    assert "foam, 6 lanes x 1 s" in result.out
     content = json.loads(file.read_text())
     assert tuple(Row(**row) for row in content["rows"]) == ROWS
     assert {"machine", "versions"} <= set(content)
@@ -77,15 +77,15 @@ def test_json_and_figure_are_written(forcelab, asked, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["front.svg", "rows.json"]
 
 
-def test_json_on_standard_output_is_nothing_but_json(forcelab, asked):
-    said = forcelab("measure", "contact", "--json", "-")
-    assert len(said.json["rows"]) == 5
-    assert said.err == ""
+def test_json_on_standard_output_is_nothing_but_json(forcelab, quick_flags):
+    result = forcelab("measure", "contact", "--json", "-")
+    assert len(result.json["rows"]) == 5
+    assert result.err == ""
 
 
-def test_quick_is_passed_on(forcelab, asked):
+def test_quick_is_passed_on(forcelab, quick_flags):
     assert forcelab("measure", "contact", "--quick").status == 0
-    assert asked == [True]
+    assert quick_flags == [True]
 
 
 @pytest.mark.parametrize(
@@ -98,24 +98,24 @@ def test_quick_is_passed_on(forcelab, asked):
     ],
 )
 def test_a_file_that_cannot_be_written_is_told_before_anything_is_measured(
-    forcelab, asked, tmp_path, option, file, words
+    forcelab, quick_flags, tmp_path, option, file, words
 ):
-    said = forcelab("measure", "contact", option, tmp_path / file)
-    assert words in said.sentence
-    assert asked == []
+    result = forcelab("measure", "contact", option, tmp_path / file)
+    assert words in result.sentence
+    assert quick_flags == []
 
 
-def test_one_file_for_both_outputs_is_refused(forcelab, asked, tmp_path):
+def test_one_file_for_both_outputs_is_refused(forcelab, quick_flags, tmp_path):
     path = tmp_path / "both.svg"
-    said = forcelab("measure", "contact", "--json", path, "--figure", path)
-    assert "two outputs" in said.sentence
-    assert asked == []
+    result = forcelab("measure", "contact", "--json", path, "--figure", path)
+    assert "two outputs" in result.sentence
+    assert quick_flags == []
 
 
 def test_something_else_to_measure_is_refused_with_what_there_is(forcelab):
-    said = forcelab("measure", "weather").wrong_word
-    assert "weather" in said
-    assert "contact" in said
+    complaint = forcelab("measure", "weather").wrong_word
+    assert "weather" in complaint
+    assert "contact" in complaint
 
 
 @pytest.fixture
@@ -130,12 +130,12 @@ def test_recognition_is_measured_on_a_project_that_stays_as_it_is(
     few = (*recognition.QUICK, Variant("filters", "none", BAYES_SETTINGS.replace(median=None)))
     monkeypatch.setattr(recognition, "QUICK", few)
     file, figure = tmp_path / "rows.json", tmp_path / "front.svg"
-    said = forcelab(
+    result = forcelab(
         "measure", "recognition", project, "--quick", "--json", file, "--figure", figure
     )
-    assert (said.status, said.err) == (0, "")
-    assert "foam, 2 demonstrations" in said.out
-    assert "F1@50" in said.out
+    assert (result.status, result.err) == (0, "")
+    assert "foam, 2 demonstrations" in result.out
+    assert "F1@50" in result.out
     content = json.loads(file.read_text())
     assert [Row(**row).setting for row in content["rows"]] == ["cheap", "none"]
     assert "cheap" in figure.read_text()
@@ -151,25 +151,25 @@ def test_recognition_is_measured_on_a_project_that_stays_as_it_is(
     ],
 )
 def test_what_does_not_go_together_is_refused_before_the_work(
-    forcelab, asked, what, words, sentence
+    forcelab, quick_flags, what, words, sentence
 ):
     assert sentence in forcelab("measure", what, *words).wrong_word
-    assert asked == []
+    assert quick_flags == []
 
 
 def test_one_task_and_one_coder_can_be_asked_for(forcelab, project):
-    said = forcelab("measure", "recognition", project, "--quick", "--task", "pen")
-    assert "'pen'" in said.sentence
-    said = forcelab("measure", "recognition", project, "--quick", "--author", "Bo")
-    assert "'Bo' has labelled nothing here" in said.sentence
+    result = forcelab("measure", "recognition", project, "--quick", "--task", "pen")
+    assert "'pen'" in result.sentence
+    result = forcelab("measure", "recognition", project, "--quick", "--author", "Bo")
+    assert "'Bo' has labelled nothing here" in result.sentence
 
 
 def test_without_a_project_it_is_the_sample_project(forcelab, project, monkeypatch):
     from forcelab.gui import project_actions
 
     monkeypatch.setattr(project_actions, "sample_place", lambda: project)
-    said = forcelab("measure", "recognition", "--quick", "--thorough")
-    assert "foam, 2 demonstrations" in said.out
+    result = forcelab("measure", "recognition", "--quick", "--thorough")
+    assert "foam, 2 demonstrations" in result.out
 
 
 def test_a_sample_project_that_is_not_there_is_made_for_as_long_as_needed(
@@ -192,7 +192,9 @@ def test_a_sample_project_that_is_not_there_is_made_for_as_long_as_needed(
     assert not (tmp_path / "sample.forcelab").exists()
 
 
-def test_all_measures_everything_and_names_what_it_skips(forcelab, monkeypatch, asked, tmp_path):
+def test_all_measures_everything_and_names_what_it_skips(
+    forcelab, monkeypatch, quick_flags, tmp_path
+):
     from forcelab.cli.commands import measure
 
     def refusing(*, quick):
@@ -206,13 +208,13 @@ def test_all_measures_everything_and_names_what_it_skips(forcelab, monkeypatch, 
         {name: measure.MODULES[name] for name in ("contact", "cwt")},
     )
     file = tmp_path / "all.json"
-    said = forcelab("measure", "all", "--quick", "--json", file)
-    assert said.status == 0
-    assert asked == [True]
-    assert "foam, 6 lanes x 1 s" in said.out
-    assert "Skipped: cwt: There is no transform." in said.out
+    result = forcelab("measure", "all", "--quick", "--json", file)
+    assert result.status == 0
+    assert quick_flags == [True]
+    assert "foam, 6 lanes x 1 s" in result.out
+    assert "Skipped: cwt: There is no transform." in result.out
     content = json.loads(file.read_text())
     assert list(content["tables"]) == ["contact"]
     assert set(content["skipped"]) == {"cwt"}
-    said = forcelab("measure", "all", "--figure", tmp_path / "all.svg")
-    assert "no figure of 'all'" in said.wrong_word
+    result = forcelab("measure", "all", "--figure", tmp_path / "all.svg")
+    assert "no figure of 'all'" in result.wrong_word

@@ -5,8 +5,8 @@ import pytest
 from forcelab.project import Project
 
 
-def notes(said):
-    return [(one["name"], one["author"], one["text"]) for one in said.json["notes"]]
+def notes(result):
+    return [(note["name"], note["author"], note["text"]) for note in result.json["notes"]]
 
 
 def test_a_note_is_written_replaced_and_taken_away(forcelab, project):
@@ -88,15 +88,15 @@ def test_a_name_that_is_nearly_there_is_told(forcelab, project):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "sentence"),
     [
         (("x", "leave out", "--author", "Ada"), "no demonstration 'x'"),
         (("foam-01", "leave out", "--author", "model net"), "is a model; only coders"),
         (("foam-01", "\udcff", "--author", "Ada"), "not valid Unicode"),
     ],
 )
-def test_what_cannot_be_noted_is_one_sentence(forcelab, project, words, said):
-    assert said in forcelab("note", project, *words).sentence
+def test_what_cannot_be_noted_is_one_sentence(forcelab, project, words, sentence):
+    assert sentence in forcelab("note", project, *words).sentence
     assert forcelab("note", project).out == "There is no note.\n"
 
 

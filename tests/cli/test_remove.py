@@ -53,7 +53,7 @@ def test_it_is_removed_only_when_that_is_confirmed(forcelab, project):
     for output in ("'foam-01' was not removed", "1 assignment", "--yes", *authors):
         assert output in sentence
     result = forcelab("remove", project, "foam-01", "--yes", "--json")
-    assert [one["name"] for one in result.json["removed"]] == ["foam-01"]
+    assert [demonstration["name"] for demonstration in result.json["removed"]] == ["foam-01"]
     with Project.open(project) as opened:
         assert names_of(opened) == [name for name in names if name != "foam-01"]
     assert "no demonstration 'foam-01'" in forcelab("remove", project, "foam-01", "--yes").sentence
@@ -111,7 +111,7 @@ def test_runs_go_with_their_recognisers_and_give_the_room_back(forcelab, project
     assert not any(path.exists() for path in paths)
     with Project.open(project) as opened:
         assert [run.id for run in opened.runs.summaries()] == [3]
-        assert [one.name for one in opened.runs.recognisers()] == ["alone"]
+        assert [recogniser.name for recogniser in opened.runs.recognisers()] == ["alone"]
     assert "There is no run 2" in forcelab("remove", project, "--run", 3, 2, "--yes").sentence
     assert [run["run"] for run in forcelab("runs", project, "--json").json] == [3]
 
@@ -132,9 +132,9 @@ def test_what_people_said_and_accepted_of_a_run_stays(forcelab, project, runs):
         assert TrackEditor(opened, id_, "anna").segments == segments
         assert opened.tracks.origins(id_, "anna") == origins
         assert [origin.proposer for origin in origins.values()] == ["model fast 1"]
-        (kept,) = opened.coding.verdicts()
-        assert replace(result, run=None, time=kept.time) == Verdict(
-            **{one.name: getattr(kept, one.name) for one in fields(Verdict)}
+        (verdict,) = opened.coding.verdicts()
+        assert replace(result, run=None, time=verdict.time) == Verdict(
+            **{field.name: getattr(verdict, field.name) for field in fields(Verdict)}
         )
     # The store refuses to change what people said, as before.
     with (
@@ -146,14 +146,14 @@ def test_what_people_said_and_accepted_of_a_run_stays(forcelab, project, runs):
 
 def test_a_recogniser_goes_and_its_run_stays(forcelab, project, runs):
     with Project.open(project) as opened:
-        ids = {one.name: one.id for one in opened.runs.recognisers()}
+        ids = {recogniser.name: recogniser.id for recogniser in opened.runs.recognisers()}
     assert (
         "no recogniser 'abcdef'"
         in forcelab("remove", project, "--recogniser", "abcdef", "--yes").sentence
     )
     forcelab("remove", project, "--recogniser", ids["alone"][:8], ids["of a run"], "--yes")
     with Project.open(project) as opened:
-        assert [one.name for one in opened.runs.recognisers()] == ["of a run"]
+        assert [recogniser.name for recogniser in opened.runs.recognisers()] == ["of a run"]
         assert [bool(use.recogniser) for use in opened.runs.uses()].count(True) == 1
         assert len(opened.runs.summaries()) == len(runs)
     assert list((project / "recognisers").glob("*.skops"))
@@ -183,13 +183,13 @@ def test_what_somebody_else_removes_meanwhile_does_not_keep_the_rest(
 
     def others_first(self, heads):
         with Project.open(project) as other:
-            (alone,) = (one.id for one in other.runs.recognisers() if one.name == "alone")
+            (alone,) = (item.id for item in other.runs.recognisers() if item.name == "alone")
             other.runs.remove(runs[0])
             other.runs.remove_recogniser(alone)
         remove_all(self, heads)
 
     with Project.open(project) as opened:
-        (alone,) = (one.id for one in opened.runs.recognisers() if one.name == "alone")
+        (alone,) = (item.id for item in opened.runs.recognisers() if item.name == "alone")
     monkeypatch.setattr(DemonstrationStore, "remove_all", others_first)
     output = forcelab("remove", project, "--run", *runs[:2], "--recogniser", alone, "--yes")
     assert output.status == 0
@@ -207,7 +207,7 @@ def test_a_number_that_the_store_cannot_hold_is_that_of_no_run(forcelab, project
 @pytest.mark.parametrize("damage", ["settings = '['", "name = CAST(x'ff' AS TEXT)"])
 def test_a_damaged_recogniser_can_be_removed(forcelab, project, runs, damage):
     with Project.open(project) as opened:
-        (alone,) = (one.id for one in opened.runs.recognisers() if one.name == "alone")
+        (alone,) = (item.id for item in opened.runs.recognisers() if item.name == "alone")
     with closing(sqlite3.connect(project / "project.sqlite")) as store, store:
         store.execute("PRAGMA ignore_check_constraints = ON")
         store.execute(f"UPDATE recogniser SET {damage} WHERE id = ?", [alone])

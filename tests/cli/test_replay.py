@@ -46,7 +46,7 @@ def replaying(path, *words):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=heard,  # noqa: PLW1509 - no thread of the tests holds what it needs
+        preexec_fn=restore_hangup,  # noqa: PLW1509 - no thread of the tests holds what it needs
     )
     try:
         output = ""
@@ -62,7 +62,7 @@ def replaying(path, *words):
         child.stderr.close()
 
 
-def heard():
+def restore_hangup():
     """A closed terminal ends what is started here also under nohup, which ignores that."""
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
@@ -87,15 +87,15 @@ def test_both_sensors_are_played_as_they_were_recorded(stored):
         blocks = [[] for _ in devices]
         with suppress(UnpluggedError):  # when all has been played, the ports go
             while True:
-                for device, kept in zip(devices, blocks, strict=True):
+                for device, played_blocks in zip(devices, blocks, strict=True):
                     block = device.read(0.02)
                     if block is not None:
-                        kept.append(block.values)
+                        played_blocks.append(block.values)
         for device in devices:
             device.close()
         assert child.wait(30) == 0
-    for number, kept in enumerate(blocks):
-        played = np.concatenate(kept)
+    for number, played_blocks in enumerate(blocks):
+        played = np.concatenate(played_blocks)
         truth = demonstration.signals[:, 3 * number : 3 * number + 3]
         # It stands at the first sample, then plays; a count is 2.5 mN.
         begins = np.flatnonzero((np.abs(played - truth[0]) > 0.003).any(axis=1))[0]

@@ -30,13 +30,13 @@ def test_the_queue_is_printed_and_says_the_same_as_json(path, forcelab):
     plain = forcelab("review", path, "--kind", "boundaries", "--kind", "missed", "--json").json
     listed = [(d["start"], d["end"]) for d in plain["queue"]["boundaries"]]
     assert listed == [(d.start, d.end) for d in found.boundaries]
-    names = {one.id: one.name for one in infos}
+    names = {info.id: info.name for info in infos}
     assert all(d["demonstration"] == names[d["id"]] for d in plain["queue"]["boundaries"])
     assert set(plain["queue"]) == {"boundaries", "missed"}
     assert plain["counts"]["boundaries"] == len(found.boundaries) > 0
-    told = forcelab("review", path, "--kind", "boundaries", "--limit", 1).out
-    assert told.count("boundary ") == 1
-    assert f"{found.boundaries[0].start:.3f}" in told
+    printed = forcelab("review", path, "--kind", "boundaries", "--limit", 1).out
+    assert printed.count("boundary ") == 1
+    assert f"{found.boundaries[0].start:.3f}" in printed
 
 
 def test_the_places_of_a_cell_of_the_confusion_matrix_are_listed(path, forcelab):
@@ -49,14 +49,14 @@ def test_the_places_of_a_cell_of_the_confusion_matrix_are_listed(path, forcelab)
     plain = forcelab("review", path, "--actions", human, model, "--json").json
     places = cells.places(human, None if model == "unlabelled" else model)
     assert [(p["start"], p["end"]) for p in plain["places"]] == [(p.start, p.end) for p in places]
-    names = {one.id: one.name for one in outcome.tested}
+    names = {result.id: result.name for result in outcome.tested}
     assert all(p["demonstration"] == names[p["id"]] != p["id"] for p in plain["places"])
     assert plain["number"] == len(places) == numbers[row, column] > 1
     assert plain["seconds"] == pytest.approx(sum(place.duration for place in places))
-    told = forcelab("review", path, "--actions", human, model, "--limit", 1).out
-    assert f"{len(places)} places" in told
-    assert told.count(f"{places[0].start:.3f}") == 1
-    assert f"{places[1].start:.3f}" not in told
+    printed = forcelab("review", path, "--actions", human, model, "--limit", 1).out
+    assert f"{len(places)} places" in printed
+    assert printed.count(f"{places[0].start:.3f}") == 1
+    assert f"{places[1].start:.3f}" not in printed
     missed = forcelab("review", path, "--actions", human, "unlabelled").out
     assert "left unlabelled" in missed
     assert (

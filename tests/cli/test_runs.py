@@ -39,8 +39,8 @@ def test_a_comparison_says_what_differed_and_by_how_much(path, forcelab):
     assert "stride" in output
     assert "foam 03" in output
     plain = forcelab("runs", path, "--compare", 2, 1, "--json").json
-    one, other = (scores["accuracy"] for scores in plain["pooled"]["filtered"])
-    assert f"{100 * (one - other):+.1f}" in output
+    first, second = (scores["accuracy"] for scores in plain["pooled"]["filtered"])
+    assert f"{100 * (first - second):+.1f}" in output
     assert plain["runs"] == [2, 1]
     kappas = [f"{scores['kappa']:.3f}" for scores in plain["pooled"]["filtered"]]
     (kappa,) = [

@@ -40,10 +40,10 @@ def test_the_same_seed_gives_the_same_demonstrations_in_every_project(quick, for
     result = forcelab(*FOAM, "--count", "2", "--out", tmp_path / "one")
     assert result.out.splitlines()[-1] == "2 demonstrations: 2 new, 0 updated, 0 unchanged."
     forcelab(*FOAM, "--count", "3", "--out", tmp_path / "two")
-    (one, vocabularies), (two, same) = content(tmp_path / "one"), content(tmp_path / "two")
-    assert same == vocabularies
-    assert len(two) == 3
-    assert {id_: two[id_] for id_ in one} == one
+    (first, actions), (second, same) = content(tmp_path / "one"), content(tmp_path / "two")
+    assert same == actions
+    assert len(second) == 3
+    assert {id_: second[id_] for id_ in first} == first
     names = [{file.name for file in (tmp_path / at).rglob("video-*.mp4")} for at in ("one", "two")]
     assert len(names[0]) == 2
     assert names[0] < names[1]  # they are named by their content
@@ -54,11 +54,11 @@ def test_once_more_is_unchanged_and_more_of_them_are_added(quick, forcelab, tmp_
     for count, statuses in ((1, ["new"]), (2, ["unchanged", "new"])):
         words = [*FOAM, "--count", count, "--out", project, "--no-video", "--json"]
         output = forcelab(*words).json
-        assert [one["status"] for one in output["demonstrations"]] == statuses
+        assert [demonstration["status"] for demonstration in output["demonstrations"]] == statuses
         assert output["project"] == str(project)
     listed = forcelab("list", project, "--json").json["demonstrations"]
-    assert [one["name"] for one in listed] == ["foam-7-01", "foam-7-02"]
-    assert not any(one["video"] for one in listed)
+    assert [demonstration["name"] for demonstration in listed] == ["foam-7-01", "foam-7-02"]
+    assert not any(demonstration["video"] for demonstration in listed)
 
 
 def test_actions_that_a_task_has_already_keep_their_looks(quick, forcelab, project):
@@ -120,13 +120,13 @@ def full_disk(size):
     import resource
 
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    heard = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, limits[1]))
     try:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-        signal.signal(signal.SIGXFSZ, heard)
+        signal.signal(signal.SIGXFSZ, handler)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs limits of POSIX")

@@ -61,15 +61,15 @@ def test_a_clock_is_set_by_hand(project, forcelab):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "sentence"),
     [
         (("filmed 1", "--rate", "0"), "positive rate"),
         (("filmed 1", "--offset", "nan"), "finite offset"),
         (("other",), "other"),
     ],
 )
-def test_what_cannot_be_done_is_told_and_changes_nothing(project, forcelab, words, told):
-    assert told in forcelab("sync", project, *words).sentence
+def test_what_cannot_be_done_is_told_and_changes_nothing(project, forcelab, words, sentence):
+    assert sentence in forcelab("sync", project, *words).sentence
     words = ("filmed 1", "--offset", "1", "--accept")
     assert "not both" in forcelab("sync", project, *words).wrong_word
     assert clock_of(project) == ClockMap()

@@ -65,10 +65,10 @@ def test_forces_in_another_unit_than_the_learnt_one_are_remarked_on(
 
 def test_the_project_keeps_a_copy_that_works(forcelab, recogniser, project, recordings):
     with Project.open(project) as opened:
-        (kept,) = opened.runs.recognisers()
-        path = opened.runs.recogniser_path(kept.id)
-    assert kept.name == "foam"
-    assert len(kept.demonstrations) == 4
+        (stored,) = opened.runs.recognisers()
+        path = opened.runs.recogniser_path(stored.id)
+    assert stored.name == "foam"
+    assert len(stored.demonstrations) == 4
     assert path.read_bytes() == recogniser.read_bytes()
 
 
@@ -101,9 +101,9 @@ def test_predicting_changes_no_track_of_the_project(forcelab, recogniser, projec
 
 
 def test_json_tells_the_segments(forcelab, recogniser, recordings):
-    (one,) = forcelab("predict", recogniser, recordings / "foam-01.csv", "--json").json
-    assert one["demonstration"] == "foam-01"
-    assert set(one["segments"][0]) == {"start", "end", "action"}
+    (prediction,) = forcelab("predict", recogniser, recordings / "foam-01.csv", "--json").json
+    assert prediction["demonstration"] == "foam-01"
+    assert set(prediction["segments"][0]) == {"start", "end", "action"}
 
 
 def test_train_tells_what_was_learnt_as_json(forcelab, project, tmp_path):

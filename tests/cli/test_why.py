@@ -30,16 +30,16 @@ def test_it_prints_what_the_window_computes(project, forcelab):
     withheld = finish(train_held_out(project, outcome, id_))
     why = finish(explain(withheld, outcome, interval_at(outcome.find(id_), 2.0)))
     expected = json.loads(json.dumps(why.to_json()))
-    for one in (printed, expected):
-        assert one["recogniser"].pop("seconds")
+    for explanation in (printed, expected):
+        assert explanation["recogniser"].pop("seconds")
     assert printed == expected
     assert printed["recogniser"]["same"] == 1.0
 
 
 def test_people_get_a_sentence_bands_method_and_neighbours(project, forcelab):
-    told = forcelab("why", project, "foam 02", "--at", "2.0").out
+    printed = forcelab("why", project, "foam 02", "--at", "2.0").out
     for part in ("foam 02", " s coded ", "speaks ", "Permutation", "standard error", "distance"):
-        assert part in told
+        assert part in printed
 
 
 def test_a_time_without_anything_is_refused(project, forcelab):

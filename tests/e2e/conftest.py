@@ -26,10 +26,10 @@ def screen():
     command = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1400x900x24", "-noreset"]
     server = subprocess.Popen(command, pass_fds=[writing], stderr=subprocess.DEVNULL)
     os.close(writing)
-    with os.fdopen(reading) as told:
+    with os.fdopen(reading) as numbers:
         ready, _, _ = select.select([reading], [], [], PATIENCE)
         # To the end of the line: a server that cannot write all of it gives up.
-        number = told.readline().strip() if ready else ""
+        number = numbers.readline().strip() if ready else ""
     assert number, "Xvfb did not start"
     yield f":{number}"
     server.terminate()

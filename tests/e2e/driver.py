@@ -35,25 +35,25 @@ def indexes(model, parent):
 class Answering(QObject):
     """Answers questions in the GUI's thread."""
 
-    asked = Signal(str)
+    line_read = Signal(str)
 
     def __init__(self, window):
         super().__init__(window)
         self.window = window
-        self.asked.connect(self.answer)
+        self.line_read.connect(self.answer)
         threading.Thread(target=self.listen, daemon=True).start()
 
     def listen(self):
         for line in sys.stdin:
-            self.asked.emit(line)
+            self.line_read.emit(line)
 
     def answer(self, line):
         question = json.loads(line)
         try:
-            told = getattr(self, question.pop("ask"))(**question)
+            answer = getattr(self, question.pop("ask"))(**question)
         except Exception as error:  # noqa: BLE001 - so that the test hears of it, and does not wait
-            told = repr(error)
-        print(json.dumps(told), flush=True)
+            answer = repr(error)
+        print(json.dumps(answer), flush=True)
 
     def state(self):
         document = self.window.document
@@ -139,19 +139,19 @@ class Answering(QObject):
                 (QEvent.Type.MouseButtonRelease, left + 14, LEFT),
             ):
                 where = QPointF(x, 20)
-                there = QPointF(tracks.mapToGlobal(where))
+                point = QPointF(tracks.mapToGlobal(where))
                 held = NONE if kind == QEvent.Type.MouseButtonRelease else LEFT
                 keys = Qt.KeyboardModifier.NoModifier
-                QApplication.sendEvent(tracks, QMouseEvent(kind, where, there, button, held, keys))
+                QApplication.sendEvent(tracks, QMouseEvent(kind, where, point, button, held, keys))
             QApplication.processEvents()
-            seen = [[s.start, s.end, s.action] for s in Painted.seen]
-            print(json.dumps({"number": number, "seen": seen}), flush=True)
+            drawn = [[s.start, s.end, s.action] for s in Painted.segments]
+            print(json.dumps({"number": number, "seen": drawn}), flush=True)
 
 
 class Painted:
     """What the track panel has drawn last."""
 
-    seen = ()
+    segments = ()
 
 
 def watch_painting():
@@ -160,7 +160,7 @@ def watch_painting():
 
     def watched(panel, painter: QPainter, plot):
         draw(panel, painter, plot)
-        Painted.seen = panel.document.editor.segments
+        Painted.segments = panel.document.editor.segments
 
     TrackPanel.paint_content = watched
 

@@ -19,17 +19,17 @@ def test_every_painted_segment_that_was_seen_is_there(start, project):
         program.process.stdin.flush()
         # Not at a moment that the program could know of: somewhere in the work after a line.
         strokes = random.Random(number).randint(3, 40)
-        seen = [program.answer() for _ in range(strokes)][-1]["seen"]
+        drawn = [program.answer() for _ in range(strokes)][-1]["seen"]
         program.process.send_signal(signal.SIGKILL)
         rest = program.process.stdout.read().splitlines()
         lines = [json.loads(line) for line in rest if line.endswith("}")]
-        seen = lines[-1]["seen"] if lines else seen
-        assert seen
-        there = stored_segments(project, "pen 1")
+        drawn = lines[-1]["seen"] if lines else drawn
+        assert drawn
+        stored = stored_segments(project, "pen 1")
         # A stroke that was stored, but not yet seen, may have joined or lengthened some of them.
-        for start_, end, _ in seen:
-            kept = sum(max(0.0, min(e, end) - max(s, start_)) for s, e, _ in there)
-            assert kept > end - start_ - 2e-4
+        for start_, end, _ in drawn:
+            covered = sum(max(0.0, min(e, end) - max(s, start_)) for s, e, _ in stored)
+            assert covered > end - start_ - 2e-4
         with Project.open(project) as opened:  # so that the next time all is painted anew
             info = opened.demonstrations.infos()[0]
             opened.tracks.edit(

@@ -20,8 +20,8 @@ def test_a_demonstration_is_labelled_without_the_keyboard(screen, start, project
     def check(*expected):
         def alike(found):
             return [s[2] for s in found] == [s[2] for s in expected] and all(
-                one[:2] == pytest.approx(other[:2], abs=near)
-                for one, other in zip(found, expected, strict=True)
+                segment[:2] == pytest.approx(expected_segment[:2], abs=near)
+                for segment, expected_segment in zip(found, expected, strict=True)
             )
 
         return wait_for_stored_segments(project, "pen 1", alike)

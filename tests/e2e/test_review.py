@@ -136,13 +136,13 @@ def three_keys_lead_to_the_first_mistake(program, project):
     """After F5 that are Ctrl+2 and N. A verdict changes that stretch, and Ctrl+Z takes it back."""
     before = tracks(project)
     program.press("ctrl+2", "n")
-    seen = program.until(lambda state: state["examined"] and state["settled"], "the first mistake")
-    begin, end, human, predicted = seen["examined"]
-    assert seen["title"].startswith("foam 02")
+    state = program.until(lambda state: state["examined"] and state["settled"], "the first mistake")
+    begin, end, human, predicted = state["examined"]
+    assert state["title"].startswith("foam 02")
     assert (human, predicted) == ("release", "hold")
-    assert seen["reviewing"]
-    assert seen["span"][0] < begin < end < seen["span"][1]
-    assert seen["frame"] == int(begin * FRAMES + 1e-6)
+    assert state["reviewing"]
+    assert state["span"][0] < begin < end < state["span"][1]
+    assert state["frame"] == int(begin * FRAMES + 1e-6)
 
     program.press("shift+m")
     expected = painted(before["foam 02"], begin, end, predicted)

@@ -140,6 +140,6 @@ if __name__ == "__main__":
         speed()
     else:
         number, together = int(sys.argv[2]), int(sys.argv[3]) if len(sys.argv) > 3 else 1
-        told = "{:,} strings of {} joined: {:,} packets accepted, {} invalid, {} that nobody sent"
-        print(told.format(number, together, *fuzz(number, together=together)))
+        report = "{:,} strings of {} joined: {:,} packets accepted, {} invalid, {} that nobody sent"
+        print(report.format(number, together, *fuzz(number, together=together)))
         print(f"noise behind a header accepted: {chance(number):,} of {number:,}")

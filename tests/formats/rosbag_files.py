@@ -61,8 +61,8 @@ def write_bag(path, topics, definitions=None, *, ros=1, storage="mcap", compress
     with writer:
         for topic, (kind, messages) in topics.items():
             connection = writer.add_connection(topic, kind, typestore=store)
-            for seconds, given in messages:
-                data = serialize(_message(store, kind, given), kind)
+            for seconds, fields in messages:
+                data = serialize(_message(store, kind, fields), kind)
                 writer.write(connection, BEGIN + round(seconds * 1e9), data)
     return path
 
@@ -77,24 +77,26 @@ def digest(kind, text):
         return "0" * 32
 
 
-def _message(store, kind, given):
+def _message(store, kind, fields):
     """A message of some type."""
-    values = {name: _value(store, desc, given.get(name)) for name, desc in store.fielddefs[kind][1]}
-    assert given.keys() <= values.keys()
+    values = {
+        name: _value(store, desc, fields.get(name)) for name, desc in store.fielddefs[kind][1]
+    }
+    assert fields.keys() <= values.keys()
     return store.types[kind](**values)
 
 
-def _value(store, desc, given):
+def _value(store, desc, value):
     """A field's value."""
     kind, inner = desc
     if kind == Nodetype.NAME:
-        return _message(store, inner, given or {})
+        return _message(store, inner, value or {})
     if kind == Nodetype.BASE:
-        return given if given is not None else ("" if inner[0] == "string" else 0)
+        return value if value is not None else ("" if inner[0] == "string" else 0)
     of, name = inner[0]
     if of == Nodetype.NAME:
-        return [_message(store, name, one) for one in given or []]
+        return [_message(store, name, element) for element in value or []]
     if name[0] == "string":
-        return list(given or [])
+        return list(value or [])
     length = inner[1] if kind == Nodetype.ARRAY else 0
-    return np.array([0] * length if given is None else given, dtype=name[0])
+    return np.array([0] * length if value is None else value, dtype=name[0])

@@ -61,11 +61,11 @@ def demonstration(seed: int, name: str = "", **more: object) -> Demonstration:
 def everything(project: Project) -> dict[str, object]:
     """All that a project tells, with its arrays and files."""
     infos = project.demonstrations.infos()
-    loaded = [project.demonstrations.load(info.id) for info in infos]
+    demonstrations = [project.demonstrations.load(info.id) for info in infos]
     return {
         "infos": infos,
-        "arrays": [(d.times.tobytes(), d.signals.tobytes()) for d in loaded],
-        "videos": [d.video and (d.video.path.read_bytes(), d.video.clock) for d in loaded],
+        "arrays": [(d.times.tobytes(), d.signals.tobytes()) for d in demonstrations],
+        "videos": [d.video and (d.video.path.read_bytes(), d.video.clock) for d in demonstrations],
         "authors": project.coding.authors(),
         "tracks": [project.tracks.of(info.id) for info in infos],
         "edits": [project.tracks.history(i.id, author) for i in infos for author in i.authors],
@@ -136,7 +136,7 @@ def whole(project, tmp_path):
     return path
 
 
-def packed(path: Path, **members: object) -> Path:
+def repack(path: Path, **members: object) -> Path:
     """An archive packed again with some members replaced, or left out where they are None."""
     with zipfile.ZipFile(path) as old:
         content = {info: old.read(info) for info in old.infolist()}
@@ -156,12 +156,12 @@ def member(path: Path, ending: str) -> str:
         return next(name for name in archive.namelist() if name.endswith(ending))
 
 
-def loaded(path: Path, name: str) -> object:
+def load_member(path: Path, name: str) -> object:
     with zipfile.ZipFile(path) as old:
         return json.loads(old.read(name))
 
 
-def refused(path: Path, tmp_path: Path) -> str:
+def refusal_of(path: Path, tmp_path: Path) -> str:
     """The one sentence with which an archive is refused, nothing being left behind."""
     target = tmp_path / "into" / "new.forcelab"
     target.parent.mkdir(exist_ok=True)
@@ -226,9 +226,9 @@ def test_export_import_export_gives_the_same_bytes(steps, name):
                 id_, who = ids[which], f"model of {author}" if verb == "predict" else author
                 track = project.tracks.get(id_, who).segments
                 if verb == "import":
-                    given_ = (Segment(start, start + length, name),)
+                    segments = (Segment(start, start + length, name),)
                     d = demonstration(which, f"{name} {which}")
-                    project.demonstrations.add(d, [Track(author, given_)])
+                    project.demonstrations.add(d, [Track(author, segments)])
                 elif verb == "undo":
                     project.tracks.undo(id_, author)
                 elif verb == "redo":
@@ -280,10 +280,10 @@ def test_what_runs_found_is_held_one_after_the_other(project, tmp_path, peak_mem
 
 @pytest.mark.parametrize("indent", [None, 0, 1, 2])
 def test_however_a_list_is_laid_out_it_is_read(whole, tmp_path, indent):
-    (run,) = loaded(whole, "runs.json")  # type: ignore[misc]
+    (run,) = load_member(whole, "runs.json")  # type: ignore[misc]
     runs = [run | {"result": {"a": f" }}{n}", "b": [{"c": {}}]}} for n in range(2)]
     members = {"runs.json": json.dumps(runs, indent=indent).encode()}
-    with read_archive(packed(whole, **members), tmp_path / "read") as project:
+    with read_archive(repack(whole, **members), tmp_path / "read") as project:
         assert [run.result for run in project.runs.all()] == [run["result"] for run in runs]
 
 
@@ -301,8 +301,8 @@ def test_however_a_list_is_laid_out_it_is_read(whole, tmp_path, indent):
     ],
 )
 def test_a_list_that_is_none_is_refused(whole, tmp_path, spoil):
-    text = json.dumps(2 * loaded(whole, "runs.json"), indent=1)  # type: ignore[operator]
-    output = refused(packed(whole, **{"runs.json": spoil(text).encode()}), tmp_path)
+    text = json.dumps(2 * load_member(whole, "runs.json"), indent=1)  # type: ignore[operator]
+    output = refusal_of(repack(whole, **{"runs.json": spoil(text).encode()}), tmp_path)
     assert "'runs.json'" in output
     assert "no valid JSON list" in output
 
@@ -311,12 +311,12 @@ def test_an_archive_is_known_by_its_content(whole, tmp_path):
     head = whole.read_bytes()[:64]
     renamed = whole.rename(tmp_path / "study.csv")
     assert sniff(renamed, head)
-    again = packed(renamed, **{"forcelab.json": None})
+    again = repack(renamed, **{"forcelab.json": None})
     assert not sniff(again, again.read_bytes()[:64])
     manifest = json.dumps({"format": "forcelab archive", "version": 1})
-    last = packed(again, **{"forcelab.json": manifest})
+    last = repack(again, **{"forcelab.json": manifest})
     assert sniff(last, last.read_bytes()[:64])
-    read_archive(packed(renamed), tmp_path / "fine").close()
+    read_archive(repack(renamed), tmp_path / "fine").close()
     assert not sniff(renamed, b"")
     cut = tmp_path / "cut.zip"
     cut.write_bytes(b"PK\x03\x04" + bytes(100))
@@ -327,16 +327,16 @@ def test_the_labels_of_coders_are_read_and_predictions_left(whole, tmp_path):
     unpack = tmp_path / "unpack"
     unpack.mkdir()
     recordings = read(whole, ReadOptions(task="x", unpack=unpack))
-    one, two = sorted(recordings, key=lambda r: r.demonstration.name)
-    assert [track.author for track in one.tracks] == ["anna"]
-    assert one.tracks[0].segments == HOLD
-    assert two.tracks == (Track("bert", GRAB), Track("cleo", HOLD))
-    (remark,) = {one.not_imported, two.not_imported}
+    first, second = sorted(recordings, key=lambda r: r.demonstration.name)
+    assert [track.author for track in first.tracks] == ["anna"]
+    assert first.tracks[0].segments == HOLD
+    assert second.tracks == (Track("bert", GRAB), Track("cleo", HOLD))
+    (remark,) = {first.not_imported, second.not_imported}
     assert "models' predictions" in remark
-    assert (one.demonstration.task, two.demonstration.grid_rate) == ("LEGO", 250.0)
+    assert (first.demonstration.task, second.demonstration.grid_rate) == ("LEGO", 250.0)
     with Project.create(tmp_path / "other.forcelab") as other:
-        added = other.demonstrations.add(one.demonstration, one.tracks)
-        assert other.demonstrations.load(added.id).id == one.demonstration.id
+        added = other.demonstrations.add(first.demonstration, first.tracks)
+        assert other.demonstrations.load(added.id).id == first.demonstration.id
         video = other.demonstrations.load(added.id).video
         assert video is not None
         assert video.path.read_bytes() == (tmp_path / "film.mp4").read_bytes()
@@ -349,7 +349,7 @@ def test_a_video_that_nobody_has_a_place_for_stays_in_the_archive(whole):
 def test_assignments_stay_assigned_and_done(project, whole, tmp_path):
     with read_archive(whole, tmp_path / "copy.forcelab") as copy:
         assert copy.coding.assignments() == project.coding.assignments() != ()
-    events = loaded(whole, "assignments.json")
+    events = load_member(whole, "assignments.json")
     for field, wrong, result in (
         ("kind", "lost", "'lost' is nothing that befalls an assignment"),
         ("kind", "reopened", "never assigned to 'anna'"),
@@ -358,20 +358,20 @@ def test_assignments_stay_assigned_and_done(project, whole, tmp_path):
         ("author", " ", "needs an author"),
     ):
         changed = [{**events[0], field: wrong}]  # type: ignore[index]
-        assert result in refused(packed(whole, **{"assignments.json": changed}), tmp_path)
+        assert result in refusal_of(repack(whole, **{"assignments.json": changed}), tmp_path)
 
 
 def test_an_archive_of_version_1_knows_no_assignments(whole, tmp_path):
     manifest = {"format": "forcelab archive", "version": 1}
     members = {"forcelab.json": manifest, "assignments.json": None, "verdicts.json": None}
-    old = packed(whole, **members)
+    old = repack(whole, **members)
     with read_archive(old, tmp_path / "copy.forcelab") as copy:
         assert len(copy.demonstrations.infos()) == 2
         assert copy.coding.assignments() == ()
 
 
 def test_verdicts_stay_as_they_were_given(project, whole, tmp_path):
-    verdicts = loaded(whole, "verdicts.json")
+    verdicts = load_member(whole, "verdicts.json")
     for field, wrong, result in (
         ("verdict", "maybe", "'maybe' is no verdict in 'verdicts.json'"),
         ("demonstration", "0" * 32, "is named but missing in 'verdicts.json'"),
@@ -388,14 +388,14 @@ def test_verdicts_stay_as_they_were_given(project, whole, tmp_path):
         ("predicted", "", "use None for unlabelled"),
     ):
         changed = [{**verdicts[0], field: wrong}]  # type: ignore[index]
-        assert result in refused(packed(whole, **{"verdicts.json": changed}), tmp_path)
-    assert "lacks 'verdicts.json'" in refused(packed(whole, **{"verdicts.json": None}), tmp_path)
+        assert result in refusal_of(repack(whole, **{"verdicts.json": changed}), tmp_path)
+    assert "lacks 'verdicts.json'" in refusal_of(repack(whole, **{"verdicts.json": None}), tmp_path)
 
 
 def test_notes_stay_with_all_that_was_there_before(project, whole, tmp_path):
     noted = next(info.id for info in project.demonstrations.infos() if info.name == "n1")
     name = f"demonstrations/{noted}/demonstration.json"
-    record = loaded(whole, name)
+    record = load_member(whole, name)
     for field, wrong, result in (
         ("author", " ", "needs an author"),
         ("author", None, "'author' is missing or wrong"),
@@ -403,11 +403,11 @@ def test_notes_stay_with_all_that_was_there_before(project, whole, tmp_path):
         ("time", "2026-01-01", "has no time zone"),
     ):
         notes = [record["notes"][0] | {field: wrong}]  # type: ignore[index]
-        assert result in refused(packed(whole, **{name: {**record, "notes": notes}}), tmp_path)  # type: ignore[dict-item]
+        assert result in refusal_of(repack(whole, **{name: {**record, "notes": notes}}), tmp_path)  # type: ignore[dict-item]
     for notes in (None, {}, [3]):
-        assert name in refused(packed(whole, **{name: {**record, "notes": notes}}), tmp_path)  # type: ignore[dict-item]
+        assert name in refusal_of(repack(whole, **{name: {**record, "notes": notes}}), tmp_path)  # type: ignore[dict-item]
     del record["notes"]  # type: ignore[attr-defined]
-    with read_archive(packed(whole, **{name: record}), tmp_path / "older.forcelab") as older:
+    with read_archive(repack(whole, **{name: record}), tmp_path / "older.forcelab") as older:
         assert older.coding.note_events() == ()
 
 
@@ -415,12 +415,12 @@ def test_a_program_that_knows_no_notes_reads_the_archive_as_before(project, whol
     with zipfile.ZipFile(whole) as archive:
         members = archive.namelist()
     assert not [member for member in members if "note" in member]
-    assert loaded(whole, "forcelab.json") == {"format": "forcelab archive", "version": 3}
+    assert load_member(whole, "forcelab.json") == {"format": "forcelab archive", "version": 3}
     plain = tmp_path / "plain.zip"
     with Project.create(tmp_path / "plain.forcelab") as other:
         other.demonstrations.add(demonstration(1))
         write_archive(other, plain)
-    record = loaded(plain, member(plain, "demonstration.json"))
+    record = load_member(plain, member(plain, "demonstration.json"))
     assert "notes" not in record  # type: ignore[operator]
 
 
@@ -431,7 +431,9 @@ def test_notes_come_along_into_a_project_that_is_there(project, whole, tmp_path)
         other.coding.set_note(id_, "anna", "third try")  # later than that of the archive
     for status in ("updated", "unchanged"):
         report = import_files(tmp_path / "other.forcelab", [whole])
-        assert {one.added.name: one.added.status for one in report.demonstrations}["n1"] == status
+        assert {item.added.name: item.added.status for item in report.demonstrations}[
+            "n1"
+        ] == status
     with Project.open(tmp_path / "other.forcelab") as other:
         assert [(note.author, note.text) for note in other.coding.notes()] == [
             ("anna", "third try")
@@ -440,13 +442,15 @@ def test_notes_come_along_into_a_project_that_is_there(project, whole, tmp_path)
 
 
 def test_an_archive_of_version_2_knows_neither_verdicts_nor_who_proposed(whole, tmp_path):
-    edits = loaded(whole, "edits.json")
+    edits = load_member(whole, "edits.json")
     for edit in edits:  # type: ignore[attr-defined]
         del edit["proposed_by"]
-    assert "'proposed_by' is missing" in refused(packed(whole, **{"edits.json": edits}), tmp_path)
+    assert "'proposed_by' is missing" in refusal_of(
+        repack(whole, **{"edits.json": edits}), tmp_path
+    )
     manifest = {"format": "forcelab archive", "version": 2}
     members = {"forcelab.json": manifest, "edits.json": edits, "verdicts.json": None}
-    old = packed(whole, **members)
+    old = repack(whole, **members)
     with read_archive(old, tmp_path / "copy.forcelab") as copy:
         id_ = copy.demonstrations.load("n2").id
         assert copy.tracks.get(id_, "cleo").segments == HOLD
@@ -457,7 +461,7 @@ def test_an_archive_of_version_2_knows_neither_verdicts_nor_who_proposed(whole, 
 
 def test_runs_name_the_same_edits_where_these_get_other_numbers(project, whole, tmp_path):
     edits, runs, recognisers = (
-        loaded(whole, f"{name}.json") for name in ("edits", "runs", "recognisers")
+        load_member(whole, f"{name}.json") for name in ("edits", "runs", "recognisers")
     )
     for edit in edits:  # type: ignore[attr-defined]
         edit["id"] += 40
@@ -465,11 +469,11 @@ def test_runs_name_the_same_edits_where_these_get_other_numbers(project, whole, 
     for thing in (*runs, *recognisers):  # type: ignore[misc]
         thing["labels"][0]["edit"] += 40
     members = {"edits.json": edits, "runs.json": runs, "recognisers.json": recognisers}
-    with read_archive(packed(whole, **members), tmp_path / "copy.forcelab") as copy:
+    with read_archive(repack(whole, **members), tmp_path / "copy.forcelab") as copy:
         assert copy.runs.all()[0].labels == project.runs.all()[0].labels
         assert copy.runs.recognisers() == project.runs.recognisers()
     runs[0]["labels"][0]["edit"] = 99  # type: ignore[index]
-    assert "edit 99" in refused(packed(whole, **{"runs.json": runs}), tmp_path)
+    assert "edit 99" in refusal_of(repack(whole, **{"runs.json": runs}), tmp_path)
 
 
 def test_an_archive_goes_only_where_nothing_is(project, whole):
@@ -499,9 +503,9 @@ EVIL = [
 def test_a_member_that_does_not_belong_is_refused_by_name(whole, tmp_path, name):
     # zipfile cleans the names that it writes, so the name is put in afterwards.
     placeholder = "~" * len(name)
-    path = packed(whole, **{placeholder: b"evil"})
+    path = repack(whole, **{placeholder: b"evil"})
     path.write_bytes(path.read_bytes().replace(placeholder.encode(), name.encode()))
-    assert repr(name) in refused(path, tmp_path)
+    assert repr(name) in refusal_of(path, tmp_path)
     with pytest.raises(InputError, match="refused"):
         read(path, ReadOptions())
 
@@ -511,11 +515,11 @@ def test_links_copies_and_secrets_are_refused_by_name(whole, tmp_path):
     link.create_system, link.external_attr = 3, (stat.S_IFLNK | 0o777) << 16
     with zipfile.ZipFile(whole, "a") as out:
         out.writestr(link, "/etc/passwd")
-    assert "is a link" in refused(whole, tmp_path)
-    path = packed(whole, **{link.filename: None})
+    assert "is a link" in refusal_of(whole, tmp_path)
+    path = repack(whole, **{link.filename: None})
     with zipfile.ZipFile(path, "a") as out, pytest.warns(UserWarning, match="Duplicate"):
         out.writestr("runs.json", "[]")
-    assert "'runs.json' is there twice" in refused(path, tmp_path)
+    assert "'runs.json' is there twice" in refusal_of(path, tmp_path)
 
 
 def test_an_encrypted_member_is_refused(whole, tmp_path):
@@ -523,15 +527,15 @@ def test_an_encrypted_member_is_refused(whole, tmp_path):
     at = data.rindex(b"PK\x01\x02")
     data[at + 8] |= 1
     whole.write_bytes(data)
-    assert "encrypted" in refused(whole, tmp_path)
+    assert "encrypted" in refusal_of(whole, tmp_path)
 
 
 def test_a_bomb_is_refused_before_it_goes_off(whole, tmp_path):
     name = member(whole, "signals.npy")
-    path = packed(whole, **{name: None})
+    path = repack(whole, **{name: None})
     with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as out:
         out.writestr(name, bytes(LARGEST + 1))
-    assert "claim to unpack to" in refused(path, tmp_path)
+    assert "claim to unpack to" in refusal_of(path, tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -547,23 +551,23 @@ def test_a_bomb_is_refused_before_it_goes_off(whole, tmp_path):
     ],
 )
 def test_text_that_means_gigabytes_when_parsed_is_refused(whole, tmp_path, name, text, why):
-    path = packed(whole, **{name: None})
+    path = repack(whole, **{name: None})
     with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as out:
         out.writestr(name, text)
-    assert why in refused(path, tmp_path)
+    assert why in refusal_of(path, tmp_path)
 
 
 def test_more_actions_and_tasks_than_anybody_has_are_refused(whole, tmp_path):
     action = {"colour": "#0072b2", "key": ""}
     many = [action | {"name": f"a{i}", "texture": i} for i in range(20_000)]
-    path = packed(whole, **{"vocabularies.json": {"LEGO": many}})
-    assert "up to 1,000 actions, not 20,000" in refused(path, tmp_path)
-    path = packed(
+    path = repack(whole, **{"vocabularies.json": {"LEGO": many}})
+    assert "up to 1,000 actions, not 20,000" in refusal_of(path, tmp_path)
+    path = repack(
         whole, **{"vocabularies.json": {"LEGO": [action | {"name": "a\0b", "texture": 0}]}}
     )
-    assert "is no name for an action" in refused(path, tmp_path)
-    path = packed(whole, **{"vocabularies.json": {f"task {i}": [] for i in range(5000)}})
-    assert "5,000 tasks" in refused(path, tmp_path)
+    assert "is no name for an action" in refusal_of(path, tmp_path)
+    path = repack(whole, **{"vocabularies.json": {f"task {i}": [] for i in range(5000)}})
+    assert "5,000 tasks" in refusal_of(path, tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -579,26 +583,26 @@ def test_more_actions_and_tasks_than_anybody_has_are_refused(whole, tmp_path):
     ],
 )
 def test_an_edit_that_nobody_can_have_made_is_refused(whole, tmp_path, change, why):
-    edits = loaded(whole, "edits.json")
+    edits = load_member(whole, "edits.json")
     edits[0] |= change
-    assert why in refused(packed(whole, **{"edits.json": edits}), tmp_path)
+    assert why in refusal_of(repack(whole, **{"edits.json": edits}), tmp_path)
 
 
 def test_labels_beyond_the_recording_do_not_come_into_a_project_that_is_there(whole):
     name = member(whole, "tracks.json")
-    tracks = loaded(whole, name)
+    tracks = load_member(whole, name)
     tracks[-1]["segments"] = [[0.0, 234_466.6, "grab"]]
     with pytest.raises(InputError, match="lies beyond its recording"):
-        read(packed(whole, **{name: tracks}), ReadOptions())
+        read(repack(whole, **{name: tracks}), ReadOptions())
 
 
 def test_a_member_longer_than_it_claims_is_refused(whole, tmp_path):
-    path = packed(whole)
+    path = repack(whole)
     data = bytearray(path.read_bytes())
     at = data.rindex(b"PK\x01\x02", 0, data.index(b"vocabularies.json", data.index(b"PK\x01\x02")))
     data[at + 24 : at + 28] = (5).to_bytes(4, "little")
     path.write_bytes(data)
-    assert "damaged" in refused(path, tmp_path)
+    assert "damaged" in refusal_of(path, tmp_path)
 
 
 def test_an_array_that_claims_to_be_huge_takes_no_memory(whole, tmp_path):
@@ -606,31 +610,33 @@ def test_an_array_that_claims_to_be_huge_takes_no_memory(whole, tmp_path):
     header = {"descr": "<f8", "fortran_order": False, "shape": (10**15, 2)}
     np.lib.format.write_array_header_1_0(stream, header)
     name = member(whole, "signals.npy")
-    path = packed(whole, **{name: stream.getvalue()})
-    assert "no array of 64-bit numbers" in refused(path, tmp_path)
+    path = repack(whole, **{name: stream.getvalue()})
+    assert "no array of 64-bit numbers" in refusal_of(path, tmp_path)
 
 
 def test_an_array_of_objects_is_not_unpickled(whole, tmp_path):
     stream = io.BytesIO()
     np.save(stream, np.array([print], dtype=object), allow_pickle=True)
     name = member(whole, "times.npy")
-    path = packed(whole, **{name: stream.getvalue()})
-    assert "no array of 64-bit numbers" in refused(path, tmp_path)
+    path = repack(whole, **{name: stream.getvalue()})
+    assert "no array of 64-bit numbers" in refusal_of(path, tmp_path)
 
 
 def test_a_newer_archive_is_refused(whole, tmp_path):
     manifest = {"format": "forcelab archive", "version": VERSION + 1}
-    assert "newer forcelab" in refused(packed(whole, **{"forcelab.json": manifest}), tmp_path)
+    assert "newer forcelab" in refusal_of(repack(whole, **{"forcelab.json": manifest}), tmp_path)
 
 
 def test_a_missing_member_is_named(whole, tmp_path):
     with zipfile.ZipFile(whole) as old:
         names = [n for n in old.namelist() if n != "forcelab.json"]
     for name in names:
-        assert name in refused(packed(whole, **{name: None}), tmp_path)
-    assert "not a forcelab archive" in refused(packed(whole, **{"forcelab.json": None}), tmp_path)
+        assert name in refusal_of(repack(whole, **{name: None}), tmp_path)
+    assert "not a forcelab archive" in refusal_of(
+        repack(whole, **{"forcelab.json": None}), tmp_path
+    )
     spare = "recognisers/" + "0" * 32 + ".skops"
-    assert spare in refused(packed(whole, **{spare: b"x"}), tmp_path)
+    assert spare in refusal_of(repack(whole, **{spare: b"x"}), tmp_path)
 
 
 def test_content_that_does_not_match_its_id_is_refused(whole, tmp_path):
@@ -640,8 +646,8 @@ def test_content_that_does_not_match_its_id_is_refused(whole, tmp_path):
         if not name.endswith(".json"):
             changed = bytearray(data)
             changed[-min(8, len(data))] ^= 1  # the lowest byte of a number
-            path = packed(whole, **{name: bytes(changed)})
-            assert "does not match" in refused(path, tmp_path)
+            path = repack(whole, **{name: bytes(changed)})
+            assert "does not match" in refusal_of(path, tmp_path)
 
 
 def test_json_that_is_not_what_it_should_be_is_refused_wherever_it_is(whole, tmp_path):
@@ -650,7 +656,7 @@ def test_json_that_is_not_what_it_should_be_is_refused_wherever_it_is(whole, tmp
     deep = b"[" * 200_000
     for name in texts:
         for wrong in (b"", b"\xff", b"null", b"[3]", b'{"a": 1}', b"[[]]", b"[{}]", deep):
-            refused(packed(whole, **{name: wrong}), tmp_path)
+            refusal_of(repack(whole, **{name: wrong}), tmp_path)
 
 
 WRONG_EDITS = [
@@ -680,24 +686,24 @@ WRONG_EDITS = [
 
 @pytest.mark.parametrize(("key", "value"), WRONG_EDITS)
 def test_a_history_that_cannot_be_is_refused(whole, tmp_path, key, value):
-    edits = loaded(whole, "edits.json")
+    edits = load_member(whole, "edits.json")
     edits[0][key] = value  # type: ignore[index]
-    refused(packed(whole, **{"edits.json": edits}), tmp_path)
+    refusal_of(repack(whole, **{"edits.json": edits}), tmp_path)
 
 
 def test_segments_that_no_history_leads_to_are_refused(whole, tmp_path):
     name = member(whole, "tracks.json")
-    tracks = loaded(whole, name)
+    tracks = load_member(whole, name)
     tracks[0]["segments"] = [[0.5, 0.6, "slip"]]  # type: ignore[index]
-    path = packed(whole, **{name: tracks})
-    assert "do not lead to" in refused(path, tmp_path)
+    path = repack(whole, **{name: tracks})
+    assert "do not lead to" in refusal_of(path, tmp_path)
 
 
 def test_a_truncated_archive_is_refused(whole, tmp_path):
     data = whole.read_bytes()
     for share in np.linspace(0, 1, 40, endpoint=False):
         whole.write_bytes(data[: int(share * len(data))])
-        refused(whole, tmp_path)
+        refusal_of(whole, tmp_path)
     with pytest.raises(InputError, match="No such file"):
         read(tmp_path / "nowhere.zip", ReadOptions())
 
@@ -791,14 +797,14 @@ SOURCE = "simulated: task LEGO, seed 1, number 1, 1000 Hz"
 def archive(tmp_path):
     """One demonstration with a truth, one without."""
     signals = np.random.default_rng(0).normal(size=(20, 1))
-    one, other = (
+    first, second = (
         Demonstration(name, "LEGO", np.arange(20) / rate, signals, (Channel("fz", "N"),))
         for name, rate in (("one", 100), ("other", 200))
     )
     with Project.create(tmp_path / "study.forcelab") as project:
         track = Track("Ines", (Segment(0.0, 0.05, "grab"),))
         project.demonstrations.add_all(
-            [NewDemonstration(one, (track,), SOURCE, truth=TRUTH), NewDemonstration(other)]
+            [NewDemonstration(first, (track,), SOURCE, truth=TRUTH), NewDemonstration(second)]
         )
         write_archive(project, tmp_path / "study.zip")
     return tmp_path / "study.zip"

@@ -47,10 +47,10 @@ def test_pulling_and_pressing_may_differ(tmp_path):
 def test_a_daq_has_its_own_table_and_others_have_that_for_any(tmp_path):
     other = GOOD.replace("ISE012", "any").replace("7925", "100")
     known = read_calibrations(written(tmp_path, GOOD + other))
-    one = np.array([[100, 0, 0]], np.int16)
-    assert known.find("ISE012", AXES3).apply(one)[0, 0] == pytest.approx(300 / 79.25)
-    assert known.find("ISE099", AXES3).apply(one)[0, 0] == pytest.approx(300)
-    assert known.find(None, AXES3).apply(one)[0, 0] == pytest.approx(300)
+    counts = np.array([[100, 0, 0]], np.int16)
+    assert known.find("ISE012", AXES3).apply(counts)[0, 0] == pytest.approx(300 / 79.25)
+    assert known.find("ISE099", AXES3).apply(counts)[0, 0] == pytest.approx(300)
+    assert known.find(None, AXES3).apply(counts)[0, 0] == pytest.approx(300)
 
 
 def test_an_unknown_serial_number_names_the_file_and_the_section(tmp_path):
@@ -77,7 +77,7 @@ def test_what_the_packets_need_and_the_file_lacks_is_named(tmp_path, kind, missi
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "complaint"),
     [
         ("7925", "0", "line 2: ISE012.sensor1.fx needs a counts above zero"),
         ("7925", "true", "line 2: ISE012.sensor1.fx needs a counts above zero"),
@@ -94,11 +94,11 @@ def test_what_the_packets_need_and_the_file_lacks_is_named(tmp_path, kind, missi
         (GOOD, "[ISE012]\nsensor1 = 3", "line 2: ISE012.sensor1 must hold axes"),
     ],
 )
-def test_what_is_wrong_is_told_with_its_line(tmp_path, old, new, said):
+def test_what_is_wrong_is_told_with_its_line(tmp_path, old, new, complaint):
     with pytest.raises(InputError) as refused:
         read_calibrations(written(tmp_path, GOOD.replace(old, new)))
     assert "mine.toml'" in str(refused.value)
-    assert said in str(refused.value)
+    assert complaint in str(refused.value)
 
 
 def test_a_file_that_cannot_be_read_is_one_sentence(tmp_path):

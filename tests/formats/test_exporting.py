@@ -74,9 +74,9 @@ def test_a_boris_project_holds_every_segment_as_a_state_event(project):
     assert content["project_format_version"] == "7.0"
     assert content["project_name"] == "study"
     assert {"subjects_conf", "behavioral_categories", "coding_map", "converters"} <= set(content)
-    codes = [(one["code"], one["type"]) for one in content["behaviors_conf"].values()]
+    codes = [(entry["code"], entry["type"]) for entry in content["behaviors_conf"].values()]
     assert codes == [("grab", "State event"), ("hold, firmly", "State event")]
-    keys = [one["key"] for one in content["behaviors_conf"].values()]
+    keys = [entry["key"] for entry in content["behaviors_conf"].values()]
     assert len(set(keys)) == 2
     with Project.open(project) as opened:
         (info,) = opened.demonstrations.infos()
@@ -157,19 +157,19 @@ def test_elan_finds_the_video_and_the_times_in_it(project):
 
 
 @pytest.mark.parametrize(
-    ("segment", "told"),
+    ("segment", "complaint"),
     [
         (Segment(0.1, 0.1002, "tap"), "shorter than a millisecond"),
         (Segment(0.1, 0.2, "tap\x01"), "character that ELAN files cannot"),
     ],
 )
-def test_what_elan_cannot_hold_is_refused(tmp_path, segment, told):
-    with pytest.raises(InputError, match=told):
+def test_what_elan_cannot_hold_is_refused(tmp_path, segment, complaint):
+    with pytest.raises(InputError, match=complaint):
         to_elan([Track("Ann", (segment,))], None, tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("kind", "segment", "told"),
+    ("kind", "segment", "complaint"),
     [
         ("elan", Segment(0.1, 0.1002, "tap"), "'zz last': 'tap' of Ann"),
         ("audacity", Segment(0.1, 0.2, "ta\tp"), "'zz last': The action 'ta.*tab"),
@@ -177,7 +177,7 @@ def test_what_elan_cannot_hold_is_refused(tmp_path, segment, told):
     ],
 )
 def test_one_demonstration_that_cannot_be_written_is_named_and_none_is(
-    project, kind, segment, told
+    project, kind, segment, complaint
 ):
     with Project.open(project) as opened:
         first = opened.demonstrations.infos()[0].id
@@ -185,7 +185,7 @@ def test_one_demonstration_that_cannot_be_written_is_named_and_none_is(
         again = replace(again, signals=again.signals + 1.0)
         added = opened.demonstrations.add(again)
         opened.tracks.edit(added.id, "Ann", (), (segment,), "painted")
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=complaint):
         export(project, kind)
     assert not (project.parent / "out").exists()
 

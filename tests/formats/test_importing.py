@@ -57,7 +57,7 @@ def test_glitches_are_told_whoever_imports(project, tmp_path):
 def test_a_new_project_holds_what_the_files_hold(tmp_path, project):
     files = [table(tmp_path / f"{name}.csv", seed) for seed, name in enumerate(["b", "a"])]
     report = import_files(project, files, ReadOptions(task="LEGO"))
-    assert [(one.file, one.added.name, one.added.status) for one in report.demonstrations] == [
+    assert [(item.file, item.added.name, item.added.status) for item in report.demonstrations] == [
         (files[0], "b", "new"),
         (files[1], "a", "new"),
     ]
@@ -99,7 +99,7 @@ def test_a_file_that_is_read_with_other_columns_is_told_to_be_there_twice(
     (tmp_path / "other").mkdir()
     alike = table(tmp_path / "other" / "a.csv", 2)  # as long, and called as it is
     report = import_files(project, [alike], ReadOptions(task="foam"))
-    (output,) = [one for one in report.remarks[alike] if "'a (3)'" in one]
+    (output,) = [remark for remark in report.remarks[alike] if "'a (3)'" in remark]
     assert output == "Another recording of task 'foam' is called 'a'; this one is now 'a (3)'."
 
 
@@ -108,7 +108,7 @@ def test_a_labels_file_named_beside_its_recording_is_read_with_it(tmp_path, proj
     labels = tmp_path / "a.labels.csv"
     labels.write_text("start,end,action\n0.1,0.2,grab\n")
     report = import_files(project, [labels, recording, str(recording)])
-    assert [one.file for one in report.demonstrations] == [recording]
+    assert [item.file for item in report.demonstrations] == [recording]
 
 
 STRICT = ReadOptions(strict=True)
@@ -118,7 +118,7 @@ def test_a_bad_file_is_left_out_and_the_others_are_imported(tmp_path, project):
     files = [table(tmp_path / f"{name}.csv", ord(name)) for name in "abc"]
     files[1].write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(100))
     report = import_files(project, [*files, tmp_path / "missing.csv"])
-    assert [one.added.name for one in report.demonstrations] == ["a", "c"]
+    assert [item.added.name for item in report.demonstrations] == ["a", "c"]
     assert list(report.unread) == [files[1], tmp_path / "missing.csv"]
     assert "looks like a PNG picture" in report.unread[files[1]]
     assert sorted(name for name, _, _ in contents(project)) == ["a", "c"]
@@ -169,7 +169,7 @@ def test_a_repaired_import_leaves_no_foreign_actions_in_the_wrong_task(tmp_path,
     with Project.open(project) as opened:
         assert opened.actions.vocabulary("foam").names == ("grab", "hold", "squeeze")
         assert opened.actions.vocabulary("stylus").names == ("grab", "pull", "slip")
-        assert any("no longer lists pull, slip" in one for one in report.remarks[pull])
+        assert any("no longer lists pull, slip" in remark for remark in report.remarks[pull])
         opened.demonstrations.set_task(opened.demonstrations.load("pull").id, "foam")
         assert opened.actions.vocabulary("foam").names == (
             "grab",
@@ -344,8 +344,8 @@ def archive(tmp_path):
     with Project.create(tmp_path / "old.forcelab") as old:
         times = np.arange(40) / 100
         signals = np.random.default_rng(1).normal(size=(40, 1))
-        given = Demonstration("a", "", times, signals, (Channel("fx"),), VideoReference(film))
-        id_ = old.demonstrations.add(given, [Track("Ada", GRAB)]).id
+        d = Demonstration("a", "", times, signals, (Channel("fx"),), VideoReference(film))
+        id_ = old.demonstrations.add(d, [Track("Ada", GRAB)]).id
         old.tracks.edit(id_, "Ada", GRAB, (), "erased")
         old.tracks.undo(id_, "Ada")
         old.tracks.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
@@ -360,7 +360,9 @@ def archive(tmp_path):
 
 def test_an_archive_alone_comes_back_whole_in_a_new_project(archive, project):
     report = import_files(project, [archive])
-    assert [(one.added.name, one.added.status) for one in report.demonstrations] == [("a", "new")]
+    assert [(item.added.name, item.added.status) for item in report.demonstrations] == [
+        ("a", "new")
+    ]
     assert report.remarks == {}
     write_archive_of(project, archive.with_name("again.zip"))
     assert archive.with_name("again.zip").read_bytes() == archive.read_bytes()
@@ -397,7 +399,7 @@ def test_an_archive_that_brings_nothing_new_is_listed_by_name_without_a_word_on_
     import_files(project, [table(tmp_path / f"{name}.csv", n) for n, name in enumerate(names)])
     write_archive_of(project, tmp_path / "all.zip")
     again = import_files(project, [tmp_path / "all.zip"])
-    assert [one.added.name for one in again.demonstrations] == ["t1", "t2", "t3", "t7", "t10"]
+    assert [item.added.name for item in again.demonstrations] == ["t1", "t2", "t3", "t7", "t10"]
     assert (again.count("unchanged"), again.remarks) == (5, {})
 
 

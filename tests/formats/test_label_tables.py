@@ -171,20 +171,20 @@ def test_labels_of_further_coders_are_read_beside_those_in_the_table(write):
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "sentence"),
     [
         ("a;b;c\n1;2;3\n", "is not a labels file; write one row a segment"),
         ("start,end,action,author\n0,500,grab,Ann\n", "the labels go from 0 s to 500 s"),
     ],
 )
-def test_a_recording_with_labels_is_read_whatever_lies_beside_it(write, content, told):
+def test_a_recording_with_labels_is_read_whatever_lies_beside_it(write, content, sentence):
     path = write("r.csv", "time,fx,label\n0,1,a\n.1,1,a\n.2,1,b\n.3,1,b\n")
     write("r.labels.csv", content)
     (result,) = read(path, ReadOptions())
     assert [track.actions for track in result.tracks] == [("a", "b")]
     (remark,) = result.remarks
     assert remark.startswith("The labels beside the recording were not read: ")
-    assert told in remark
+    assert sentence in remark
 
 
 def test_labels_on_the_clock_of_the_stamps_are_carried_to_the_start(write):

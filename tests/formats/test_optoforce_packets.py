@@ -227,11 +227,11 @@ def test_a_counter_that_stands_still_has_no_step():
 def test_ticks_are_the_samples_whatever_the_step_the_start_and_the_blocks(step, at, on, sizes):
     truth = np.cumsum([0, *on])
     counts = counter(at + step * truth)
-    unwrapper, got, place = Unwrapper(step, 1000.0), [], 0
+    unwrapper, ticks, place = Unwrapper(step, 1000.0), [], 0
     for size in [*sizes, len(counts)]:
-        got += unwrapper.feed(counts[place : place + size]).ticks.tolist()
+        ticks += unwrapper.feed(counts[place : place + size]).ticks.tolist()
         place += size
-    assert got == truth.tolist()
+    assert ticks == truth.tolist()
     assert unwrapper.missing == truth[-1] + 1 - len(truth)
 
 
@@ -271,7 +271,7 @@ def test_a_counter_that_was_started_again_goes_on_by_the_hosts_clock():
 
 
 @pytest.mark.parametrize(
-    ("status", "said"),
+    ("status", "sentences"),
     [
         (0x0000, ()),
         (0x2000, ("The DAQ reports an error; unplug it and plug it in again.",)),
@@ -285,8 +285,8 @@ def test_a_counter_that_was_started_again_goes_on_by_the_hosts_clock():
         (0x0408, ("The sensor (and others) is absent; check its cable.",)),
     ],
 )
-def test_each_bit_has_its_sentence(status, said):
-    assert status_sentences(status) == said
+def test_each_bit_has_its_sentence(status, sentences):
+    assert status_sentences(status) == sentences
 
 
 def test_several_things_are_several_sentences():

@@ -252,7 +252,7 @@ plain = st.recursive(
 )
 
 
-def one(data: bytes, inert: frozenset[str] = frozenset()):
+def load_single(data: bytes, inert: frozenset[str] = frozenset()):
     (value,) = load_all(data, "x.pdl", inert)
     return value
 
@@ -261,7 +261,7 @@ def one(data: bytes, inert: frozenset[str] = frozenset()):
 @given(plain, st.sampled_from([0, 1, 2]))
 def test_plain_data_comes_back_as_it_was_written(value, protocol):
     # repr also tells True from 1 and 1 from 1.0
-    assert repr(one(pickle.dumps(value, protocol))) == repr(value)
+    assert repr(load_single(pickle.dumps(value, protocol))) == repr(value)
 
 
 @pytest.mark.parametrize(
@@ -282,7 +282,7 @@ def test_plain_data_comes_back_as_it_was_written(value, protocol):
     ],
 )
 def test_strings_and_numbers_as_python_2_wrote_them(data, value):
-    assert repr(one(data)) == repr(value)
+    assert repr(load_single(data)) == repr(value)
 
 
 def test_pickles_that_follow_one_another_are_all_read_and_do_not_share_a_memo():
@@ -292,12 +292,12 @@ def test_pickles_that_follow_one_another_are_all_read_and_do_not_share_a_memo():
 
 
 def test_a_shared_part_stays_one_object():
-    first, second = one(b"](]q\x00K\x01ah\x00e.")
+    first, second = load_single(b"](]q\x00K\x01ah\x00e.")
     assert first is second == [1]
 
 
 @pytest.mark.parametrize(
-    "made",
+    "opcodes",
     [
         b"(cauthors\nBundle\no",  # an old-style instance in the binary protocols
         b"(iauthors\nBundle\n",  # the same in the text protocol
@@ -305,9 +305,9 @@ def test_a_shared_part_stays_one_object():
         b"cauthors\nBundle\n)\x81",
     ],
 )
-def test_an_instance_of_an_inert_class_keeps_nothing(made):
-    data = b"](" + made + b"}U\x06secretK\x01sbK\x07e."
-    instance, seven = one(data, BUNDLE)
+def test_an_instance_of_an_inert_class_keeps_nothing(opcodes):
+    data = b"](" + opcodes + b"}U\x06secretK\x01sbK\x07e."
+    instance, seven = load_single(data, BUNDLE)
     assert (type(instance), vars(instance), seven) == (Opaque, {}, 7)
     assert not callable(instance)
 
@@ -439,9 +439,9 @@ def test_a_bomb_is_defused_in_a_sentence(bomb, what):
 @pytest.mark.parametrize("step", [b"N", b"\x80\x02", b"Nq\x00", b"G" + bytes(8)])
 def test_the_number_of_steps_is_bounded_whatever_they_do(step, monkeypatch):
     monkeypatch.setattr(pdl, "MAX_OPCODES", 1000)
-    assert one(b"](" + step * 400 + b"Ne.")
+    assert load_single(b"](" + step * 400 + b"Ne.")
     with pytest.raises(InputError, match="has more than 1,000 opcodes; split the database"):
-        one(b"](" + step * 1000 + b"Ne.")
+        load_single(b"](" + step * 1000 + b"Ne.")
 
 
 @pytest.mark.parametrize(

@@ -39,7 +39,7 @@ def test_names_are_unique_and_every_module_can_tell_and_read_its_format(tmp_path
         assert callable(module.read)
 
 
-def imported(code: str) -> set[str]:
+def imported_modules(code: str) -> set[str]:
     """What a fresh Python has imported after running the code."""
     code += "\nimport sys; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -48,13 +48,15 @@ def imported(code: str) -> set[str]:
 
 def test_reading_a_table_imports_no_other_format(tmp_path):
     (tmp_path / "a.csv").write_bytes(TABLE)
-    modules = imported(f"from forcelab.formats import read; read({str(tmp_path / 'a.csv')!r})")
+    modules = imported_modules(
+        f"from forcelab.formats import read; read({str(tmp_path / 'a.csv')!r})"
+    )
     assert "forcelab.formats.table" in modules
     assert not modules & {"forcelab.formats.archive", "forcelab.formats.pdl"}
 
 
 def test_the_registry_imports_none_of_the_formats():
-    modules = imported("import forcelab.formats")
+    modules = imported_modules("import forcelab.formats")
     assert not modules & {known.module for known in all_formats()}
 
 

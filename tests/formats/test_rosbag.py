@@ -12,6 +12,7 @@ import time
 
 import numpy as np
 import pytest
+from factories import read_single
 
 pytest.importorskip("rosbags")
 
@@ -21,24 +22,18 @@ from rosbags.typesys import Stores, get_typestore
 
 from forcelab.cli import main
 from forcelab.errors import InputError
-from forcelab.formats import identify, read
-from forcelab.formats.recording import ReadOptions
+from forcelab.formats import identify
 from forcelab.signals.channels import channel_map
 from tests.formats.rosbag_files import BEGIN, WRENCH, digest, stamp, wrench, wrenches, write_bag
 
 AXES = ["fx", "fy", "fz", "tx", "ty", "tz"]
 
 
-def one(path, **options):
-    (recording,) = read(path, ReadOptions(**options))
-    return recording
-
-
 def names(recording):
     return [channel.name for channel in recording.demonstration.channels]
 
 
-def told(recording):
+def joined_remarks(recording):
     return "\n".join(recording.remarks)
 
 
@@ -48,7 +43,7 @@ def labels(recording):
 
 @pytest.mark.real
 def test_a_real_bag_gives_its_wrenches_and_the_phases_beside_them(real_file):
-    recording = one(real_file("rosbag/baxter-pick-and-place.bag"))
+    recording = read_single(real_file("rosbag/baxter-pick-and-place.bag"))
     demonstration = recording.demonstration
     assert demonstration.times.shape == (3160,)
     assert demonstration.rate == pytest.approx(100.0, abs=0.01)
@@ -59,7 +54,7 @@ def test_a_real_bag_gives_its_wrenches_and_the_phases_beside_them(real_file):
     assert demonstration.signals[0, 8] == pytest.approx(-0.25)
     assert [s.action for s in recording.tracks[0].segments] == ["0", "1", "2", "5", "3", "4", "0"]
     assert recording.tracks[0].segments[2].start == pytest.approx(5.85, abs=0.005)
-    assert "joint_state.effort" in told(recording)
+    assert "joint_state.effort" in joined_remarks(recording)
     assert "normal wrench_stamped" in channel_map(demonstration.channels).names
 
 
@@ -76,7 +71,7 @@ def test_a_real_bag_gives_its_wrenches_and_the_phases_beside_them(real_file):
 def test_a_wrench_becomes_six_channels_at_the_times_of_its_headers(tmp_path, name, how):
     path = write_bag(tmp_path / name, {"/ft": (WRENCH, wrenches(50))}, **how)
     assert identify(path).name == "rosbag"
-    recording = one(path, task="peg")
+    recording = read_single(path, task="peg")
     demonstration = recording.demonstration
     assert (demonstration.name, demonstration.task) == ("a", "peg")
     assert names(recording) == AXES
@@ -88,7 +83,7 @@ def test_a_wrench_becomes_six_channels_at_the_times_of_its_headers(tmp_path, nam
 def test_a_ros_2_bag_is_read_by_its_folder_its_metadata_or_its_data(tmp_path):
     path = write_bag(tmp_path / "run 7", {"/ft": (WRENCH, wrenches())}, ros=2)
     (data,) = path.glob("*.mcap")
-    by_folder, by_metadata, by_data = map(one, (path, path / "metadata.yaml", data))
+    by_folder, by_metadata, by_data = map(read_single, (path, path / "metadata.yaml", data))
     assert by_folder.demonstration == by_metadata.demonstration == by_data.demonstration
     assert by_folder.demonstration.name == by_metadata.demonstration.name == "run 7"
     assert by_metadata.source == "run 7"
@@ -121,13 +116,13 @@ def tongs(phases, width=0.0):
 def test_wrenches_in_a_custom_message_are_told_apart_and_its_constants_name_the_labels(tmp_path):
     phases = [0] * 10 + [1] * 20 + [2] * 15 + [0] * 5
     path = write_bag(tmp_path / "a.bag", {"/tongs": ("my_lab/msg/Tongs", tongs(phases))}, TONGS)
-    recording = one(path, author="Ada")
+    recording = read_single(path, author="Ada")
     assert names(recording) == [f"{axis} {side}" for side in ("left", "right") for axis in AXES]
     assert recording.demonstration.signals[3, [2, 8]].tolist() == [-3.0, 3.0]
     assert recording.tracks[0].author == "Ada"
     assert labels(recording) == [(0.1, 0.3, "GRAB"), (0.3, 0.45, "PULL")]
     assert "Labels were read from /tongs.phase: GRAB, PULL." in recording.remarks
-    assert "/tongs.width" in told(recording)
+    assert "/tongs.width" in joined_remarks(recording)
 
 
 def test_channels_and_labels_can_be_chosen_by_topic_field_or_name(tmp_path):
@@ -135,33 +130,33 @@ def test_channels_and_labels_can_be_chosen_by_topic_field_or_name(tmp_path):
         tmp_path / "a.bag", {"/tongs": ("my_lab/msg/Tongs", tongs([0, 1, 1, 2]))}, TONGS
     )
     right_ty = "/tongs.right.torque.y"
-    recording = one(
+    recording = read_single(
         path, signals=("/tongs.width",), leave_out=("tongs.left", right_ty, "tongs.phase")
     )
     assert names(recording) == ["fx", "fy", "fz", "tx", "tz", "width"]
     assert recording.demonstration.channels[-1].unit == ""
     assert recording.demonstration.signals[:, -1].tolist() == [0, 1, 2, 3]
     assert recording.tracks == ()
-    assert one(path, signals=("/tongs.phase",)).tracks == ()
-    assert one(path, label="/tongs.phase").tracks[0].actions == ("GRAB", "PULL")
+    assert read_single(path, signals=("/tongs.phase",)).tracks == ()
+    assert read_single(path, label="/tongs.phase").tracks[0].actions == ("GRAB", "PULL")
     for wish in ({"signals": ("/tong",)}, {"leave_out": ("nothing",)}, {"label": "/tongs.left"}):
         with pytest.raises(
             InputError, match=r"a\.bag': it has no .* called '.*'; name one of /tongs"
         ):
-            one(path, **wish)
+            read_single(path, **wish)
 
 
 def test_a_tag_that_never_changes_labels_nothing_unless_it_is_asked_for(tmp_path):
     path = write_bag(tmp_path / "a.bag", {"/tongs": ("my_lab/msg/Tongs", tongs([1] * 9))}, TONGS)
-    assert one(path).tracks == ()
-    assert one(path, label="/tongs.phase").tracks[0].actions == ("GRAB",)
+    assert read_single(path).tracks == ()
+    assert read_single(path, label="/tongs.phase").tracks[0].actions == ("GRAB",)
 
 
 def test_a_topic_of_labels_holds_until_its_next_message(tmp_path):
     result = [(0.1, {"data": "grab"}), (0.3, {"data": "hold"}), (0.4, {"data": ""})]
     forces = [(t, wrench(t)) for t in np.arange(50) / 100]
     topics = {"/action": ("std_msgs/msg/String", result), "/ft": (WRENCH, forces)}
-    recording = one(write_bag(tmp_path / "a.bag", topics))
+    recording = read_single(write_bag(tmp_path / "a.bag", topics))
     assert labels(recording) == [(0.1, 0.3, "grab"), (0.3, 0.4, "hold")]
 
 
@@ -175,7 +170,7 @@ def test_the_outermost_header_is_the_time_and_a_tag_beside_the_force_comes_first
         "/action": ("std_msgs/msg/String", [(0.1, {"data": "x"}), (0.2, {"data": "y"})]),
         "/logged": ("my_lab/msg/Logged", messages),
     }
-    recording = one(write_bag(tmp_path / "a.bag", topics, {"my_lab/msg/Logged": text}))
+    recording = read_single(write_bag(tmp_path / "a.bag", topics, {"my_lab/msg/Logged": text}))
     np.testing.assert_allclose(recording.demonstration.times, np.arange(50) / 100, atol=1e-9)
     assert labels(recording) == [(0.0, 0.21, "a"), (0.21, 0.5, "b")]
     assert names(recording) == AXES
@@ -187,7 +182,7 @@ def test_a_labels_file_beside_a_bag_is_read(tmp_path, absolute):
     shift = BEGIN / 1e9 if absolute else 0.0
     rows = f"{shift + 0.1},{shift + 0.3},grab\n"
     (tmp_path / "a.labels.csv").write_text(f"start,end,action\n{rows}")
-    recording = one(path)
+    recording = read_single(path)
     assert labels(recording) == [(0.1, 0.3, "grab")]
     assert "The labels were read from a.labels.csv." in recording.remarks
 
@@ -205,7 +200,7 @@ def test_a_labels_file_beside_a_bag_is_read(tmp_path, absolute):
 )
 def test_what_is_called_a_force_is_one(tmp_path, topic, kind, message, channels):
     messages = [(i / 100, message) for i in range(20)]
-    recording = one(write_bag(tmp_path / "a.bag", {topic: (kind, messages)}))
+    recording = read_single(write_bag(tmp_path / "a.bag", {topic: (kind, messages)}))
     assert names(recording) == channels
     units = {"t": "Nm"}
     assert [c.unit for c in recording.demonstration.channels] == [
@@ -219,27 +214,28 @@ def test_numbers_that_are_no_forces_are_read_when_they_are_asked_for(tmp_path):
     with pytest.raises(
         InputError, match=r"a\.bag': no topic in it carries forces .*/imu.*--signal"
     ):
-        one(path)
-    recording = one(path, signals=("/imu.linear_acceleration",))
+        read_single(path)
+    recording = read_single(path, signals=("/imu.linear_acceleration",))
     assert names(recording) == [f"linear_acceleration.{axis}" for axis in "xyz"]
-    assert "header.seq" not in names(one(path, signals=("/imu",)))
+    assert "header.seq" not in names(read_single(path, signals=("/imu",)))
 
 
 def test_several_topics_are_interpolated_at_the_times_of_the_fastest(tmp_path):
     slow = wrenches(20, rate=50.0, start=0.1)
     slow = slow[:8] + slow[14:]  # a gap of 0.14 s
     topics = {"/left/ft": (WRENCH, wrenches(100)), "/right/ft": (WRENCH, slow)}
-    recording = one(write_bag(tmp_path / "a.bag", topics))
+    recording = read_single(write_bag(tmp_path / "a.bag", topics))
     assert names(recording) == [f"{axis} {side}" for side in ("left", "right") for axis in AXES]
     times, right = recording.demonstration.times, recording.demonstration.signals[:, 6]
     assert times[0] == 0.0
     assert len(times) == 100
-    there = ((times > 0.099) & (times < 0.241)) | ((times > 0.379) & (times < 0.481))
-    np.testing.assert_allclose(right[there], (times[there] - 0.1) * 50, atol=1e-6)
+    present = ((times > 0.099) & (times < 0.241)) | ((times > 0.379) & (times < 0.481))
+    np.testing.assert_allclose(right[present], (times[present] - 0.1) * 50, atol=1e-6)
     beyond = (times < 0.079) | ((times > 0.241) & (times < 0.379)) | (times > 0.501)
     assert np.isnan(right[beyond]).all()
-    assert "/right/ft (50 Hz, 14 messages) was interpolated at the times of /left/ft." in told(
-        recording
+    assert (
+        "/right/ft (50 Hz, 14 messages) was interpolated at the times of /left/ft."
+        in joined_remarks(recording)
     )
 
 
@@ -249,21 +245,21 @@ def test_a_topic_whose_headers_are_of_another_clock_is_put_in_time_by_its_arriva
         "/left/ft": (WRENCH, [(t, wrench(t, i)) for i, t in enumerate(np.arange(40) / 100)]),
         "/right/ft": (WRENCH, other),
     }
-    recording = one(write_bag(tmp_path / "a.bag", topics))
+    recording = read_single(write_bag(tmp_path / "a.bag", topics))
     signals = recording.demonstration.signals
     np.testing.assert_allclose(signals[:30, 0], signals[:30, 6], atol=1e-4)
     assert "/right/ft: it is of another clock and was shifted by 3600 s." in recording.remarks
     with pytest.raises(InputError, match=r"a\.bag, topic /right/ft: it is of another clock"):
-        one(tmp_path / "a.bag", strict=True)
+        read_single(tmp_path / "a.bag", strict=True)
 
 
 def test_without_times_in_the_headers_those_of_arrival_are_taken(tmp_path):
     unset = [(t, {"wrench": {"force": {"x": t}}}) for t in np.arange(20) / 100]
-    recording = one(write_bag(tmp_path / "a.bag", {"/ft": (WRENCH, unset)}))
+    recording = read_single(write_bag(tmp_path / "a.bag", {"/ft": (WRENCH, unset)}))
     np.testing.assert_allclose(recording.demonstration.times, np.arange(20) / 100, atol=1e-9)
-    assert "/ft: its headers hold no times" in told(recording)
+    assert "/ft: its headers hold no times" in joined_remarks(recording)
     with pytest.raises(InputError, match=r"a\.bag, topic /ft: its headers hold no times"):
-        one(tmp_path / "a.bag", strict=True)
+        read_single(tmp_path / "a.bag", strict=True)
 
 
 def test_topics_that_share_a_clock_stay_on_it_however_late_each_arrives(tmp_path):
@@ -275,7 +271,7 @@ def test_topics_that_share_a_clock_stay_on_it_however_late_each_arrives(tmp_path
         "/right/ft": (WRENCH, right),
         "/action": ("std_msgs/msg/String", [(0.1, {"data": "grab"}), (0.3, {"data": ""})]),
     }
-    recording = one(write_bag(tmp_path / "a.bag", topics))
+    recording = read_single(write_bag(tmp_path / "a.bag", topics))
     signals = recording.demonstration.signals
     np.testing.assert_allclose(signals[:40, 0], signals[:40, 6], atol=1e-6)
     assert labels(recording) == [(0.1, 0.3, "grab")]
@@ -286,7 +282,7 @@ def test_a_header_that_was_never_set_costs_its_message_and_no_digits_of_the_othe
     stamps = np.arange(50) * 0.001000003
     messages = [(t, wrench(t, 1.0)) for t in stamps]
     messages[7] = (stamps[7], {"wrench": {"force": {"x": 1.0}}})
-    recording = one(write_bag(tmp_path / "a.bag", {"/ft": (WRENCH, messages)}))
+    recording = read_single(write_bag(tmp_path / "a.bag", {"/ft": (WRENCH, messages)}))
     times = np.delete(stamps, 7)
     np.testing.assert_allclose(recording.demonstration.times, times, rtol=0, atol=1.1e-9)
     assert "/ft: 1 message without a usable stamp was dropped." in recording.remarks
@@ -296,23 +292,23 @@ def test_stamps_that_repeat_or_run_backwards_are_repaired_or_refused(tmp_path):
     messages = wrenches(50)
     messages[20] = (messages[20][0], wrench(0.1))
     path = write_bag(tmp_path / "a.bag", {"/ft": (WRENCH, messages)})
-    recording = one(path)
+    recording = read_single(path)
     assert len(recording.demonstration.times) == 49
     assert "/ft: 1 message whose stamp is out of order was dropped." in recording.remarks
     with pytest.raises(InputError, match=r"a\.bag, topic /ft, message 21: 1 message whose stamp"):
-        one(path, strict=True)
+        read_single(path, strict=True)
     twice = [*wrenches(50), *((t + 1, m) for t, m in wrenches(50))]
     with pytest.raises(InputError, match=r"topic /ft, message 51: time runs backwards"):
-        one(write_bag(tmp_path / "b.bag", {"/ft": (WRENCH, twice)}))
+        read_single(write_bag(tmp_path / "b.bag", {"/ft": (WRENCH, twice)}))
 
 
 def test_pictures_and_what_else_is_no_force_is_left_out_with_a_remark(tmp_path):
     picture = [(0.1, {"height": 2, "width": 2, "data": [0] * 12, "encoding": "rgb8"})]
     topics = {"/camera": ("sensor_msgs/msg/Image", picture), "/ft": (WRENCH, wrenches())}
-    recording = one(write_bag(tmp_path / "a.bag", topics))
+    recording = read_single(write_bag(tmp_path / "a.bag", topics))
     assert names(recording) == AXES
-    assert "Nothing was read from /camera (sensor_msgs/Image)." in told(recording)
-    assert "save them as a video" in told(recording)
+    assert "Nothing was read from /camera (sensor_msgs/Image)." in joined_remarks(recording)
+    assert "save them as a video" in joined_remarks(recording)
 
 
 def test_a_bag_of_an_older_ros_2_does_not_define_its_messages(tmp_path):
@@ -322,16 +318,16 @@ def test_a_bag_of_an_older_ros_2_does_not_define_its_messages(tmp_path):
     with contextlib.closing(sqlite3.connect(data)) as database:
         database.execute("DELETE FROM message_definitions")
         database.commit()
-    recording = one(path)
+    recording = read_single(path)
     assert names(recording) == AXES
-    assert "/odd (my_lab/msg/Odd, which the bag does not define)" in told(recording)
+    assert "/odd (my_lab/msg/Odd, which the bag does not define)" in joined_remarks(recording)
 
 
 def test_an_array_that_changes_its_length_is_refused(tmp_path):
     messages = [(i / 100, {"data": [0.0] * (4 if i == 7 else 3)}) for i in range(20)]
     path = write_bag(tmp_path / "a.bag", {"/force": ("std_msgs/msg/Float64MultiArray", messages)})
     with pytest.raises(InputError, match=r"a\.bag': message 8 of /force holds 4 .* first one 3"):
-        one(path)
+        read_single(path)
 
 
 @pytest.mark.parametrize(("first", "then"), [(1, 2), (2, 1)])
@@ -347,7 +343,7 @@ def test_a_list_that_changes_its_length_is_refused(tmp_path, first, then):
         f"message 10 of /hand holds {then} values in /hand.fingers, and the first one {first}"
     )
     with pytest.raises(InputError, match=expected):
-        one(path)
+        read_single(path)
 
 
 def test_a_bag_that_is_cut_off_anywhere_is_refused_in_one_sentence(tmp_path):
@@ -355,7 +351,7 @@ def test_a_bag_that_is_cut_off_anywhere_is_refused_in_one_sentence(tmp_path):
     for size in range(20, len(whole), 211):
         (tmp_path / "b.bag").write_bytes(whole[:size])
         with pytest.raises(InputError, match=r"b\.bag' is not a whole ROS bag \(.*; copy it again"):
-            one(tmp_path / "b.bag")
+            read_single(tmp_path / "b.bag")
 
 
 @pytest.mark.parametrize(("name", "how"), [("a.bag", {}), ("a", {"ros": 2})])
@@ -370,7 +366,7 @@ def test_a_damaged_bag_is_read_or_refused_and_nothing_else_happens(tmp_path, nam
         data[place : place + 4] = random.choice([b"\xff" * 4, random.bytes(4), b"\xff\x00\x00\x7f"])
         file.write_bytes(data)
         try:
-            one(file)
+            read_single(file)
         except InputError as error:
             refused += 1
             assert file.name in str(error)
@@ -384,7 +380,7 @@ def test_a_bag_that_was_never_closed_names_the_cure(tmp_path):
     whole[place : place + 8] = bytes(8)
     (tmp_path / "a.bag").write_bytes(whole)
     with pytest.raises(InputError, match=r"not indexed.*rosbag reindex"):
-        one(tmp_path / "a.bag")
+        read_single(tmp_path / "a.bag")
 
 
 def odd(path, text, raw, count=3):
@@ -412,7 +408,7 @@ MANY = b"\xff\xff\xff\x7f"
 )
 def test_a_definition_that_no_message_can_have_is_told_before_one_is_read(tmp_path, text, raw, why):
     with pytest.raises(InputError, match=why) as refusal:
-        one(odd(tmp_path / "a.bag", text, raw))
+        read_single(odd(tmp_path / "a.bag", text, raw))
     assert "\n" not in str(refusal.value)
 
 
@@ -421,17 +417,17 @@ def test_a_topic_of_such_messages_costs_no_other_one(tmp_path):
     store = get_typestore(Stores.ROS1_NOETIC)
     with Writer1(path) as writer:
         text = "std_msgs/Empty[] parts" + EMPTY
-        odd_one = writer.add_connection("/odd", ODD, msgdef=text, md5sum=digest(ODD, text))
+        odd = writer.add_connection("/odd", ODD, msgdef=text, md5sum=digest(ODD, text))
         force = writer.add_connection("/force", "std_msgs/msg/Float64", typestore=store)
         for number in range(20):
-            writer.write(odd_one, BEGIN + number * 10**7, MANY)
+            writer.write(odd, BEGIN + number * 10**7, MANY)
             data = store.serialize_ros1(
                 store.types["std_msgs/msg/Float64"](number), "std_msgs/msg/Float64"
             )
             writer.write(force, BEGIN + number * 10**7, data)
-    recording = one(path)
+    recording = read_single(path)
     assert recording.demonstration.signals.shape == (20, 1)
-    assert "a list of std_msgs/msg/Empty, which holds nothing" in told(recording)
+    assert "a list of std_msgs/msg/Empty, which holds nothing" in joined_remarks(recording)
 
 
 ENDLESS = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT "
@@ -461,7 +457,7 @@ def test_a_view_that_never_ends_in_place_of_a_table_is_refused(tmp_path, table, 
         metadata = re.sub("compression_mode:.*", "compression_mode: FILE", metadata)
     (path / "metadata.yaml").write_text(metadata)
     with pytest.raises(InputError, match="its database has views"):
-        one(path)
+        read_single(path)
 
 
 def test_a_pipe_among_the_files_of_a_bag_is_refused(tmp_path):
@@ -470,7 +466,7 @@ def test_a_pipe_among_the_files_of_a_bag_is_refused(tmp_path):
     file.unlink()
     os.mkfifo(file)
     with pytest.raises(InputError, match=r"mcap' is a device or pipe; take it out"):
-        one(path)
+        read_single(path)
 
 
 @pytest.mark.parametrize(
@@ -482,7 +478,7 @@ def test_metadata_that_would_not_end_to_be_parsed_is_refused(tmp_path, more, why
     with (path / "metadata.yaml").open("a") as file:
         file.write(f"\n  more: {more}\n")
     with pytest.raises(InputError, match=why) as refusal:
-        one(path)
+        read_single(path)
     assert "definitions" not in str(refusal.value)
 
 
@@ -492,7 +488,7 @@ def test_more_messages_than_bytes_are_refused(tmp_path, monkeypatch):
     claimed = file.read_text().replace("message_count: 20", "message_count: 2147483648")
     file.write_text(claimed)
     with pytest.raises(InputError, match="2,147,483,648 messages in"):
-        one(path)
+        read_single(path)
 
 
 def test_a_packed_file_that_would_fill_the_temporary_folder_is_refused(tmp_path, monkeypatch):
@@ -504,14 +500,14 @@ def test_a_packed_file_that_would_fill_the_temporary_folder_is_refused(tmp_path,
     metadata = re.sub("compression_mode:.*", "compression_mode: FILE", metadata)
     (path / "metadata.yaml").write_text(metadata)
     packed.write_bytes(zstd.compress(file.read_bytes()))
-    assert one(path).demonstration.times.size == 20
+    assert read_single(path).demonstration.times.size == 20
     temporary = tmp_path / "temporary"
     temporary.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(temporary))
     packed.write_bytes(zstd.compress(file.read_bytes() + bytes(2**27)))
     monkeypatch.setattr(tempfile, "TemporaryDirectory", None)  # nothing is unpacked there
     with pytest.raises(InputError, match=r"zstd' has .* bytes and unpacks to more than"):
-        one(path)
+        read_single(path)
     assert not list(temporary.iterdir())
 
 
@@ -532,7 +528,7 @@ def test_an_index_that_names_one_message_again_and_again_is_refused(tmp_path, co
     path.write_bytes(false)
     begin = time.monotonic()
     with pytest.raises(InputError, match="its index names 1 message 100 times"):
-        one(path)
+        read_single(path)
     assert time.monotonic() - begin < 10
 
 
@@ -541,7 +537,7 @@ def test_a_bag_under_another_name_says_what_to_call_it(tmp_path):
     with pytest.raises(
         InputError, match=r"a\.bin' is a ROS bag by its content; rename it to \*\.bag"
     ):
-        one(path)
+        read_single(path)
 
 
 def test_without_the_library_it_is_said_how_to_install_it(tmp_path, monkeypatch):
@@ -550,7 +546,7 @@ def test_without_the_library_it_is_said_how_to_install_it(tmp_path, monkeypatch)
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "rosbags", None)
     with pytest.raises(InputError, match=r"-m pip install rosbags"):
-        one(path)
+        read_single(path)
 
 
 def test_the_library_is_loaded_for_bags_only(tmp_path):
@@ -573,4 +569,4 @@ def test_bags_are_imported_by_the_command_line(tmp_path, capsys):
 def test_labels_of_several_lines_become_one(tmp_path):
     result = [(0.1, {"data": " grab\nit "}), (0.3, {"data": ""})]
     topics = {"/ft": (WRENCH, wrenches()), "/action": ("std_msgs/msg/String", result)}
-    assert one(write_bag(tmp_path / "a.bag", topics)).tracks[0].actions == ("grab it",)
+    assert read_single(write_bag(tmp_path / "a.bag", topics)).tracks[0].actions == ("grab it",)

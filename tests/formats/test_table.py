@@ -236,10 +236,10 @@ def test_a_random_table_in_a_random_dialect_is_read_back_to_the_bit(written, tab
 
 
 @pytest.mark.parametrize(
-    ("text", "told"), [("a,b\n", "line"), ("a", "line"), ("a\nb\n", "2 lines")]
+    ("text", "length"), [("a,b\n", "line"), ("a", "line"), ("a\nb\n", "2 lines")]
 )
-def test_a_file_without_rows_is_told_as_long_as_it_is(table, text, told):
-    assert f"in its first {told};" in refusal(table(text))
+def test_a_file_without_rows_is_told_as_long_as_it_is(table, text, length):
+    assert f"in its first {length};" in refusal(table(text))
 
 
 class TestMissingSamples:
@@ -391,8 +391,8 @@ class TestLabels:
         found = load(table("time,fx,whatever\n" + rows))
         assert found.tracks == ()
         assert "Column whatever was left out: words, not numbers." in found.remarks
-        said = refusal(table("time,fx,label\n" + rows))
-        assert "column 'label' holds 2,000 different words" in said
+        complaint = refusal(table("time,fx,label\n" + rows))
+        assert "column 'label' holds 2,000 different words" in complaint
         assert "column 'whatever' holds" in refusal(
             table("time,fx,whatever\n" + rows), label="whatever"
         )
@@ -466,14 +466,14 @@ class TestRealRecordings:
         path = real_file(f"imu/s05_0{number}_sw.csv")
         recording = load(path)
         lines = [line.split(",") for line in path.read_text().splitlines()[1:]]
-        kept = [i for i in range(rows) if i == 0 or lines[i][6] != lines[i - 1][6]]
+        fresh = [i for i in range(rows) if i == 0 or lines[i][6] != lines[i - 1][6]]
         demonstration = recording.demonstration
         assert len(lines) == rows
-        assert len(kept) == rows - repeats == demonstration.times.size
+        assert len(fresh) == rows - repeats == demonstration.times.size
         assert demonstration.times.tolist() == [
-            (int(lines[i][6]) - int(lines[0][6])) / 1000 for i in kept
+            (int(lines[i][6]) - int(lines[0][6])) / 1000 for i in fresh
         ]
-        assert demonstration.signals.tolist() == [list(map(float, lines[i][:6])) for i in kept]
+        assert demonstration.signals.tolist() == [list(map(float, lines[i][:6])) for i in fresh]
         assert [name for name, _ in channels(recording)] == [
             *("x_acc", "y_acc", "z_acc", "x_gyro", "y_gyro", "z_gyro")
         ]
@@ -482,7 +482,7 @@ class TestRealRecordings:
         )
         (track,) = recording.tracks
         assert len(track.segments) == segments
-        for i in kept:
+        for i in fresh:
             time = (int(lines[i][6]) - int(lines[0][6])) / 1000
             (covering,) = [s for s in track.segments if s.start <= time < s.end]
             assert covering.action == lines[i][7]
@@ -663,12 +663,12 @@ def test_second_times_are_a_signal_where_they_are_asked_for(tmp_path):
 @pytest.mark.parametrize("header", [None, "time,id,fx"])
 def test_what_counts_rows_only_at_first_stays_a_signal(tmp_path, header):
     path = tmp_path / "trial.csv"
-    there = [min(i, 12_000 - i) for i in range(9_000)]  # there, and half the way back
-    rows = [f"{i / 100},{there[i]},{np.sin(i):.3f}" for i in range(9_000)]
+    course = [min(i, 12_000 - i) for i in range(9_000)]  # there, and half the way back
+    rows = [f"{i / 100},{course[i]},{np.sin(i):.3f}" for i in range(9_000)]
     path.write_text("\n".join([*([header] if header else []), *rows]) + "\n")
     demonstration = load(path).demonstration
     assert len(demonstration.channels) == 2
-    np.testing.assert_array_equal(demonstration.signals[:, 0], there)
+    np.testing.assert_array_equal(demonstration.signals[:, 0], course)
 
 
 def test_numbers_of_rows_of_which_some_were_taken_out_are_no_signal(tmp_path):

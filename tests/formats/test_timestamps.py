@@ -14,7 +14,7 @@ from forcelab.formats.timestamps import RawTimestamps, TimestampReader, repair_t
 EPOCH = 1_657_539_356_236.0
 
 
-def repaired(values, *, per_second=1.0, absolute=False, strict=False, jitter=0.0):
+def repair(values, *, per_second=1.0, absolute=False, strict=False, jitter=0.0):
     values = np.array(values, np.float64)
     raw = RawTimestamps(values, 0, per_second, absolute)
     return repair_timestamps(
@@ -24,12 +24,12 @@ def repaired(values, *, per_second=1.0, absolute=False, strict=False, jitter=0.0
 
 def refusal(values, **options) -> str:
     with pytest.raises(InputError) as caught:
-        repaired(values, strict=True, **options)
+        repair(values, strict=True, **options)
     return str(caught.value)
 
 
 def test_good_stamps_are_shifted_to_zero_and_nothing_is_said():
-    result = repaired([5.0, 5.1, 5.3, 5.35], strict=True)
+    result = repair([5.0, 5.1, 5.3, 5.35], strict=True)
     assert result.times.tolist() == [0.0, 5.1 - 5, 5.3 - 5, 5.35 - 5]
     assert result.rows.tolist() == [0, 1, 2, 3]
     assert result.start == 5.0
@@ -41,7 +41,7 @@ def test_rows_stamped_after_2100_are_dropped_and_counted():
     late = np.zeros(1000, bool)
     late[100:130] = late[-11:] = True
     values[late] += 2.6e12
-    result = repaired(values, per_second=1000, absolute=True)
+    result = repair(values, per_second=1000, absolute=True)
     assert result.remarks[0] == "41 rows stamped after 2100 were dropped."
     np.testing.assert_array_equal(result.rows, np.flatnonzero(~late))
     assert result.times[-1] == 9.88
@@ -51,7 +51,7 @@ def test_rows_stamped_after_2100_are_dropped_and_counted():
 def test_stamps_before_the_clock_was_set_are_dropped():
     values = EPOCH + 10 * np.arange(500)
     values[:3] = [0, 10, 20]
-    result = repaired(values, per_second=1000, absolute=True)
+    result = repair(values, per_second=1000, absolute=True)
     assert result.rows[0] == 3
     assert result.times[-1] == 4.96
     assert result.remarks == (
@@ -64,7 +64,7 @@ def test_stamps_before_the_clock_was_set_are_dropped():
 def test_a_single_torn_stamp_is_dropped_wherever_it_stands(place):
     values = np.arange(100) / 100
     values[place] = 4e9
-    result = repaired(values)
+    result = repair(values)
     assert result.rows.tolist() == [i for i in range(100) if i != place]
     assert result.remarks[0].startswith("1 row stamped more than 1000 times")
     assert f"line {place + 2}" in refusal(values)
@@ -72,7 +72,7 @@ def test_a_single_torn_stamp_is_dropped_wherever_it_stands(place):
 
 def test_a_pause_of_a_day_is_a_gap_and_nothing_is_dropped():
     values = np.concatenate([np.arange(60), 8_640_000 + np.arange(40)]) / 100
-    result = repaired(values)
+    result = repair(values)
     assert result.rows.size == 100
     assert result.remarks == ("1 gap in the stamps, 8.64e+04 s in all, is kept as a gap.",)
 
@@ -80,7 +80,7 @@ def test_a_pause_of_a_day_is_a_gap_and_nothing_is_dropped():
 def test_of_repeated_stamps_the_first_row_is_kept():
     values = np.arange(100) / 100
     values[[10, 11, 50]] = values[[9, 9, 49]]
-    result = repaired(values)
+    result = repair(values)
     assert result.rows.tolist() == [i for i in range(100) if i not in (10, 11, 50)]
     assert result.remarks == (
         "3 rows repeat the stamp before; the first row of each stamp was kept.",
@@ -88,12 +88,12 @@ def test_of_repeated_stamps_the_first_row_is_kept():
     assert "line 12" in refusal(values)
     values = np.arange(100) / 100
     values[10] = values[9]
-    assert repaired(values).remarks[0].startswith("1 row repeats the stamp before")
+    assert repair(values).remarks[0].startswith("1 row repeats the stamp before")
 
 
 def test_equal_bursts_are_spread_evenly_up_to_the_next_stamp():
     values = np.repeat(np.arange(20) * 0.1, 10)
-    result = repaired(values)
+    result = repair(values)
     np.testing.assert_allclose(result.times, np.arange(200) * 0.01, atol=1e-12)
     assert result.rows.size == 200
     assert result.remarks == (
@@ -105,13 +105,13 @@ def test_equal_bursts_are_spread_evenly_up_to_the_next_stamp():
 
 def test_stamps_of_whole_seconds_are_bursts_with_a_short_first_and_last_one():
     true = 0.73 + np.arange(1000) / 100
-    result = repaired(np.floor(true))
+    result = repair(np.floor(true))
     np.testing.assert_allclose(result.times, np.arange(1000) / 100, atol=1e-9)
 
 
 def test_a_burst_before_a_gap_keeps_the_usual_step():
     values = np.repeat(np.concatenate([np.arange(10), np.arange(40, 50)]) * 0.1, 10)
-    result = repaired(values)
+    result = repair(values)
     expected = np.concatenate([np.arange(100), np.arange(400, 500)]) * 0.01
     np.testing.assert_allclose(result.times, expected, atol=1e-12)
     assert result.remarks[1] == "1 gap in the stamps, 3 s in all, is kept as a gap."
@@ -119,14 +119,14 @@ def test_a_burst_before_a_gap_keeps_the_usual_step():
 
 def test_bursts_of_unlike_length_are_not_spread():
     values = np.repeat(np.arange(40) * 0.1, [2, 7, 4, 11] * 10)
-    assert "the first row of each stamp was kept" in repaired(values).remarks[0]
+    assert "the first row of each stamp was kept" in repair(values).remarks[0]
 
 
 def test_rows_out_of_order_are_dropped_with_as_few_as_possible():
     values = np.arange(100) / 100
     values[30] = 0.805  # ahead, and back: one row goes, not the fifty after it
     values[60] = 0.105
-    result = repaired(values)
+    result = repair(values)
     assert result.rows.tolist() == [i for i in range(100) if i not in (30, 60)]
     assert result.remarks == ("2 rows whose stamp is out of order were dropped.",)
     assert "line 32" in refusal(values)
@@ -135,26 +135,26 @@ def test_rows_out_of_order_are_dropped_with_as_few_as_possible():
 def test_a_clock_that_starts_again_is_refused_with_the_line():
     values = np.concatenate([np.arange(100), np.arange(100)]) / 100
     with pytest.raises(InputError, match=r"line 102: time runs backwards.*split the file"):
-        repaired(values)
+        repair(values)
 
 
 def test_gaps_are_counted_never_filled_and_refused_if_strict():
     values = np.arange(100) / 100
     values[40:] += 0.5
     values[80:] += 0.05
-    result = repaired(values)
+    result = repair(values)
     assert result.rows.size == 100
     assert result.remarks == ("2 gaps in the stamps, 0.55 s in all, are kept as gaps.",)
     assert "line 42" in refusal(values)
     values = np.arange(100) / 100
     values[40:] += 0.035  # 4.5 periods are none
-    assert repaired(values, strict=True).remarks == ()
+    assert repair(values, strict=True).remarks == ()
 
 
 def test_rows_without_a_stamp_are_dropped():
     values = np.arange(10) / 100
     values[[3, 9]] = np.nan
-    result = repaired(values)
+    result = repair(values)
     assert result.rows.tolist() == [0, 1, 2, 4, 5, 6, 7, 8]
     assert result.remarks == ("2 rows without a usable stamp were dropped.",)
     assert "line 5" in refusal(values)
@@ -163,7 +163,7 @@ def test_rows_without_a_stamp_are_dropped():
 @pytest.mark.parametrize("values", [[], [1.0], [np.nan] * 9, [2.0] * 9])
 def test_too_few_stamps_are_refused_in_a_sentence(values):
     with pytest.raises(InputError, match=r"reach\.csv.*\.$"):
-        repaired(values)
+        repair(values)
 
 
 @settings(max_examples=200, deadline=None)
@@ -176,7 +176,7 @@ def test_what_comes_out_increases_and_stands_for_rows_that_were_there(ticks, dam
     for place, value in damage:
         values[place % len(values)] = float(value)
     try:
-        result = repaired(values)
+        result = repair(values)
     except InputError:
         return
     assert (np.diff(result.times) > 0).all()
@@ -194,8 +194,8 @@ def test_stamps_that_jitter_are_taken_where_that_is_allowed():
     values = even + np.random.default_rng(3).normal(0, 0.0007, even.size)
     assert (np.diff(values) <= 0).mean() > 0.1
     with pytest.raises(InputError, match=r"time runs backwards.*may jitter \(--jitter\)"):
-        repaired(values)
-    result = repaired(values, jitter=0.005)
+        repair(values)
+    result = repair(values, jitter=0.005)
     assert result.rows.tolist() == list(range(1000))
     assert (np.diff(result.times) > 0).all()
     error = result.times + result.start - even
@@ -205,24 +205,24 @@ def test_stamps_that_jitter_are_taken_where_that_is_allowed():
     assert "rows with stamps that repeat or run backwards, by up to 0.00" in remark
     assert "were spread evenly between their neighbours" in remark
     with pytest.raises(InputError, match=r"more than the jitter of 1e-05 s; allow more"):
-        repaired(values, jitter=1e-5)
+        repair(values, jitter=1e-5)
     assert "spread evenly" in refusal(values, jitter=0.005)
 
 
 def test_jitter_moves_nothing_that_increases_and_drops_no_repeat():
     values = [0.0, 1.0, 2.0, 3.000002, 3.000001, 4.0, 5.0, 5.0, 6.0]
-    result = repaired(values, jitter=0.4)
+    result = repair(values, jitter=0.4)
     assert result.rows.size == len(values)
     moved = np.flatnonzero(result.times != np.array(values)).tolist()
     assert moved == [3, 4, 6, 7]
     assert (np.diff(result.times) > 0).all()
-    assert repaired([0.0, 1.0, 2.0], jitter=0.1).remarks == ()
+    assert repair([0.0, 1.0, 2.0], jitter=0.1).remarks == ()
 
 
 @given(st.lists(st.integers(-(10**6), 10**6), min_size=2, max_size=60))
 def test_whatever_jitters_increases_after_it_or_is_refused(microseconds):
     try:
-        result = repaired(microseconds, per_second=1e6, jitter=1e6)
+        result = repair(microseconds, per_second=1e6, jitter=1e6)
     except InputError:
         return
     assert (np.diff(result.times) > 0).all()

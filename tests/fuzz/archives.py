@@ -113,7 +113,7 @@ def change_members(members: dict[str, bytes], chance: random.Random) -> list[tup
     return changed
 
 
-def packed(members: list[tuple[str, bytes]], chance: random.Random) -> bytes:
+def pack(members: list[tuple[str, bytes]], chance: random.Random) -> bytes:
     """The bytes of an archive of these members, sometimes changed themselves."""
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w") as archive, warnings.catch_warnings():
@@ -144,7 +144,7 @@ def archives(count: int, seed: int, whole: bytes) -> Iterator[tuple[str, Any]]:
                 known = dict(changed)
                 changed = change_members(known, chance) if known else changed
             file = place / "a.zip"
-            file.write_bytes(packed(changed, chance))
+            file.write_bytes(pack(changed, chance))
             p, out = str(place / "p.forcelab"), str(place / "out")
             formats = chance.choice(("archive", "elan", "csv", "boris", "audacity"))
             return [

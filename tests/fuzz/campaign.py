@@ -132,13 +132,13 @@ def run(
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--count", type=int, default=5000)
     parser.add_argument("--seed", type=int, default=0)
-    given = parser.parse_args()
+    options = parser.parse_args()
     number = 0
     with tempfile.TemporaryDirectory() as folder:
-        for finding in found(given.count, given.seed, Path(folder)):
+        for finding in found(options.count, options.seed, Path(folder)):
             number += 1
             print(f"{finding.case}: {finding.why}", flush=True)
-    print(f"{given.count} {what}, {number} findings")
+    print(f"{options.count} {what}, {number} findings")
 
 
 def _remove(folder: Path) -> None:

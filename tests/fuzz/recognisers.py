@@ -46,7 +46,7 @@ def recognisers() -> list[bytes]:
     small = Settings(max_scale=32.0, stride=6)
     settings = [small.replace(classifier=name) for name in CLASSIFIERS]
     settings += [preset("fast").replace(stride=6), preset("best").replace(stride=12)]
-    return [dump(train(labelled, one)) for one in settings]
+    return [dump(train(labelled, setting)) for setting in settings]
 
 
 def spots(value: Any) -> Iterator[Spot]:

@@ -5,7 +5,7 @@ import threading
 import time
 
 import pytest
-from window_helpers import PATIENCE, status_messages
+from window_helpers import PATIENCE, open_painted_document, status_messages
 
 
 @pytest.fixture(scope="session")
@@ -32,6 +32,13 @@ def keys(app):
 
 
 @pytest.fixture
+def document(app, tmp_path):
+    """Ada's track, painted; some files and rooms have a document of their own."""
+    with open_painted_document(tmp_path) as document:
+        yield document
+
+
+@pytest.fixture
 def messages(document):
     """What the status line says from now on, and whether that is trouble."""
     return status_messages(document)
@@ -47,7 +54,9 @@ def answers(app, monkeypatch):
 
         def exec_(box):
             questions.append(f"{box.text()} {box.informativeText()}".strip())
-            [button] = [one for one in box.buttons() if one.text().replace("&", "") == text]
+            [button] = [
+                button for button in box.buttons() if button.text().replace("&", "") == text
+            ]
             button.click()
             return 0
 

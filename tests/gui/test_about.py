@@ -72,9 +72,9 @@ def test_wide_output_is_broken_and_tables_stand_apart(app):
     assert shown.pages.horizontalScrollBar().maximum() == 0
     document = shown.pages.document()
     layout = document.documentLayout()
-    one, other = document.rootFrame().childFrames()[-2:]
-    above = layout.blockBoundingRect(one.lastCursorPosition().block())
-    below = layout.blockBoundingRect(other.firstCursorPosition().block())
+    upper, lower = document.rootFrame().childFrames()[-2:]
+    above = layout.blockBoundingRect(upper.lastCursorPosition().block())
+    below = layout.blockBoundingRect(lower.firstCursorPosition().block())
     assert below.top() - above.bottom() > below.height()
     shown.close()
     shown.deleteLater()

@@ -30,7 +30,7 @@ def study(tmp_path):
 def run(study, tmp_path):
     """Run the real program after some lines of Python, and give how it ended."""
 
-    def run_it(lines, first=WITH_QT):
+    def run_program(lines, first=WITH_QT):
         script = f"""
 import atexit, os, signal, subprocess, sys, time
 {first}
@@ -47,7 +47,7 @@ sys.exit(main([{str(study)!r}]))
             check=False,
         )
 
-    return run_it
+    return run_program
 
 
 @SIGNALLED

@@ -70,15 +70,15 @@ def stored(document, author="Ada"):
 
 
 def test_a_view_that_hears_of_an_edit_finds_it_in_the_store(document):
-    seen = []
+    agreements = []
     document.tracks_changed.connect(
-        lambda: seen.append(stored(document) == document.editor.segments)
+        lambda: agreements.append(stored(document) == document.editor.segments)
     )
     assert document.editor.paint(5, 6, "hold")
     assert document.editor.move_edge(1, "end", 6.5)
     assert document.editor.undo_everywhere()
     assert document.editor.redo_everywhere()
-    assert seen == [True] * 4
+    assert agreements == [True] * 4
     assert stored(document) == (Segment(1, 2, "grab"), Segment(5, 6.5, "hold"))
 
 
@@ -306,11 +306,11 @@ def test_what_only_a_model_predicts_looks_as_in_the_review(document):
         document.id, (), [(1, 2, "polish"), (3, 4, "grab")], task="stylus"
     )
     # Of the other actions of the run none is predicted here, yet they come first.
-    made = run_result([tested], ("grab", "twist", "tear", "polish"))
-    document.review.set_run(replace(made, tasks=("stylus",)))
-    seen = reviewed_vocabulary(document)
+    result = run_result([tested], ("grab", "twist", "tear", "polish"))
+    document.review.set_run(replace(result, tasks=("stylus",)))
+    vocabulary = reviewed_vocabulary(document)
     assert "twist" not in document.vocabulary
-    assert document.vocabulary["polish"].look == seen["polish"].look
-    assert document.vocabulary["grab"].look == seen["grab"].look
+    assert document.vocabulary["polish"].look == vocabulary["polish"].look
+    assert document.vocabulary["grab"].look == vocabulary["grab"].look
     assert document.vocabulary["polish"].key  # it can be painted
     assert "polish" not in document.project.actions.vocabulary("stylus")

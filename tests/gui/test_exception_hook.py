@@ -75,9 +75,9 @@ def test_an_error_in_a_slot_is_logged_and_shown_and_the_program_goes_on(watching
     assert str(exception_hook.log_file()) in text_of(dialog)
     assert "ZeroDivisionError: division by zero" in log()
     assert "in divide" in log()
-    went_on = []
-    in_a_slot(lambda: went_on.append(1))
-    assert went_on == [1]
+    later_slots = []
+    in_a_slot(lambda: later_slots.append(1))
+    assert later_slots == [1]
 
 
 def test_an_error_in_a_thread_is_shown_too(watching, shown):

@@ -60,7 +60,8 @@ def test_the_whole_project_is_offered_beside_what_a_search_has_left(document, tm
     jobs, ids = Jobs(), [info.id for info in document.infos]
     searched, vain, all_ = (ExportDialog(document, jobs, ids[:n]) for n in (1, 0, None))
     offered = [
-        [one.which.itemText(i) for i in range(one.which.count())] for one in (searched, vain)
+        [dialog.which.itemText(i) for i in range(dialog.which.count())]
+        for dialog in (searched, vain)
     ]
     assert offered[0][1:] == ["All in the list (1)", "The whole project (2)"]
     assert offered[1][1:] == ["The whole project (2)"]

@@ -21,7 +21,7 @@ def dialog(monkeypatch):
         return name_file.chosen, ""
 
     monkeypatch.setattr(QFileDialog, "getSaveFileName", name_file)
-    name_file.asked = questions
+    name_file.questions = questions
     return name_file
 
 
@@ -37,11 +37,11 @@ def test_it_begins_beside_the_project_and_then_where_the_last_picture_went(app, 
     assert ask_picture(widget, "Export", "pairs.svg") == elsewhere / "pairs.svg"
     dialog.chosen = str(elsewhere / "two.pdf")
     assert ask_picture(widget, "Export", "pairs.svg") == elsewhere / "two.pdf"
-    assert dialog.asked == [
+    assert dialog.questions == [
         project.parent / "pairs.svg",
         project.parent / "pairs.svg",
         elsewhere / "pairs.svg",
     ]
     elsewhere.rename(tmp_path / "gone")
     ask_picture(widget, "Export", "pairs.svg")
-    assert dialog.asked[-1] == project.parent / "pairs.svg"
+    assert dialog.questions[-1] == project.parent / "pairs.svg"

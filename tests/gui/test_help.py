@@ -39,7 +39,7 @@ def page(document, keys):
 
 
 @pytest.fixture(scope="module")
-def kept(app, tmp_path_factory):
+def shared_page(app, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patched:
         patched.setenv("FORCELAB_SETTINGS", str(tmp_path_factory.mktemp("help") / "settings.ini"))
         document, keys = Document("Ada"), Keys()
@@ -49,11 +49,11 @@ def kept(app, tmp_path_factory):
 
 
 @pytest.fixture
-def unchanged(kept):
+def unchanged(shared_page):
     """One page for all tests that only look at it, search in it and change its size."""
-    yield kept
-    kept.findChild(QLineEdit).clear()
-    kept.resize(1200, 860)
+    yield shared_page
+    shared_page.findChild(QLineEdit).clear()
+    shared_page.resize(1200, 860)
 
 
 def texts(page):
@@ -180,7 +180,7 @@ def test_everything_has_a_name_for_screen_readers(unchanged):
 
 def test_keys_that_desktops_take_stand_after_others():
     taken = {"Alt+Shift", "Ctrl+Alt"}
-    commands = [one for one in COMMANDS if any(key.rsplit("+", 1)[0] in taken for key in one.keys)]
+    commands = [row for row in COMMANDS if any(key.rsplit("+", 1)[0] in taken for key in row.keys)]
     assert len(commands) == 4
     for command in commands:
         assert command.keys[0].rsplit("+", 1)[0] == "Ctrl+Shift"

@@ -55,11 +55,11 @@ def test_progress_comes_in_order_and_before_the_result(jobs, until):
             assert listener.acquire(timeout=PATIENCE)
         return "done"
 
-    def hear(step):
+    def note_step(step):
         messages.append(step)
         listener.release()
 
-    jobs.run(job(), messages.append, progress=hear)
+    jobs.run(job(), messages.append, progress=note_step)
     until(lambda: "done" in messages)
     assert messages == [0, 1, 2, 3, 4, "done"]
 
@@ -85,17 +85,17 @@ def test_a_cancelled_job_stops_and_delivers_nothing(jobs, until):
 
 
 def test_the_newest_of_a_key_wins(jobs, until):
-    messages, began, go_on = [], [], threading.Event()
+    messages, began, may_end = [], [], threading.Event()
 
     def held(number):
         began.append(number)
-        go_on.wait(PATIENCE)
+        may_end.wait(PATIENCE)
         yield
 
     for number in range(5):
         jobs.run(held(number), lambda _, n=number: messages.append(n), key="view")
     last = jobs.run(steps(result="last"), messages.append, key="view")
-    go_on.set()
+    may_end.set()
     until(lambda: messages)
     assert messages == ["last"]
     assert not last.running

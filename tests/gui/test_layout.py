@@ -25,17 +25,17 @@ class OnSmallScreen(QWidget):
 
 
 @pytest.mark.parametrize(
-    ("expected", "got"),
+    ("expected", "size"),
     [
         (QSize(600, 400), QSize(600, 400)),
         (QSize(680, 560), QSize(680, 540 - FRAME.height())),
         (QSize(1280, 800), SMALL.size() - FRAME),
     ],
 )
-def test_a_window_is_no_larger_than_its_screen_with_its_frame(app, expected, got):
+def test_a_window_is_no_larger_than_its_screen_with_its_frame(app, expected, size):
     window = OnSmallScreen()
     resize_on_screen(window, expected)
-    assert window.size() == got
+    assert window.size() == size
     window.deleteLater()
 
 

@@ -50,10 +50,10 @@ def study(tmp_path):
         project.actions.set_vocabulary("foam", Vocabulary().with_actions(*ACTIONS))
         for number in range(COUNT):
             video = VideoReference(film, ClockMap()) if number % 5 == 0 else None
-            one = replace(
+            demonstration = replace(
                 plain, name=f"{number:03d}", signals=plain.signals + number / COUNT, video=video
             )
-            project.demonstrations.add(one, [Track("Ann", HUMAN)])
+            project.demonstrations.add(demonstration, [Track("Ann", HUMAN)])
     yield path
     shutil.rmtree(folder)
 
@@ -84,7 +84,7 @@ def store_handle(path: Path) -> str:
     return "handle " + re.sub("[0-9]+", "", str(path / "project.sqlite"))
 
 
-def there_is(window: Window) -> Counter[str]:
+def count_live_objects(window: Window) -> Counter[str]:
     """How many Qt objects, demonstrations, decoders, threads, handles and megabytes there are."""
     gc.collect()
     found = Counter(part.metaObject().className() for part in window.findChildren(QObject))
@@ -165,7 +165,7 @@ def test_a_day_of_demonstrations_leaves_nothing_behind(app, study, until):
                 until(lambda: window.settled and not moving(window))
                 for _ in range(20):  # what ended is deleted in this loop
                     yield
-                counts.append(there_is(window))
+                counts.append(count_live_objects(window))
 
     drive(day())
     window.close()

@@ -56,7 +56,7 @@ def found(window):
 
 def asking(window):
     """The dialogs that ask for a note now."""
-    return [one for one in window.findChildren(NoteDialog) if one.isVisible()]
+    return [dialog for dialog in window.findChildren(NoteDialog) if dialog.isVisible()]
 
 
 def the_dialog(window, until):
@@ -121,7 +121,7 @@ def test_return_begins_a_line_and_the_dialog_shows_all_of_them(window, until):
     QTest.keyClick(edit, Qt.Key.Key_Enter, CTRL)
     until(lambda: not asking(window))
     written = "slipped at 3.2 s\n\nleft hand"
-    assert [one.text for one in window.document.project.coding.notes()] == [written]
+    assert [note.text for note in window.document.project.coding.notes()] == [written]
     assert f"Note by Ada: {written}" in index_of(window, "01").data(TIP)
     removal = removal_of([*window.demonstrations.model.rows][:1], "Ada").text.text()
     assert "the note of Ada: “slipped at 3.2 s…”" in removal
@@ -143,7 +143,7 @@ def test_escape_leaves_the_note_as_it_was(window, until):
     QTest.keyClicks(edit, "not")
     QTest.keyClick(dialog, Qt.Key.Key_Escape)
     until(lambda: not asking(window))
-    assert [one.text for one in window.document.project.coding.note_events()] == ["leave out"]
+    assert [event.text for event in window.document.project.coding.note_events()] == ["leave out"]
 
 
 def test_a_right_click_writes_on_another_one_than_the_open_one(window, until):

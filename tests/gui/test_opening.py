@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtWidgets import QCommandLinkButton, QInputDialog, QMessageBox, QWidget
-from window_helpers import open_painted_document, status_messages
+from window_helpers import status_messages
 
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
@@ -16,12 +16,6 @@ from forcelab.gui.welcome import SampleProgress
 from forcelab.gui.window import AuthorChoice, Window
 from forcelab.jobs import Progress
 from forcelab.project import Project
-
-
-@pytest.fixture
-def document(app, tmp_path):
-    with open_painted_document(tmp_path) as document:
-        yield document
 
 
 @pytest.fixture
@@ -40,14 +34,14 @@ def make(app):
 
 
 def test_the_demonstration_of_last_time_is_opened_but_not_for_a_picture(document, make):
-    path, (one, two) = document.project.path, document.infos
+    path, (first, second) = document.project.path, document.infos
     opening = make(document)
-    document.open_demonstration(two.id)
+    document.open_demonstration(second.id)
     opening.remember_demonstration()
     assert opening.open(path)
-    assert document.id == two.id
+    assert document.id == second.id
     assert make(document, remembering=False).open(path)
-    assert document.id == one.id
+    assert document.id == first.id
 
 
 def test_the_start_page_keeps_saying_why_a_project_did_not_open(app, tmp_path):
@@ -118,9 +112,9 @@ def test_who_is_to_label_blind_is_found_under_the_name_that_was_assigned_to(
     document, make, monkeypatch
 ):
     """A new name, one letter apart, would see all that is to be hidden."""
-    path, project, (one, _) = document.project.path, document.project, document.infos
+    path, project, (info, _) = document.project.path, document.project, document.infos
     choice = AuthorChoice(document)
-    project.coding.assign(one.id, "Bert")
+    project.coding.assign(info.id, "Bert")
     document.refresh_listing()
     assert choice._box.findText("Bert") >= 0
     questions = []

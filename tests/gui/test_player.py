@@ -3,7 +3,6 @@
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from window_helpers import open_painted_document
 
 from forcelab.gui.label.playback import SPEEDS, Player
 
@@ -13,12 +12,6 @@ class Clock:
 
     def __call__(self):
         return self.now
-
-
-@pytest.fixture
-def document(app, tmp_path):
-    with open_painted_document(tmp_path) as document:
-        yield document
 
 
 @pytest.fixture

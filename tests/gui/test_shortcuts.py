@@ -78,7 +78,7 @@ class Window(QMainWindow):
         field.setFocus()
         return field
 
-    def did_on(self, widget, *presses):
+    def press_on(self, widget, *presses):
         self.did.clear()
         for press in presses:
             key, modifiers = press if isinstance(press, tuple) else (press, Qt.NoModifier)
@@ -116,7 +116,7 @@ def test_all_commands_answer_to_all_their_keys(window, keys):
     for command in COMMANDS:
         for key in command.keys:
             pressed = QKeySequence(key)[0]
-            assert window.did_on(window.canvas, (pressed.key(), pressed.keyboardModifiers())) == [
+            assert window.press_on(window.canvas, (pressed.key(), pressed.keyboardModifiers())) == [
                 command.id
             ], key
 
@@ -160,13 +160,13 @@ def test_a_cell_that_is_edited_keeps_its_keys_and_a_table_at_rest_does_not(windo
     window.add(table)
     table.setCurrentCell(0, 0)
     # Delete is not: nobody who looks at a list of other things means a segment.
-    assert window.did_on(table, Qt.Key_Space, Qt.Key_Left, Qt.Key_K, Qt.Key_Delete) == [
+    assert window.press_on(table, Qt.Key_Space, Qt.Key_Left, Qt.Key_K, Qt.Key_Delete) == [
         "play",
         "step_back",
         "previous_segment",
     ]
     table.lists_segments = True
-    assert window.did_on(table, Qt.Key_Delete) == ["delete"]
+    assert window.press_on(table, Qt.Key_Delete) == ["delete"]
     table.editItem(table.item(0, 0))
     editor = table.findChild(QLineEdit)
     assert window.focusWidget() is editor
@@ -185,37 +185,37 @@ def test_up_and_down_stay_in_lists_and_ticks_are_set_by_space(window):
     table.setItem(0, 0, box)
     window.add(table)
     table.setCurrentCell(0, 0)
-    assert window.did_on(table, Qt.Key_Space) == []
+    assert window.press_on(table, Qt.Key_Space) == []
     assert box.checkState() == Qt.CheckState.Checked
     tree = window.add(QTreeWidget())
-    assert window.did_on(tree, Qt.Key_Left, Qt.Key_Right) == []
+    assert window.press_on(tree, Qt.Key_Left, Qt.Key_Right) == []
 
 
 def test_a_button_in_focus_is_pressed_by_space(window):
     pressed = []
     button = QPushButton(clicked=lambda: pressed.append(1))
     window.add(button)
-    assert window.did_on(button, Qt.Key_Space) == []
+    assert window.press_on(button, Qt.Key_Space) == []
     assert pressed == [1]
     box = window.add(QCheckBox())
-    assert window.did_on(box, Qt.Key_Space, Qt.Key_K) == ["previous_segment"]
+    assert window.press_on(box, Qt.Key_Space, Qt.Key_K) == ["previous_segment"]
     assert box.isChecked()
 
 
 def test_a_slider_in_focus_is_moved_by_its_keys(window):
     slider = window.add(QSlider(Qt.Orientation.Horizontal))
-    assert window.did_on(slider, Qt.Key_Right, Qt.Key_Home, Qt.Key_Space) == ["play"]
+    assert window.press_on(slider, Qt.Key_Right, Qt.Key_Home, Qt.Key_Space) == ["play"]
 
 
 def test_a_field_that_cannot_be_edited_keeps_nothing_plain(window):
     line = QLineEdit("log", readOnly=True)
     window.add(line)
-    assert window.did_on(line, Qt.Key_K) == ["previous_segment"]
+    assert window.press_on(line, Qt.Key_K) == ["previous_segment"]
 
 
 def test_commands_of_the_keyboard_work_while_one_types(window):
     line = window.add(QLineEdit())
-    assert window.did_on(line, (Qt.Key_F, Qt.ControlModifier), Qt.Key_F1) == ["search", "help"]
+    assert window.press_on(line, (Qt.Key_F, Qt.ControlModifier), Qt.Key_F1) == ["search", "help"]
 
 
 def test_the_program_is_not_told_twice_while_a_key_is_held(window):
@@ -238,8 +238,8 @@ def test_an_unknown_command_cannot_be_bound(app, keys):
 
 def test_another_key_counts_at_once_and_in_the_next_run(window, keys):
     keys.set_keys("play", ["F8", "ctrl+space"])
-    assert window.did_on(window.canvas, Qt.Key_Space) == []
-    assert window.did_on(window.canvas, Qt.Key_F8, (Qt.Key_Space, Qt.ControlModifier)) == [
+    assert window.press_on(window.canvas, Qt.Key_Space) == []
+    assert window.press_on(window.canvas, Qt.Key_F8, (Qt.Key_Space, Qt.ControlModifier)) == [
         "play",
         "play",
     ]
@@ -249,12 +249,12 @@ def test_another_key_counts_at_once_and_in_the_next_run(window, keys):
     keys.reset("play")
     assert not keys.changed_by_coder("play")
     assert Keys()["play"] == ("Space",)
-    assert window.did_on(window.canvas, Qt.Key_Space) == ["play"]
+    assert window.press_on(window.canvas, Qt.Key_Space) == ["play"]
 
 
 def test_a_command_can_do_without_a_key(window, keys):
     keys.set_keys("delete", [])
-    assert window.did_on(window.canvas, Qt.Key_Delete) == []
+    assert window.press_on(window.canvas, Qt.Key_Delete) == []
     assert Keys()["delete"] == ()
 
 
@@ -270,7 +270,7 @@ def test_all_keys_can_be_put_back(keys):
 
 
 @pytest.mark.parametrize(
-    ("wanted", "sentence"),
+    ("key", "sentence"),
     [
         ("Ctrl+Z", "The key Ctrl+Z already means 'Undo'; give that another key first."),
         ("1", "The key 1 paints 'grab'; choose another one for 'Play or pause'."),
@@ -281,10 +281,10 @@ def test_all_keys_can_be_put_back(keys):
         ("Ctrl+K, Ctrl+L", "'Ctrl+K, Ctrl+L' is no key; press another one."),
     ],
 )  # fmt: skip
-def test_a_key_that_cannot_be_had_is_refused_in_one_sentence(keys, wanted, sentence):
+def test_a_key_that_cannot_be_had_is_refused_in_one_sentence(keys, key, sentence):
     before = keys.all()
     with pytest.raises(InputError) as refusal:
-        keys.set_keys("play", [wanted], LEGO)
+        keys.set_keys("play", [key], LEGO)
     assert str(refusal.value) == sentence
     assert keys.all() == before == Keys().all()
 
@@ -320,7 +320,12 @@ def test_a_list_of_choices_in_focus_leaves_the_timeline_its_keys(window):
     speed.addItems(["0.1", "1", "4"])
     speed.setCurrentIndex(1)
     presses = (Qt.Key_Home, Qt.Key_End, (Qt.Key_Home, Qt.ControlModifier), Qt.Key_PageDown)
-    assert window.did_on(speed, *presses) == ["faster", "slower", "to_start", "next_demonstration"]
+    assert window.press_on(speed, *presses) == [
+        "faster",
+        "slower",
+        "to_start",
+        "next_demonstration",
+    ]
     assert speed.currentIndex() == 1
-    assert window.did_on(speed, Qt.Key_Down) == []
+    assert window.press_on(speed, Qt.Key_Down) == []
     assert speed.currentIndex() == 2

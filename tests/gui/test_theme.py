@@ -53,9 +53,9 @@ def linear(colour):
     return np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
 
 
-def contrast(one, other):
+def contrast(first, second):
     """WCAG 2.2, section 1.4.3."""
-    low, high = sorted(linear(c) @ [0.2126, 0.7152, 0.0722] for c in (one, other))
+    low, high = sorted(linear(c) @ [0.2126, 0.7152, 0.0722] for c in (first, second))
     return (high + 0.05) / (low + 0.05)
 
 
@@ -101,10 +101,10 @@ def test_lines_can_be_seen_where_they_are_drawn(colours):
 @THEMES
 @pytest.mark.parametrize("vision", VISIONS)
 def test_curves_are_told_apart_by_every_kind_of_colour_vision(colours, vision):
-    seen = [lab(VISIONS[vision] @ linear(curve)) for curve in colours.curves]
-    assert len(seen) == 8
+    appearances = [lab(VISIONS[vision] @ linear(curve)) for curve in colours.curves]
+    assert len(appearances) == 8
     # Okabe and Ito's own eight keep 17.
-    assert min(np.linalg.norm(a - b) for a, b in combinations(seen, 2)) >= 24
+    assert min(np.linalg.norm(a - b) for a, b in combinations(appearances, 2)) >= 24
 
 
 @THEMES

@@ -117,18 +117,18 @@ def test_a_gutter_that_is_kept_is_what_would_be_drawn(app, workspace, until):
     ]
     for change in changes:
         change()
-        kept = settled()
+        picture = settled()
         for panel in workspace.findChildren(TimePanel):
             panel._gutter.forget()
             panel.invalidate()
-        assert np.array_equal(kept, settled())
+        assert np.array_equal(picture, settled())
 
 
 def test_panning_draws_no_gutter_anew(app, workspace):
     drawn = []
     for panel in (workspace.force, workspace.scalogram):
         real = panel.paint_gutter
-        panel.paint_gutter = lambda *given, real=real: drawn.append(real(*given))
+        panel.paint_gutter = lambda *args, real=real: drawn.append(real(*args))
     for start in (1.0, 1.2, 1.4):
         workspace.document.view.set_span(start, start + 1.0)
         app.processEvents()

@@ -331,14 +331,14 @@ def test_two_coders_at_one_project_do_not_overwrite_each_other(windows, study):
 
 
 def test_the_same_coder_in_two_windows_loses_nothing(windows, study):
-    one, two = windows(LaunchOptions(project=study)), windows(LaunchOptions(project=study))
-    assert one.document.editor.paint(1, 2, "grab")
-    assert not two.document.editor.paint(1.5, 3, "hold")
-    assert two.statusBar().currentMessage().endswith("repeat it.")
-    assert two.document.editor.segments == one.document.editor.segments
-    assert two.document.editor.paint(2, 3, "hold")
-    one.document.refresh()
-    assert one.document.editor.segments == (Segment(1, 2, "grab"), Segment(2, 3, "hold"))
+    first, second = windows(LaunchOptions(project=study)), windows(LaunchOptions(project=study))
+    assert first.document.editor.paint(1, 2, "grab")
+    assert not second.document.editor.paint(1.5, 3, "hold")
+    assert second.statusBar().currentMessage().endswith("repeat it.")
+    assert second.document.editor.segments == first.document.editor.segments
+    assert second.document.editor.paint(2, 3, "hold")
+    first.document.refresh()
+    assert first.document.editor.segments == (Segment(1, 2, "grab"), Segment(2, 3, "hold"))
 
 
 def test_the_first_time_the_sample_project_is_made_and_opened(windows, study, monkeypatch, until):
@@ -390,7 +390,7 @@ def test_a_blind_coder_sees_nobody_elses_labels_anywhere(windows, study, answers
     assert window.document.other_tracks == {"Ben": HIS}
 
 
-def dropped(window, paths):
+def drop_files(window, paths):
     """Drop files as a file manager does that would rather move them; gives what it is answered."""
     content = QMimeData()
     content.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
@@ -419,8 +419,8 @@ def test_a_drop_is_answered_with_copy(window, monkeypatch, tmp_path):
     monkeypatch.setattr(window.opening, "ask_import", lambda _: None)
     dialog = ImportDialog(window.document, window.jobs, window)
     for target in (window, dialog):
-        assert dropped(target, [tmp_path / "a.csv"]) == (True, Qt.DropAction.CopyAction)
-        accepted, _ = dropped(target, [])
+        assert drop_files(target, [tmp_path / "a.csv"]) == (True, Qt.DropAction.CopyAction)
+        accepted, _ = drop_files(target, [])
         assert not accepted
     dialog.deleteLater()
 
@@ -433,7 +433,7 @@ def test_files_that_are_dropped_are_imported_and_folders_opened(window, study, u
 
     def drop(*paths):
         before = len(questions)
-        dropped(window, paths)
+        drop_files(window, paths)
         assert len(questions) == before
         until(lambda: len(questions) > before)
 

@@ -19,7 +19,7 @@ from forcelab.gui.window import Window
 
 
 @pytest.fixture(scope="module")
-def kept(app, tmp_path_factory):
+def shared(app, tmp_path_factory):
     """One window for all tests here that leave it as it was."""
     folder = tmp_path_factory.mktemp("kept")
     with pytest.MonkeyPatch.context() as patched:
@@ -34,37 +34,37 @@ def kept(app, tmp_path_factory):
 
 
 @pytest.fixture
-def window(kept, until):
-    kept.commands["reset_layout"].trigger()
+def window(shared, until):
+    shared.commands["reset_layout"].trigger()
     # A menu or a window of another test may have come before it: keys such as Esc are not for one
     # that is behind.
-    kept.activateWindow()
-    assert QTest.qWaitForWindowActive(kept)
-    until(lambda: kept.settled)
-    yield kept
-    kept.show_workspace("label")
-    document = kept.document
+    shared.activateWindow()
+    assert QTest.qWaitForWindowActive(shared)
+    until(lambda: shared.settled)
+    yield shared
+    shared.show_workspace("label")
+    document = shared.document
     document.cancel_stroke()
     for assignment in document.project.coding.assignments():
         document.project.coding.unassign(assignment.demonstration, assignment.author)
     document.reread()
-    kept.label.tracks.setFocus()
+    shared.label.tracks.setFocus()
     assert not document.editor.segments
 
 
-def ticked(window):
+def ticked_workspaces(window):
     names = ("label", "review", "capture")
     return [name for name in names if window.commands[f"workspace_{name}"].isChecked()]
 
 
 def test_the_menu_ticks_the_workspace_that_is_shown(window):
-    assert ticked(window) == ["label"]
+    assert ticked_workspaces(window) == ["label"]
     window.commands["workspace_review"].trigger()
-    assert ticked(window) == ["review"]
+    assert ticked_workspaces(window) == ["review"]
     window.commands["workspace_review"].trigger()
-    assert ticked(window) == ["review"]
+    assert ticked_workspaces(window) == ["review"]
     window.show_workspace("label")
-    assert ticked(window) == ["label"]
+    assert ticked_workspaces(window) == ["label"]
 
 
 def test_no_menu_is_a_long_list_without_a_line(window):
@@ -156,7 +156,7 @@ def test_what_is_not_assigned_is_marked_as_done_without_a_question(window, answe
     window.commands["done"].trigger()
     assert questions == []
     assert messages[-1] == ("Marked as done.", False)
-    assert [one.done is not None for one in document.project.coding.assignments("Nora")] == [True]
+    assert [item.done is not None for item in document.project.coding.assignments("Nora")] == [True]
     document.set_author("Ann")
 
 

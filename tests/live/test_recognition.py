@@ -28,14 +28,14 @@ def decided(times, codes, probabilities=None):
 @given(st.lists(st.integers(-1, 1), min_size=2, max_size=60), st.lists(st.integers(1, 9)))
 def test_segments_are_those_of_all_labels_at_once(codes, cuts):
     times = 5.0 + PERIOD * np.arange(len(codes))
-    one, found, first = growing(), [], 0
+    track, found, first = growing(), [], 0
     for size in [*cuts, len(codes)]:
-        found += one.take(decided(times[first : first + size], codes[first : first + size]))
+        found += track.take(decided(times[first : first + size], codes[first : first + size]))
         first += size
-    assert one.action == ("" if codes[-1] < 0 else ACTIONS[codes[-1]])
-    assert one.until == pytest.approx(times[-1] + PERIOD)
-    present = one.present
-    found += one.finish()
+    assert track.action == ("" if codes[-1] < 0 else ACTIONS[codes[-1]])
+    assert track.until == pytest.approx(times[-1] + PERIOD)
+    present = track.present
+    found += track.finish()
     expected = from_codes(np.asarray(codes), times, ACTIONS)
     assert [s.segment.action for s in found] == [s.action for s in expected]
     for mine, theirs in zip(found, expected, strict=True):
@@ -44,9 +44,9 @@ def test_segments_are_those_of_all_labels_at_once(codes, cuts):
 
 
 def test_a_gap_parts_segments_of_one_action():
-    one = growing()
+    track = growing()
     times = np.concatenate([np.arange(10), np.arange(50, 60)]) * PERIOD
-    found = one.take(decided(times, np.zeros(20))) + one.finish()
+    found = track.take(decided(times, np.zeros(20))) + track.finish()
     assert [(s.start, s.end) for s in found] == [
         (0.0, pytest.approx(0.1)),
         (pytest.approx(0.5), pytest.approx(0.6)),
@@ -54,7 +54,7 @@ def test_a_gap_parts_segments_of_one_action():
 
 
 def test_what_is_seen_has_the_mean_probability_of_each_stretch_and_forgets_the_old():
-    one, recent = growing(), SnapshotBuffer(ACTIONS)
+    track, recent = growing(), SnapshotBuffer(ACTIONS)
     rng = np.random.default_rng(1)
     times = 100.0 + PERIOD * np.arange(4000)
     share = rng.random(4000)
@@ -63,8 +63,8 @@ def test_what_is_seen_has_the_mean_probability_of_each_stretch_and_forgets_the_o
     for first in range(0, 4000, 37):
         part = slice(first, first + 37)
         block = decided(times[part], codes[part], table[part])
-        recent.take(block, one.take(block))
-    snapshot = recent.snapshot(one, 0.1)
+        recent.take(block, track.take(block))
+    snapshot = recent.snapshot(track, 0.1)
     assert snapshot.action == ACTIONS[codes[-1]]
     assert snapshot.probabilities == pytest.approx(tuple(table[-1]))
     assert snapshot.segments[-1].end == pytest.approx(snapshot.until)

@@ -40,8 +40,8 @@ APART = {
 @pytest.mark.parametrize(("task", "file"), [("stylus", "JPen_sig.pdl"), ("foam", "soft_sig.pdl")])
 def test_every_figure_is_within_a_factor_of_two_or_has_its_reason(task, file, real_file):
     real = [
-        LabelledDemonstration(one.demonstration, one.tracks[0].segments).merged(PUBLISHED)
-        for one in read(real_file(f"tongs/{file}"), ReadOptions(task=task))
+        LabelledDemonstration(item.demonstration, item.tracks[0].segments).merged(PUBLISHED)
+        for item in read(real_file(f"tongs/{file}"), ReadOptions(task=task))
     ]
     rows = realism(finish(simulated_beside(origins(task, 10, seed=1))), real)
     assert len(rows) >= 80
@@ -101,22 +101,22 @@ def test_who_presses_harder_is_passed_over_until_the_others_are_labelled(mixed):
     plain = np.array(CHOOSING["least certain"](recogniser, waiting))
     weights = typical / plain
     assert sorted(np.argsort(weights)[:2].tolist()) == [1, 5]
-    assert weights == pytest.approx(typicality([sample_steps(one) for one in waiting]))
+    assert weights == pytest.approx(typicality([sample_steps(item) for item in waiting]))
 
 
 def test_who_chooses_sees_no_label(mixed, monkeypatch):
-    given = []
+    candidates = []
 
     def spying(recogniser, waiting):
-        given.extend(waiting)
+        candidates.extend(waiting)
         return [0.0] * len(waiting)
 
     monkeypatch.setattr(ensemble, "TREES", 2)
     monkeypatch.setattr(label_next, "CHOOSING", {"spy": spying, "at random": None})
     (row, _) = finish(measuring_next(mixed[:6], "foam", PLAIN, turns=1))
     assert row.reference.endswith("all are equally typical")
-    assert given
-    assert not any(one.segments for one in given)
+    assert candidates
+    assert not any(item.segments for item in candidates)
 
 
 def test_too_few_demonstrations_are_refused_by_name(mixed):
@@ -134,10 +134,10 @@ def test_so_many_segments_get_another_action_and_no_other_changes(items, share, 
     total = sum(len(item.segments) for item in items)
     wrong, places = swapped(items, np.random.default_rng(0), share)
     assert len(places) == (count or round(share * total))
-    for one, other in zip(items, wrong, strict=True):
-        for old, new in zip(one.segments, other.segments, strict=True):
+    for item, swapped_item in zip(items, wrong, strict=True):
+        for old, new in zip(item.segments, swapped_item.segments, strict=True):
             assert (old.start, old.end) == (new.start, new.end)
-            changed = (one.demonstration.id, old.start) in places
+            changed = (item.demonstration.id, old.start) in places
             assert (old.action != new.action) == changed
 
 
@@ -173,9 +173,9 @@ def test_draws_are_compared_under_their_own_seeds(items, monkeypatch):
 def test_of_too_little_it_is_told_what_is_missing(items):
     with pytest.raises(InputError, match="there is 1"):
         finish(measuring_swapped(items[:1], "one", preset("fast")))
-    one_action = [LabelledDemonstration(items[0].demonstration, items[0].segments[:1])]
+    single_action = [LabelledDemonstration(items[0].demonstration, items[0].segments[:1])]
     with pytest.raises(InputError, match="two actions"):
-        swapped(one_action, np.random.default_rng(0))
+        swapped(single_action, np.random.default_rng(0))
 
 
 @pytest.mark.real

@@ -89,13 +89,13 @@ def test_the_error_is_the_distance_from_the_truth(solver):
 def test_the_reference_says_how_well_it_is_known_itself():
     (row,) = measured([Rosenbrock(1e-3)])
     assert row.reference.startswith("Explicit, tolerance 1 uN; Lsoda, tolerance 10 uN, differs")
-    one, other = (
+    first, second = (
         integrate(Oscillator(k=SPRINGS), np.tile([[1.0], [0.0]], 2), TIMES, s.solver).states
         for s in FINE
     )
-    apart = np.sqrt(((np.array(SPRINGS) * (one - other)[:, :1]) ** 2).mean(axis=0)).max()
+    apart = np.sqrt(((np.array(SPRINGS) * (first - second)[:, :1]) ** 2).mean(axis=0)).max()
     assert references_apart(row) == pytest.approx(apart, rel=0.06)
-    assert np.abs(np.array(SPRINGS) * one[:, :1] - closed_form()).max() < 1e-4
+    assert np.abs(np.array(SPRINGS) * first[:, :1] - closed_form()).max() < 1e-4
 
 
 def test_no_error_is_told_below_what_the_reference_can_see():
@@ -257,8 +257,8 @@ def test_the_cases_are_the_four_contacts_in_their_order(cases):
 
 
 def test_lanes_differ_and_are_the_same_each_time():
-    for one, again in zip(contact_cases(3), contact_cases(3), strict=True):
-        first, second = one.make(), again.make()
+    for case, again in zip(contact_cases(3), contact_cases(3), strict=True):
+        first, second = case.make(), again.make()
         assert first.system.lanes == 3
         assert first.simulated == pytest.approx(3.0)
         assert (first.start == second.start).all()

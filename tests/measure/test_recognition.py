@@ -57,7 +57,7 @@ def test_scores_are_those_of_leaving_one_out(labelled, rows, number):
     pooled, _ = finish(leave_one_out(labelled, FEW[number].settings)).scores("filtered")
     row = rows[number]
     assert row.error == pytest.approx(1 - pooled.f1["50"])
-    scores_wanted = {
+    expected = {
         "accuracy": pooled.accuracy,
         "balanced": pooled.balanced_accuracy,
         "edit": pooled.edit,
@@ -66,7 +66,7 @@ def test_scores_are_those_of_leaving_one_out(labelled, rows, number):
         "boundary (ms)": pooled.boundary_ms["median"],
         "boundary p90 (ms)": pooled.boundary_ms["p90"],
     }
-    assert {name: row.further[name] for name in scores_wanted} == pytest.approx(scores_wanted)
+    assert {name: row.further[name] for name in expected} == pytest.approx(expected)
 
 
 def test_rows_hold_what_they_cost(rows):
@@ -85,9 +85,9 @@ def test_features_and_fits_are_shared(labelled, monkeypatch):
     prepared, fitted = [], []
 
     def counting(calls, real):
-        def called(*given, **named):
-            calls.append(given)
-            return real(*given, **named)
+        def called(*args, **named):
+            calls.append(args)
+            return real(*args, **named)
 
         return called
 

@@ -26,8 +26,8 @@ def beats(first, second):
     """Whether a row is as good in both respects and better in one, by definition."""
     if first.refusal or second.refusal or first.size != second.size:
         return False
-    as_good = first.error <= second.error and first.seconds <= second.seconds
-    return as_good and (first.error < second.error or first.seconds < second.seconds)
+    no_worse = first.error <= second.error and first.seconds <= second.seconds
+    return no_worse and (first.error < second.error or first.seconds < second.seconds)
 
 
 # Few values, so that ties in one and in both are common.

@@ -51,7 +51,7 @@ def test_what_takes_long_is_repeated_less_often_but_once_at_least():
     ways = [spending(clock, name, t, log=log) for name, t in (("A", 1.0), ("B", 4.0), ("C", 99.0))]
     timed = finish(timed_methods(ways, 5, clock, longest=8.0))
     assert "".join(log) == "ABC" + "ABC" + "AB" + "A" * 3
-    assert [one.seconds for one in timed] == [1.0, 4.0, 99.0]
+    assert [timing.seconds for timing in timed] == [1.0, 4.0, 99.0]
 
 
 def test_one_slow_repetition_moves_no_other_way():

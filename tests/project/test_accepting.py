@@ -6,7 +6,7 @@ from functools import reduce
 from itertools import pairwise
 
 import pytest
-from factories import stored_track, track_editor_in_memory
+from factories import action_at, stored_track, track_editor_in_memory
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -43,27 +43,23 @@ def test_painting_all_at_once_is_painting_one_after_the_other(track, proposed):
 
 @given(tracks(), tracks())
 def test_free_parts_are_all_that_is_proposed_where_nothing_is(track, proposed):
-    def at(segments, tenth):
-        time = tenth / 10 + 0.05
-        return next((s.action for s in segments if s.start <= time < s.end), None)
-
     parts = free_parts(track, proposed)
-    for tenth in range(41):
-        expected = at(proposed, tenth) if at(track, tenth) is None else None
-        assert at(parts, tenth) == expected
+    for time in (tenth / 10 + 0.05 for tenth in range(41)):
+        expected = action_at(proposed, time) if action_at(track, time) is None else None
+        assert action_at(parts, time) == expected
     assert all(part.duration > 0.05 for part in parts)
 
 
 def test_accepting_is_one_edit_that_tells_who_proposed_it(labelling):
     labelling.paint(0, 2, "hold")
-    given = (Segment(1.25, 1.73, "grab"), Segment(3.0, 3.5, "slip"))
-    edit = labelling.accept(given, MODEL)
+    proposed = (Segment(1.25, 1.73, "grab"), Segment(3.0, 3.5, "slip"))
+    edit = labelling.accept(proposed, MODEL)
     assert edit == labelling.history()[-1]
     assert (edit.kind, edit.author, edit.proposed_by) == ("paint", "Ada", MODEL)
     assert edit.what == ("grab 1.250-1.730 s, slip 3.000-3.500 s accepted from model paper 12")
-    around = (Segment(0, 1.25, "hold"), given[0], Segment(1.73, 2, "hold"), given[1])
+    around = (Segment(0, 1.25, "hold"), proposed[0], Segment(1.73, 2, "hold"), proposed[1])
     assert labelling.segments == stored_track(labelling) == around
-    assert labelling.accept(given, MODEL) is None
+    assert labelling.accept(proposed, MODEL) is None
     assert labelling.accept((), MODEL) is None
     undone = labelling.undo()
     assert stored_track(labelling) == (Segment(0, 2, "hold"),)
@@ -94,13 +90,13 @@ def test_what_is_there_stays_where_it_is_not_to_be_replaced(labelling):
 @pytest.mark.parametrize("replace", [True, False])
 def test_what_cannot_be_accepted_leaves_nothing(labelling, replace):
     good = (Segment(0.0, 1.0, "grab"),)
-    for author, proposer, segments, told in (
+    for author, proposer, segments, sentence in (
         ("model x", MODEL, good, "'model x' is a model's name"),
         ("Ada", "Bert", good, "'Bert' is no model that proposes"),
         ("Ada", " ", good, "' ' is no model"),
         ("Ada", MODEL, (*good, Segment(0.5, 2.0, "hold")), "overlap"),
     ):
-        with pytest.raises(InputError, match=told):
+        with pytest.raises(InputError, match=sentence):
             TrackEditor(labelling.project, labelling.demonstration, author).accept(
                 segments, proposer, replace
             )
@@ -112,9 +108,9 @@ def test_what_cannot_be_accepted_leaves_nothing(labelling, replace):
 
 
 def test_an_author_who_predicted_may_propose_whatever_the_name(labelling):
-    given = (Segment(0.0, 1.0, "grab"),)
-    labelling.project.tracks.edit(labelling.demonstration, "mlp", (), given, "p", kind="predict")
-    assert labelling.accept(given, "mlp").proposed_by == "mlp"
+    proposed = (Segment(0.0, 1.0, "grab"),)
+    labelling.project.tracks.edit(labelling.demonstration, "mlp", (), proposed, "p", kind="predict")
+    assert labelling.accept(proposed, "mlp").proposed_by == "mlp"
     with pytest.raises(InputError, match="'mlp' is a model in this project"):
         TrackEditor(labelling.project, labelling.demonstration, "mlp").accept(
             (Segment(2.0, 3.0, "grab"),), MODEL
@@ -134,18 +130,18 @@ def test_a_failure_in_the_middle_of_accepting_leaves_nothing(labelling, monkeypa
             raise ForcelabError("the disk is gone")
         return execute(self, sql, *values)
 
-    given = tuple(Segment(i + 0.2, i + 0.6, "grab") for i in range(4))
+    proposed = tuple(Segment(i + 0.2, i + 0.6, "grab") for i in range(4))
     monkeypatch.setattr(Database, "execute", failing)
     with pytest.raises(ForcelabError, match="disk is gone"):
-        labelling.accept(given, MODEL)
+        labelling.accept(proposed, MODEL)
     assert count == statement
     monkeypatch.undo()
     assert labelling.segments == stored_track(labelling) == before
     assert labelling.project.tracks.origins(labelling.demonstration, "Ada") == {}
     assert len(labelling.history()) == 1
-    assert labelling.accept(given, MODEL) is not None
+    assert labelling.accept(proposed, MODEL) is not None
     assert len(stored_track(labelling)) == 9
-    assert list(labelling.project.tracks.origins(labelling.demonstration, "Ada")) == list(given)
+    assert list(labelling.project.tracks.origins(labelling.demonstration, "Ada")) == list(proposed)
 
 
 @settings(max_examples=15, deadline=None)

@@ -27,19 +27,19 @@ def test_a_renamed_demonstration_has_its_new_name_everywhere(project, make, path
 
 
 def test_no_two_demonstrations_of_a_task_get_one_name(project, make):
-    one = project.demonstrations.add(make(1, name="01")).id
+    id_ = project.demonstrations.add(make(1, name="01")).id
     project.demonstrations.add(make(2, name="02"))
     project.demonstrations.add(make(3, name="03", task="foam"))
     with pytest.raises(InputError, match="'01' was not renamed, .* task 'LEGO' is called '02'"):
-        project.demonstrations.rename(one, "02")
+        project.demonstrations.rename(id_, "02")
     with pytest.raises(InputError, match="needs a name"):
-        project.demonstrations.rename(one, " ")
+        project.demonstrations.rename(id_, " ")
     with pytest.raises(InputError, match="no demonstration 'f00'"):
         project.demonstrations.rename("f00", "x")
     with pytest.raises(InputError, match="not valid Unicode"):
-        project.demonstrations.rename(one, "\ud800")
-    project.demonstrations.rename(one, "03")
-    project.demonstrations.rename(one, "03")
+        project.demonstrations.rename(id_, "\ud800")
+    project.demonstrations.rename(id_, "03")
+    project.demonstrations.rename(id_, "03")
     assert {info.name for info in project.demonstrations.infos("LEGO")} == {"02", "03"}
 
 

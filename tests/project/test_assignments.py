@@ -21,18 +21,18 @@ def test_a_coder_is_blind_from_the_assignment_until_it_is_done(project, id_, pat
     before = datetime.now(timezone.utc)
     assert project.coding.assignments() == ()
     assert not project.coding.is_blind(id_, "anna")
-    made = project.coding.assign(id_, "anna")
-    assert (made.demonstration, made.author, made.blind, made.done) == (id_, "anna", True, None)
-    assert before <= made.assigned <= datetime.now(timezone.utc)
+    item = project.coding.assign(id_, "anna")
+    assert (item.demonstration, item.author, item.blind, item.done) == (id_, "anna", True, None)
+    assert before <= item.assigned <= datetime.now(timezone.utc)
     with Project.open(path) as again:
-        assert again.coding.assignments() == (made,)
+        assert again.coding.assignments() == (item,)
         assert again.coding.is_blind(id_, "anna")
         assert not again.coding.is_blind(id_, "bert")
     done = project.coding.set_done(id_, "anna")
     assert done.done is not None
-    assert done.done >= done.assigned == made.assigned
+    assert done.done >= done.assigned == item.assigned
     assert not project.coding.is_blind(id_, "anna")
-    assert project.coding.set_done(id_, "anna", done=False) == made
+    assert project.coding.set_done(id_, "anna", done=False) == item
     assert project.coding.is_blind(id_, "anna")
     project.coding.unassign(id_, "anna")
     assert project.coding.assignments() == ()
@@ -41,34 +41,34 @@ def test_a_coder_is_blind_from_the_assignment_until_it_is_done(project, id_, pat
 
 
 def test_what_changes_nothing_is_not_written_down(project, id_):
-    made = project.coding.assign(id_, "anna")
-    assert project.coding.assign(id_, "anna") == made
-    assert project.coding.set_done(id_, "anna", done=False) == made
+    assignment = project.coding.assign(id_, "anna")
+    assert project.coding.assign(id_, "anna") == assignment
+    assert project.coding.set_done(id_, "anna", done=False) == assignment
     done = project.coding.set_done(id_, "anna")
     assert project.coding.set_done(id_, "anna") == done
     assert kinds(project) == ["blind", "done"]
 
 
 def test_an_open_assignment_hides_nothing_and_may_become_blind(project, id_):
-    made = project.coding.assign(id_, "anna", blind=False)
+    assignment = project.coding.assign(id_, "anna", blind=False)
     assert not project.coding.is_blind(id_, "anna")
     blind = project.coding.assign(id_, "anna")
-    assert (blind.blind, blind.assigned) == (True, made.assigned)
+    assert (blind.blind, blind.assigned) == (True, assignment.assigned)
     assert project.coding.is_blind(id_, "anna")
     assert kinds(project) == ["open", "blind"]
 
 
 def test_assignments_are_told_by_coder_in_the_order_in_which_they_were_made(project, make):
-    one, two = (project.demonstrations.add(make(seed, name=str(seed))).id for seed in (1, 2))
-    project.coding.assign(two, "anna")
-    project.coding.assign(one, "bert")
-    project.coding.assign(one, "anna", blind=False)
+    first, second = (project.demonstrations.add(make(seed, name=str(seed))).id for seed in (1, 2))
+    project.coding.assign(second, "anna")
+    project.coding.assign(first, "bert")
+    project.coding.assign(first, "anna", blind=False)
     everybody = [(a.demonstration, a.author) for a in project.coding.assignments()]
-    assert everybody == [(two, "anna"), (one, "bert"), (one, "anna")]
-    assert [a.demonstration for a in project.coding.assignments("anna")] == [two, one]
-    project.coding.unassign(two, "anna")
-    project.coding.assign(two, "anna")
-    assert [a.demonstration for a in project.coding.assignments("anna")] == [one, two]
+    assert everybody == [(second, "anna"), (first, "bert"), (first, "anna")]
+    assert [a.demonstration for a in project.coding.assignments("anna")] == [second, first]
+    project.coding.unassign(second, "anna")
+    project.coding.assign(second, "anna")
+    assert [a.demonstration for a in project.coding.assignments("anna")] == [first, second]
     assert project.coding.authors() == ()
 
 
@@ -103,12 +103,12 @@ def test_events_happen_again_with_their_times_or_not_at_all(project, id_):
         AssignmentEvent(id_, "anna", "blind", then),
         AssignmentEvent(id_, "anna", "done", then + timedelta(hours=1)),
     ]
-    for wrong, said in (
+    for wrong, sentence in (
         ([events[1]], "never assigned to 'anna' cannot be done"),
         ([*events, AssignmentEvent("f" * 32, "anna", "open", then)], "no demonstration 'fff"),
         ([*events, AssignmentEvent(id_, "", "open", then)], "needs an author"),
     ):
-        with pytest.raises(InputError, match=said):
+        with pytest.raises(InputError, match=sentence):
             project.coding.replay_assignments(wrong)
     assert project.coding.assignment_events() == ()
     project.coding.replay_assignments(events)
@@ -135,7 +135,7 @@ with Project.open(sys.argv[1]) as project:
     assert [process.wait() for process in both] == [0, 0]
     assert project.changed_elsewhere()
     assert len(project.coding.assignments()) == 3 * len(ids)
-    assert all(one.done for one in project.coding.assignments())
+    assert all(assignment.done for assignment in project.coding.assignments())
     assert len(project.coding.assignment_events()) == 6 * len(ids)  # "both" was assigned once only
 
 

@@ -74,7 +74,7 @@ def start(code: str, path: Path) -> subprocess.Popen[bytes]:
     return process
 
 
-def said(process: subprocess.Popen[bytes]) -> list[str]:
+def read_lines(process: subprocess.Popen[bytes]) -> list[str]:
     """All whole lines that a process said before its end."""
     assert process.stdout is not None
     with process:
@@ -108,7 +108,7 @@ def test_every_acknowledged_edit_survives_kill_9(path, id_, make, kill):
     process = start(EDIT_1000_TIMES, path)
     time.sleep(random.Random(kill).uniform(0, 0.4))
     process.send_signal(signal.SIGKILL)
-    acknowledged = len(said(process))
+    acknowledged = len(read_lines(process))
     with Project.open(path) as project:
         history = project.tracks.history(id_, "anna")
         assert acknowledged <= len(history) <= acknowledged + 1
@@ -130,7 +130,7 @@ for seed in range(100):
     process = start(code, path)
     time.sleep(random.Random(kill).uniform(0, 0.3))
     process.send_signal(signal.SIGKILL)
-    acknowledged = said(process)
+    acknowledged = read_lines(process)
     folder = path / "demonstrations"
     for leftover in folder.glob(".incoming-*"):
         for entry in (*leftover.rglob("*"), leftover):
@@ -163,7 +163,7 @@ project.demonstrations.add_all(given)
     assert process.stdout.readline() == b"go\n"
     time.sleep(random.Random(kill).uniform(0, 0.4))
     process.send_signal(signal.SIGKILL)
-    said(process)
+    read_lines(process)
     with Project.open(path) as project:
         ids = {info.id for info in project.demonstrations.infos()}
         assert len(ids) in (1, 21)
@@ -205,12 +205,12 @@ say(stale)
     both = [
         subprocess.Popen([*arguments, who], stdout=subprocess.PIPE) for who in ("grab", "release")
     ]
-    assert [len(said(process)) for process in both] == [2, 2]
+    assert [len(read_lines(process)) for process in both] == [2, 2]
     with Project.open(path) as project:
         history = project.tracks.history(id_, "anna")
         for who in ("grab", "release"):
-            made = [edit.what for edit in history if edit.what.startswith(who)]
-            assert made == [f"{who} {i}" for i in range(150)]
+            edits = [edit.what for edit in history if edit.what.startswith(who)]
+            assert edits == [f"{who} {i}" for i in range(150)]
         replayed: tuple[Segment, ...] = ()
         for edit in history:
             end = edit.position + len(edit.removed)
@@ -225,7 +225,7 @@ def test_looking_at_a_project_leaves_the_locks_on_it_alone(project, path):
     # then the next process to close the project takes the journal away under this one.
     project.actions.set_vocabulary("LEGO", project.actions.vocabulary("LEGO").with_actions("grab"))
     Project.open(path).close()
-    said(start("project.close()", path))
+    read_lines(start("project.close()", path))
     assert (path / "project.sqlite-wal").exists()
 
 
@@ -247,7 +247,7 @@ except ForcelabError as error:
 say(len(project.demonstrations.infos()))
 project.close()
 """
-    sentence, count = said(start(FULL + code, path))
+    sentence, count = read_lines(start(FULL + code, path))
     assert "'5' was not added" in sentence
     assert "\n" not in sentence
     assert sentence.endswith(".")
@@ -274,7 +274,7 @@ for i in range(1000):
 assert project.tracks.get(id_, "anna").segments == before
 os._exit(0)
 """
-    *acknowledged, sentence = said(start(FULL + code, path))
+    *acknowledged, sentence = read_lines(start(FULL + code, path))
     assert "nothing was changed; make room on the disk" in sentence
     with Project.open(path) as project:
         history = project.tracks.history(id_, "anna")

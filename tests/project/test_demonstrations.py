@@ -19,28 +19,28 @@ HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
 
 
 def test_what_was_added_comes_back_bit_for_bit(project, make):
-    given = make(1, name="Grüße 7", task="LEGO", grid_rate=500.0)
-    added = project.demonstrations.add(given, source="x.csv")
-    assert (added.id, added.name, added.status, added.remarks) == (given.id, "Grüße 7", "new", ())
+    new = make(1, name="Grüße 7", task="LEGO", grid_rate=500.0)
+    added = project.demonstrations.add(new, source="x.csv")
+    assert (added.id, added.name, added.status, added.remarks) == (new.id, "Grüße 7", "new", ())
     loaded = project.demonstrations.load(added.id)
-    assert (loaded.name, loaded.task, loaded.channels) == (given.name, "LEGO", given.channels)
+    assert (loaded.name, loaded.task, loaded.channels) == (new.name, "LEGO", new.channels)
     assert (loaded.grid_rate, loaded.video) == (500.0, None)
-    assert loaded.times.tobytes() == given.times.tobytes()
-    assert loaded.signals.tobytes() == given.signals.tobytes()
+    assert loaded.times.tobytes() == new.times.tobytes()
+    assert loaded.signals.tobytes() == new.signals.tobytes()
     assert isinstance(loaded.signals, np.memmap)
     assert not loaded.signals.flags.writeable
 
 
 def test_the_list_tells_everything_without_the_arrays(project, make, path):
-    given = make(1)
-    id_ = project.demonstrations.add(given, [Track("anna", HOLD)], source="x.csv").id
+    new = make(1)
+    id_ = project.demonstrations.add(new, [Track("anna", HOLD)], source="x.csv").id
     project.tracks.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
     project.demonstrations.add(make(2, name="02", task="foam"))
     shutil.rmtree(path / "demonstrations")
     other, info = project.demonstrations.infos()
     assert (info.id, info.name, info.task, info.source) == (id_, "01", "LEGO", "x.csv")
-    assert (info.samples, info.channels) == (500, given.channels)
-    assert (info.rate, info.duration) == (given.rate, given.duration)
+    assert (info.samples, info.channels) == (500, new.channels)
+    assert (info.rate, info.duration) == (new.rate, new.duration)
     assert info.authors == ("anna", "mlp")
     assert info.labelled == pytest.approx({"anna": 0.2, "mlp": 0.1})
     assert not info.has_video
@@ -98,8 +98,8 @@ def test_imported_labels_are_replaced_until_somebody_edits_them(project, make):
     assert [edit.kind for edit in project.tracks.history(id_, "anna")] == ["import", "import"]
 
     project.tracks.edit(id_, "anna", HOLD, GRAB, "hold erased")
-    kept = project.demonstrations.add(make(1), [Track("anna", HOLD), Track("bert", HOLD)])
-    assert kept.remarks == (
+    added = project.demonstrations.add(make(1), [Track("anna", HOLD), Track("bert", HOLD)])
+    assert added.remarks == (
         "The labels of 'anna' on '01' were edited in the project; those in the file were left out.",
     )
     assert project.tracks.get(id_, "anna").segments == GRAB
@@ -175,8 +175,8 @@ def test_a_demonstration_is_found_by_id_name_or_the_beginning_of_its_id(project,
 
 def test_a_project_and_its_video_can_be_moved(project, make, film, path):
     clock = ClockMap(-0.25, 1.00002)
-    given = replace(make(1), video=VideoReference(film, clock))
-    project.demonstrations.add(given)
+    demonstration = replace(make(1), video=VideoReference(film, clock))
+    project.demonstrations.add(demonstration)
     bytes_ = film.read_bytes()
     film.unlink()
     project.close()
@@ -214,7 +214,7 @@ def test_a_video_that_cannot_be_read_adds_nothing(project, make, film, path):
     assert list((path / "demonstrations").iterdir()) == []
 
 
-def damaged(file):
+def truncate(file):
     return file.write_bytes(file.read_bytes()[:-8])
 
 
@@ -222,7 +222,7 @@ def damaged(file):
     ("damage", "message"),
     [
         (lambda file: file.unlink(), "is missing"),
-        (damaged, "is damaged"),
+        (truncate, "is damaged"),
         (lambda file: file.write_bytes(b""), "is damaged"),
         (lambda file: file.write_bytes(os.urandom(200)), "is damaged"),
         (lambda file: np.save(file, np.array([{}], dtype=object)), "does not hold"),
@@ -233,15 +233,15 @@ def damaged(file):
 def test_a_damaged_array_is_named_and_importing_again_mends_it(
     project, make, path, damage, message
 ):
-    given = make(1)
-    id_ = project.demonstrations.add(given, [Track("anna", GRAB)]).id
+    demonstration = make(1)
+    id_ = project.demonstrations.add(demonstration, [Track("anna", GRAB)]).id
     file = path / "demonstrations" / id_ / "signals.npy"
     damage(file)
     with pytest.raises(InputError, match=f"signals.npy.*{message}.*import the recording again"):
         project.demonstrations.load("01")
     assert project.tracks.get(id_, "anna").segments == GRAB
-    assert project.demonstrations.add(given).status == "updated"
-    assert project.demonstrations.load("01").signals.tobytes() == given.signals.tobytes()
+    assert project.demonstrations.add(demonstration).status == "updated"
+    assert project.demonstrations.load("01").signals.tobytes() == demonstration.signals.tobytes()
 
 
 def test_a_name_that_is_no_text_is_refused(project, make, path):
@@ -268,7 +268,7 @@ def test_two_processes_see_what_the_other_committed(project, make, path):
 def test_recognisers_and_runs_keep_everything_needed_to_repeat_them(project, make, tmp_path):
     id_ = project.demonstrations.add(make(1), [Track("anna", GRAB)]).id
     used = LabelsUsed(id_, "anna", project.tracks.head(id_, "anna"))
-    made = Provenance(
+    provenance = Provenance(
         settings={"preset": "paper", "scales": [2, 4.5], "merge": {"grap": "grab"}},
         seed=7,
         labels=[used, LabelsUsed(id_, "bert", 0)],
@@ -276,32 +276,32 @@ def test_recognisers_and_runs_keep_everything_needed_to_repeat_them(project, mak
     )
     file = tmp_path / "trained.skops"
     file.write_bytes(b"opaque \x00 bytes")
-    number = project.runs.add_recogniser("mlp", file, made)
-    assert project.runs.add_recogniser("the same", b"opaque \x00 bytes", made) == number
+    number = project.runs.add_recogniser("mlp", file, provenance)
+    assert project.runs.add_recogniser("the same", b"opaque \x00 bytes", provenance) == number
     assert project.runs.recogniser_path(number).read_bytes() == b"opaque \x00 bytes"
     (recogniser,) = project.runs.recognisers()
     assert (recogniser.id, recogniser.name, recogniser.seed) == (number, "mlp", 7)
-    run = project.runs.add("evaluate", made, result={"accuracy": 0.72, "labels": ["grab"]})
+    run = project.runs.add("evaluate", provenance, result={"accuracy": 0.72, "labels": ["grab"]})
     (stored,) = project.runs.all()
     assert stored == project.runs.get(run)
     assert stored.result == {"accuracy": 0.72, "labels": ["grab"]}
     for thing in (recogniser, stored):
-        assert (thing.settings, thing.versions) == (made.settings, made.versions)
+        assert (thing.settings, thing.versions) == (provenance.settings, provenance.versions)
         assert thing.labels == (used, LabelsUsed(id_, "bert", 0))
         assert thing.demonstrations == (id_,)
         assert thing.time.utcoffset().total_seconds() == 0  # type: ignore[union-attr]
 
 
 def test_runs_of_what_is_not_there_are_refused(project, make):
-    made = {"settings": {}, "seed": None, "versions": {}}
+    origin = {"settings": {}, "seed": None, "versions": {}}
     with pytest.raises(InputError, match="no demonstration 'x'"):
         project.runs.add(
-            "evaluate", Provenance(labels=[LabelsUsed("x", "anna", 0)], **made), result={}
+            "evaluate", Provenance(labels=[LabelsUsed("x", "anna", 0)], **origin), result={}
         )
     id_ = project.demonstrations.add(make(1), [Track("anna", GRAB)]).id
     for wrong in (LabelsUsed(id_, "anna", 2), LabelsUsed(id_, "bert", 1)):
         with pytest.raises(InputError, match=rf"Edit {wrong.edit} .* none of '{wrong.author}'"):
-            project.runs.add("evaluate", Provenance(labels=[wrong], **made), result={})
+            project.runs.add("evaluate", Provenance(labels=[wrong], **origin), result={})
     assert project.runs.all() == ()
     with pytest.raises(InputError, match="seed"):
         project.runs.add_recogniser(
@@ -311,7 +311,7 @@ def test_runs_of_what_is_not_there_are_refused(project, make):
         project.runs.get(3)
     with pytest.raises(InputError, match="no recogniser 'x'"):
         project.runs.recogniser_path("x")
-    id_ = project.runs.add_recogniser("a", b"data", Provenance(labels=[], **made))
+    id_ = project.runs.add_recogniser("a", b"data", Provenance(labels=[], **origin))
     project.runs.recogniser_path(id_).unlink()
     with pytest.raises(InputError, match="missing; train"):
         project.runs.recogniser_path(id_)
@@ -330,14 +330,14 @@ def test_what_is_to_be_kept_is_kept_and_what_is_said_is_changed(project, make):
     assert project.demonstrations.add_all([silent]) == (replace(first, status="unchanged"),)
     (info,) = project.demonstrations.infos()
     assert (info.task, info.rate) == ("foam", 250.0)
-    (said,) = project.demonstrations.add_all(
+    (added,) = project.demonstrations.add_all(
         [NewDemonstration(make(1, task="sponge"), keep=("grid_rate",))]
     )
-    assert said.status == "updated"
+    assert added.status == "updated"
     (info,) = project.demonstrations.infos()
     assert (info.task, info.rate) == ("sponge", 250.0)
     new = NewDemonstration(make(2, task="", name="02"), keep=("task", "grid_rate"))
-    assert [one.status for one in project.demonstrations.add_all([new])] == ["new"]
+    assert [added.status for added in project.demonstrations.add_all([new])] == ["new"]
     assert project.demonstrations.load("02").task == ""
 
 
@@ -354,7 +354,7 @@ def test_the_same_recording_twice_in_one_import_is_one_demonstration(project, ma
     added = project.demonstrations.add_all(
         [NewDemonstration(make(1)), NewDemonstration(make(1)), NewDemonstration(make(2, name="02"))]
     )
-    assert [one.status for one in added] == ["new", "unchanged", "new"]
+    assert [addition.status for addition in added] == ["new", "unchanged", "new"]
     assert len(project.demonstrations.infos()) == 2
 
 
@@ -374,17 +374,17 @@ def test_an_import_that_is_stopped_half_way_leaves_everything_as_it_was(
             raise stop
         extend(*args)
 
-    given = [
+    demonstrations = [
         NewDemonstration(make(seed, name=str(seed)), (Track("anna", HOLD),))
         for seed in (1, 2, 3, 4)
     ]
     with monkeypatch.context() as patch:
         patch.setattr(ActionStore, "extend", stopped)
         with pytest.raises(stop):
-            project.demonstrations.add_all(given)
+            project.demonstrations.add_all(demonstrations)
     assert (project.demonstrations.infos(), project.tracks.history(old.id, "anna")) == before
     assert sorted(file for file in path.rglob("*") if "sqlite" not in file.name) == files
-    assert [one.status for one in project.demonstrations.add_all(given)] == [
+    assert [added.status for added in project.demonstrations.add_all(demonstrations)] == [
         "updated",
         "new",
         "new",

@@ -20,7 +20,7 @@ GRAB = (Segment(0.0, 0.1, "grab"),)
 
 
 @pytest.fixture
-def kept(project, make):
+def added(project, make):
     """A recording with live marks beside another demonstration, and the heads it came with."""
     project.demonstrations.add(make(1, name="LEGO 01"), [Track("anna", GRAB)])
     id_ = project.demonstrations.add(make(2, name="LEGO 02"), [Track("bea", GRAB)]).id
@@ -41,11 +41,11 @@ def everything(path):
     return schema, rows, files
 
 
-def test_it_is_gone_with_all_that_came_with_it_and_nothing_else_is(project, path, make, kept):
+def test_it_is_gone_with_all_that_came_with_it_and_nothing_else_is(project, path, make, added):
     before = tuple(info.id for info in project.demonstrations.infos())
-    project.demonstrations.discard(*kept)
+    project.demonstrations.discard(*added)
     [left] = project.demonstrations.infos()
-    assert before == (left.id, kept[0])
+    assert before == (left.id, added[0])
     assert [author.name for author in project.coding.authors()] == ["anna"]
     assert project.tracks.get(left.id, "anna").segments == GRAB
     assert [entry.name for entry in (path / "demonstrations").iterdir()] == [left.id]
@@ -59,32 +59,32 @@ def test_it_is_gone_with_all_that_came_with_it_and_nothing_else_is(project, path
         table: len(found) for table, found in everything(fresh)[1].items()
     }
     with pytest.raises(InputError, match="no demonstration"):
-        project.demonstrations.discard(*kept)
+        project.demonstrations.discard(*added)
     assert project.demonstrations.add(make(2, name="LEGO 02"), [Track("bea", GRAB)]).status == "new"
 
 
-def test_the_version_of_the_store_stays_and_edits_are_still_kept_for_ever(project, path, kept):
-    project.demonstrations.discard(*kept)
+def test_the_version_of_the_store_stays_and_edits_are_still_kept_for_ever(project, path, added):
+    project.demonstrations.discard(*added)
     with closing(sqlite3.connect(path / "project.sqlite")) as store:
         assert store.execute("PRAGMA user_version").fetchone() == (4,) == (len(MIGRATIONS),)
         with pytest.raises(sqlite3.IntegrityError, match="kept for ever"):
             store.execute("DELETE FROM edit")
 
 
-def painted(project, id_):
+def delete_segment(project, id_):
     project.tracks.edit(id_, "bea", GRAB, (), "grab deleted")
 
 
-def painted_by_another(project, id_):
+def paint_as_another(project, id_):
     project.tracks.edit(id_, "cara", (), GRAB, "grab painted")
 
 
 def painted_and_taken_back(project, id_):
-    painted(project, id_)
+    delete_segment(project, id_)
     project.tracks.undo(id_, "bea")
 
 
-def used(project, id_):
+def use_in_run(project, id_):
     labels = (LabelsUsed(id_, "bea", project.tracks.head(id_, "bea")),)
     project.runs.add(
         "evaluation", Provenance(settings={}, seed=None, labels=labels, versions={}), result={}
@@ -94,10 +94,10 @@ def used(project, id_):
 @pytest.mark.parametrize(
     "work",
     [
-        painted,
-        painted_by_another,
+        delete_segment,
+        paint_as_another,
         painted_and_taken_back,
-        used,
+        use_in_run,
         lambda project, id_: project.coding.assign(id_, "dora"),
         lambda project, id_: (
             project.coding.assign(id_, "dora"),
@@ -106,27 +106,27 @@ def used(project, id_):
         lambda project, id_: project.coding.set_note(id_, "dora", "the grip slipped"),
     ],
 )
-def test_what_somebody_has_worked_with_stays(project, path, kept, work):
-    work(project, kept[0])
+def test_what_somebody_has_worked_with_stays(project, path, added, work):
+    work(project, added[0])
     before = everything(path)
     with pytest.raises(InputError, match=r"'LEGO 02' was .* since it was recorded; it stays"):
-        project.demonstrations.discard(*kept)
+        project.demonstrations.discard(*added)
     assert everything(path) == before
 
 
-def test_what_a_model_predicted_since_is_no_reason_to_keep_it(project, kept):
-    project.tracks.edit(kept[0], "model: live", (), GRAB, "predicted", kind="predict")
-    project.demonstrations.discard(*kept)
+def test_what_a_model_predicted_since_is_no_reason_to_keep_it(project, added):
+    project.tracks.edit(added[0], "model: live", (), GRAB, "predicted", kind="predict")
+    project.demonstrations.discard(*added)
     assert [author.name for author in project.coding.authors()] == ["anna"]
 
 
-def test_a_second_window_sees_that_it_is_gone(project, path, kept):
+def test_a_second_window_sees_that_it_is_gone(project, path, added):
     with Project.open(path) as other:
-        assert other.tracks.get(kept[0], "bea").segments == GRAB
-        project.demonstrations.discard(*kept)
+        assert other.tracks.get(added[0], "bea").segments == GRAB
+        project.demonstrations.discard(*added)
         assert other.changed_elsewhere()
         with pytest.raises(InputError, match="no demonstration"):
-            other.tracks.get(kept[0], "bea")
+            other.tracks.get(added[0], "bea")
         # Numbers of tracks are used again: what was remembered of the old one must not show.
         first = other.demonstrations.infos()[0].id
         other.tracks.edit(first, "dora", (), GRAB, "painted")
@@ -136,17 +136,17 @@ def test_a_second_window_sees_that_it_is_gone(project, path, kept):
 def worked_with(project, id_):
     """Everything that people and runs can do with a demonstration."""
     painted_and_taken_back(project, id_)
-    painted_by_another(project, id_)
+    paint_as_another(project, id_)
     project.tracks.edit(id_, "model: net", (), GRAB, "predicted", kind="predict")
-    used(project, id_)
+    use_in_run(project, id_)
     project.coding.assign(id_, "dora")
     project.coding.set_done(id_, "dora")
     project.coding.set_note(id_, "dora", "leave out")
     return {name: project.tracks.head(id_, name) for name in ("bea", "cara")}
 
 
-def test_what_was_imported_by_mistake_goes_with_all_its_labels(project, path, kept):
-    id_, _ = kept
+def test_what_was_imported_by_mistake_goes_with_all_its_labels(project, path, added):
+    id_, _ = added
     left = next(info.id for info in project.demonstrations.infos() if info.id != id_)
     project.coding.assign(left, "dora")
     project.coding.set_note(left, "dora", "stays")
@@ -155,7 +155,7 @@ def test_what_was_imported_by_mistake_goes_with_all_its_labels(project, path, ke
     project.demonstrations.remove_all({id_: heads})
     assert [info.id for info in project.demonstrations.infos()] == [left]
     assert [author.name for author in project.coding.authors()] == ["anna"]
-    assert [one.demonstration for one in project.coding.assignments()] == [left]
+    assert [assignment.demonstration for assignment in project.coding.assignments()] == [left]
     assert [note.text for note in project.coding.note_events()] == ["stays"]
     assert [entry.name for entry in (path / "demonstrations").iterdir()] == [left]
     assert everything(path)[0] == schema
@@ -167,14 +167,14 @@ def test_what_was_imported_by_mistake_goes_with_all_its_labels(project, path, ke
                 store.execute(f"DELETE FROM {table}")
 
 
-def test_labels_that_nobody_was_told_of_keep_it(project, path, kept):
-    id_, _ = kept
+def test_labels_that_nobody_was_told_of_keep_it(project, path, added):
+    id_, _ = added
     heads = worked_with(project, id_)
-    painted(project, id_)
+    delete_segment(project, id_)
     before = everything(path)
-    for told in (heads, {}, {"cara": heads["cara"]}):
+    for known_heads in (heads, {}, {"cara": heads["cara"]}):
         with pytest.raises(InputError, match="'LEGO 02' was labelled meanwhile; it stays"):
-            project.demonstrations.remove_all({id_: told})
+            project.demonstrations.remove_all({id_: known_heads})
     assert everything(path) == before
     with pytest.raises(InputError, match="no demonstration"):
         project.demonstrations.remove_all({"0" * 64: {}})
@@ -227,8 +227,8 @@ print(number)
 
 @pytest.mark.skipif(not hasattr(sys, "setdlopenflags"), reason="needs fork of POSIX")
 @pytest.mark.parametrize("verb", ["discard", "remove"])
-def test_killed_at_any_step_it_is_there_as_a_whole_or_gone(project, path, kept, verb):
-    id_, heads = kept
+def test_killed_at_any_step_it_is_there_as_a_whole_or_gone(project, path, added, verb):
+    id_, heads = added
     [(author, head)] = heads.items()
     whole = everything(path)
     project.close()
@@ -242,10 +242,10 @@ def test_killed_at_any_step_it_is_there_as_a_whole_or_gone(project, path, kept, 
         for leftover in (copy / "demonstrations").glob(".incoming-*"):
             shutil.rmtree(leftover)  # as happens when it is an hour old
         with Project.open(copy) as opened:
-            there = {info.id for info in opened.demonstrations.infos()}
-            outcomes.append(id_ in there)
-            assert opened.demonstrations.load(id_).id == id_ if id_ in there else True
-            if id_ in there:
+            ids = {info.id for info in opened.demonstrations.infos()}
+            outcomes.append(id_ in ids)
+            assert opened.demonstrations.load(id_).id == id_ if id_ in ids else True
+            if id_ in ids:
                 assert opened.tracks.get(id_, author).segments == GRAB
                 if verb == "discard":  # once more
                     opened.demonstrations.discard(id_, heads)

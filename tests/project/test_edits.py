@@ -84,7 +84,7 @@ def test_an_edit_in_place_of_the_latest_is_one_undo_and_nothing_is_lost(project,
     after = (Segment(0.0, 0.2, "grab"),)
     again = project.tracks.edit(id_, "anna", HOLD, after, "moved farther", replacing=moved.id)
     assert (again.removed, again.inserted) == (GRAB, after)
-    assert [one.kind for one in project.tracks.history(id_, "anna")] == [
+    assert [edit.kind for edit in project.tracks.history(id_, "anna")] == [
         "paint",
         "paint",
         "undo",
@@ -219,7 +219,7 @@ def test_undo_and_redo_behave_like_two_stacks_whatever_happens(steps):
     # The reference keeps whole tracks in two lists, and every state there ever was in a third.
     undone: list = []
     states: list = [()]
-    kept = []
+    stored = []
     with folder_in_memory() as folder:
         path = folder / "p.forcelab"
         project = Project.create(path)
@@ -234,17 +234,17 @@ def test_undo_and_redo_behave_like_two_stacks_whatever_happens(steps):
                 project.tracks.edit(id_, "anna", track, after, step[0])
                 states.append(after)
                 undone.clear()
-                kept.append(after)
+                stored.append(after)
             elif step[0] == "undo":
                 assert (project.tracks.undo(id_, "anna") is None) == (len(states) == 1)
                 if len(states) > 1:
                     undone.append(states.pop())
-                    kept.append(states[-1])
+                    stored.append(states[-1])
             elif step[0] == "redo":
                 assert (project.tracks.redo(id_, "anna") is None) == (not undone)
                 if undone:
                     states.append(undone.pop())
-                    kept.append(states[-1])
+                    stored.append(states[-1])
             elif step[0] == "reopen":
                 project.close()
                 project = Project.open(path)
@@ -254,12 +254,12 @@ def test_undo_and_redo_behave_like_two_stacks_whatever_happens(steps):
                     assert edit.inserted == ()
                 states.append(())
                 undone.clear()
-                kept.append(())
+                stored.append(())
         # The history alone gives every state that there ever was.
         replayed: tuple = ()
         history = project.tracks.history(id_, "anna")
-        assert len(history) == len(kept)
-        for edit, state in zip(history, kept, strict=True):
+        assert len(history) == len(stored)
+        for edit, state in zip(history, stored, strict=True):
             end = edit.position + len(edit.removed)
             assert replayed[edit.position : end] == edit.removed
             replayed = replayed[: edit.position] + edit.inserted + replayed[end:]

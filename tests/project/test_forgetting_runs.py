@@ -35,7 +35,7 @@ def train(project, id_):
 
 
 @pytest.fixture
-def said(id_):
+def verdict(id_):
     return Verdict(id_, "bert", "anna", 0.0, 0.1, "grab", "slip", "model")
 
 
@@ -58,10 +58,10 @@ def test_a_recogniser_that_another_run_has_too_stays(project, train):
     assert not file.exists()
 
 
-def test_a_run_that_was_judged_stays(project, train, said):
+def test_a_run_that_was_judged_stays(project, train, verdict):
     number, file = train()
-    project.coding.add_verdict(replace(said, run=number))
-    project.coding.add_verdict(replace(said, run=number, verdict="withdrawn"))
+    project.coding.add_verdict(replace(verdict, run=number))
+    project.coding.add_verdict(replace(verdict, run=number, verdict="withdrawn"))
     assert not project.runs.forget(number, PROPOSER)
     assert file.exists()
     assert [verdict.run for verdict in project.coding.verdict_events()] == [number, number]
@@ -97,12 +97,12 @@ def test_a_run_that_cannot_be_read_any_more_can_be_removed(project, path, train)
         project.runs.remove(number)
 
 
-def test_a_verdict_on_a_run_that_has_gone_meanwhile_is_kept(project, path, train, said):
+def test_a_verdict_on_a_run_that_has_gone_meanwhile_is_kept(project, path, train, verdict):
     number, _ = train()
     with Project.open(path) as elsewhere:
         elsewhere.runs.forget(number, PROPOSER)
-    kept = project.coding.add_verdict(replace(said, run=number))
-    assert (kept.run, kept.verdict, kept.predicted) == (None, "model", "slip")
-    assert project.coding.verdicts() == (kept,)
+    stored = project.coding.add_verdict(replace(verdict, run=number))
+    assert (stored.run, stored.verdict, stored.predicted) == (None, "model", "slip")
+    assert project.coding.verdicts() == (stored,)
     with pytest.raises(InputError, match="no run"):
-        project.coding.add_verdict(replace(said, run=number + 1))
+        project.coding.add_verdict(replace(verdict, run=number + 1))

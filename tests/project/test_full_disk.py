@@ -146,8 +146,8 @@ def test_where_no_file_may_grow_a_project_is_read(path, laid, left, name):
     run = subprocess.run(
         [sys.executable, "-c", NO_LONGER, str(path)], capture_output=True, text=True, check=True
     )
-    told, refused = run.stdout.splitlines()
-    assert told == f"{name} {{'anna': 1}}"
+    listing, refused = run.stdout.splitlines()
+    assert listing == f"{name} {{'anna': 1}}"
     assert "could only be opened to be read" in refused
 
 

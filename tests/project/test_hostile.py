@@ -61,7 +61,7 @@ def change(path: Path, *statements: str) -> None:
             store.execute(statement)
 
 
-def refused(path: Path, match: str, capsys) -> None:
+def assert_refused(path: Path, match: str, capsys) -> None:
     """Opening is refused in one sentence, and the commands that delete or copy are too."""
     with pytest.raises(InputError, match=match) as refusal:
         Project.open(path).close()
@@ -76,7 +76,7 @@ def refused(path: Path, match: str, capsys) -> None:
 @pytest.mark.parametrize("video", ["{}/canary.mp4", "../../../canaries/canary.mp4", "signals.npy"])
 def test_a_video_outside_its_folder_is_refused(path, stored, canaries, video, film, capsys):
     change(path, f"UPDATE demonstration SET video = '{video.format(canaries)}'")
-    refused(path, "damaged", capsys)
+    assert_refused(path, "damaged", capsys)
     assert main(["attach", str(path), "01", str(film)]) == 1
     out = canaries.parent / "out.zip"
     assert main(["export", str(path), "--format", "archive", "--out", str(out)]) == 1
@@ -86,14 +86,14 @@ def test_a_video_outside_its_folder_is_refused(path, stored, canaries, video, fi
 @pytest.mark.parametrize("id_", ["../../canaries/victim", "../canaries", "..", "", "ABCDEF" * 6])
 def test_an_id_outside_the_project_is_refused(path, stored, canaries, id_, capsys):
     change(path, f"UPDATE demonstration SET id = '{id_}'")
-    refused(path, "damaged", capsys)
+    assert_refused(path, "damaged", capsys)
 
 
 @pytest.mark.parametrize("name", ["demonstrations", "recognisers"])
 def test_folders_that_are_links_are_not_followed(path, stored, canaries, name, capsys):
     (path / name).rename(path.with_name("aside"))
     (path / name).symlink_to(canaries)
-    refused(path, f"{name}' is a link", capsys)
+    assert_refused(path, f"{name}' is a link", capsys)
 
 
 @pytest.mark.parametrize("video", ["{}/canary.mp4", "../../../canaries/canary.mp4"])
@@ -140,7 +140,7 @@ def test_how_a_run_was_made_is_read_with_suspicion(path, stored, column, text, c
 def test_a_store_that_is_a_link_is_not_followed(path, stored, canaries, name, capsys):
     (path / name).unlink(missing_ok=True)
     (path / name).symlink_to(canaries / "canary.mp4")
-    refused(path, "is a link", capsys)
+    assert_refused(path, "is a link", capsys)
 
 
 def test_links_within_the_folders_are_not_followed(path, stored, canaries, film):
@@ -204,14 +204,14 @@ ENDLESS = (
 )
 def test_other_tables_triggers_and_views_are_refused(path, stored, statement, capsys):
     change(path, statement)
-    refused(path, "other tables, views or triggers|is damaged", capsys)
+    assert_refused(path, "other tables, views or triggers|is damaged", capsys)
 
 
 def test_a_version_below_zero_runs_no_migration_backwards(path, stored, capsys):
     change(path, "PRAGMA user_version = -1")
-    refused(path, "damaged .version -1", capsys)
+    assert_refused(path, "damaged .version -1", capsys)
     change(path, "PRAGMA user_version = 2")
-    refused(path, "other tables, views or triggers", capsys)
+    assert_refused(path, "other tables, views or triggers", capsys)
 
 
 @pytest.mark.parametrize(
@@ -236,7 +236,7 @@ def test_a_version_below_zero_runs_no_migration_backwards(path, stored, capsys):
 )
 def test_values_that_no_forcelab_writes_are_refused(path, stored, value, capsys):
     change(path, f"UPDATE demonstration SET {value}")
-    refused(path, "damaged", capsys)
+    assert_refused(path, "damaged", capsys)
 
 
 def bit_rot(file: Path) -> None:
@@ -308,14 +308,14 @@ def test_names_of_thousands_of_digits_sort():
 def test_names_and_tasks_have_a_bound(path, stored, make, text):
     with Project.open(path) as project:
         before = project.demonstrations.info(stored)
-        for change_it in (
+        for change in (
             lambda: project.demonstrations.rename(stored, text),
             lambda: project.demonstrations.set_task(stored, text),
             lambda: project.demonstrations.add(make(2, name=text)),
             lambda: project.demonstrations.add(make(2, task=text)),
         ):
             with pytest.raises(InputError, match="longer than 1000 characters") as refusal:
-                change_it()
+                change()
             assert len(str(refusal.value)) < 400
         assert project.demonstrations.infos() == (before,)
 

@@ -110,11 +110,11 @@ def test_whatever_is_done_undoing_all_of_it_leads_back(deeds):
             except InputError:
                 continue
             assert track.segments == track.project.tracks.get(track.demonstration, "Ada").segments
-        there = track.segments
+        segments = track.segments
         undone = 0
         while track.undo():
             undone += 1
         assert track.segments == ()
         for _ in range(undone):
             assert track.redo()
-        assert track.segments == there
+        assert track.segments == segments

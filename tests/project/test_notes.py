@@ -17,7 +17,7 @@ GRAB = (Segment(0.0, 0.1, "grab"),)
 THEN = datetime(2024, 5, 6, tzinfo=timezone.utc)
 
 
-def told(written: tuple[Note, ...]) -> list[tuple[str, str]]:
+def texts_of(written: tuple[Note, ...]) -> list[tuple[str, str]]:
     return [(note.author, note.text) for note in written]
 
 
@@ -27,15 +27,17 @@ def test_the_latest_note_of_a_coder_counts_and_every_one_is_kept(project, id_, p
     project.coding.set_note(id_, "bert", "leave out")
     project.coding.set_note(id_, "anna", "  sensor slipped\nat 3.4 s ")
     with Project.open(path) as again:
-        assert told(again.coding.notes()) == [
+        assert texts_of(again.coding.notes()) == [
             ("bert", "leave out"),
             ("anna", "sensor slipped\nat 3.4 s"),
         ]
         times = [note.time for note in again.coding.note_events()]
     assert before <= times[0] < times[1] < times[2] <= datetime.now(timezone.utc)
     project.coding.set_note(id_, "anna", "")
-    assert told(project.coding.notes()) == [("bert", "leave out")]
-    assert [text for author, text in told(project.coding.note_events(id_)) if author == "anna"] == [
+    assert texts_of(project.coding.notes()) == [("bert", "leave out")]
+    assert [
+        text for author, text in texts_of(project.coding.note_events(id_)) if author == "anna"
+    ] == [
         "sensor slipped at 3.2 s",
         "sensor slipped\nat 3.4 s",
         "",
@@ -51,14 +53,14 @@ def test_what_changes_nothing_is_not_written_down(project, id_):
     assert project.coding.note_events() == ()
     for text in ("leave out", " leave  out "):
         project.coding.set_note(id_, "anna", text)
-    assert told(project.coding.note_events()) == [("anna", "leave out")]
+    assert texts_of(project.coding.note_events()) == [("anna", "leave out")]
 
 
 def test_a_clock_that_is_set_back_lets_no_older_note_count(project, id_, monkeypatch):
     for hours, text in ((2, "first"), (1, "second"), (0, "first")):
         monkeypatch.setattr(coding, "utc_now", lambda hours=hours: THEN + timedelta(hours=hours))
         project.coding.set_note(id_, "anna", text)
-        assert told(project.coding.notes()) == [("anna", text)]
+        assert texts_of(project.coding.notes()) == [("anna", text)]
     assert len(project.coding.note_events()) == 3
 
 
@@ -69,7 +71,7 @@ def test_who_codes_blind_sees_no_note_of_others_until_that_is_done(project, make
     project.coding.set_note(hidden, "anna", "mine")
     project.coding.assign(hidden, "anna")
     project.coding.assign(plain, "anna", blind=False)
-    assert told(project.coding.notes("anna")) == [("bert", "leave out"), ("anna", "mine")]
+    assert texts_of(project.coding.notes("anna")) == [("bert", "leave out"), ("anna", "mine")]
     assert [note.demonstration for note in project.coding.notes("anna")] == [plain, hidden]
     assert len(project.coding.notes()) == len(project.coding.notes("bert")) == 3
     project.coding.set_done(hidden, "anna")
@@ -103,11 +105,11 @@ def test_a_store_that_is_busy_full_or_for_reading_only_says_so(project, id_, pat
     project._db.execute(f"PRAGMA max_page_count = {pages}")
     with pytest.raises(InputError, match="so nothing was changed; make room"):
         project.coding.set_note(id_, "anna", "new " * 100_000)
-    assert told(project.coding.note_events()) == [("anna", "old")]
+    assert texts_of(project.coding.note_events()) == [("anna", "old")]
     project.close()
     monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
     with Project.open(path) as fixed:
-        assert told(fixed.coding.notes()) == [("anna", "old")]
+        assert texts_of(fixed.coding.notes()) == [("anna", "old")]
         with pytest.raises(InputError, match="may only be read here"):
             fixed.coding.set_note(id_, "anna", "new")
 
@@ -126,7 +128,7 @@ def test_an_older_project_loses_nothing_and_can_have_notes(project, make, older,
         assert opened.coding.notes() == ()
         opened.coding.set_note(id_, "anna", "from before")
     with Project.open(folder) as again:
-        assert told(again.coding.notes()) == [("anna", "from before")]
+        assert texts_of(again.coding.notes()) == [("anna", "from before")]
 
 
 def test_an_older_project_that_may_only_be_read_has_no_notes(project, make, older, monkeypatch):
@@ -139,23 +141,23 @@ def test_an_older_project_that_may_only_be_read_has_no_notes(project, make, olde
 
 
 def test_two_projects_that_take_each_others_notes_come_to_have_the_same(tmp_path, make):
-    made = make(1)
+    new = make(1)
     with Project.create(tmp_path / "a") as a, Project.create(tmp_path / "b") as b:
-        id_ = a.demonstrations.add(made).id
-        b.demonstrations.add(made)
+        id_ = a.demonstrations.add(new).id
+        b.demonstrations.add(new)
         a.coding.set_note(id_, "anna", "old")
         a.coding.set_note(id_, "bert", "of a")
         b.coding.set_note(id_, "anna", "new")
         b.coding.set_note(id_, "bert", "of b")
         b.coding.set_note(id_, "bert", "")
         statuses = [
-            into.demonstrations.add_all([NewDemonstration(made, notes=of.coding.note_events())])[
+            into.demonstrations.add_all([NewDemonstration(new, notes=of.coding.note_events())])[
                 0
             ].status
             for into, of in ((a, b), (b, a), (a, b))
         ]
         assert statuses == ["updated", "updated", "unchanged"]
         assert a.coding.note_events() == b.coding.note_events()
-        assert told(a.coding.notes()) == [("anna", "new")]
+        assert texts_of(a.coding.notes()) == [("anna", "new")]
         with pytest.raises(InputError, match="needs an author"):
-            a.demonstrations.add_all([NewDemonstration(made, notes=(Note(id_, " ", "x", THEN),))])
+            a.demonstrations.add_all([NewDemonstration(new, notes=(Note(id_, " ", "x", THEN),))])

@@ -131,13 +131,17 @@ def test_what_is_no_project_is_refused_and_untouched(path, case):
     assert contents(path.parent) == before
 
 
-@pytest.mark.parametrize("share", [0.001, 0.01, 0.3, 0.7, 0.99])
-def test_a_truncated_store_is_refused_and_untouched(path, make, share):
+def filled_store(path, make):
+    """The database of a project of twenty demonstrations, and its content."""
     with Project.create(path) as project:
         for seed in range(20):
             project.demonstrations.add(make(seed, name=str(seed)))
-    store = path / "project.sqlite"
-    whole = store.read_bytes()
+    return path / "project.sqlite", (path / "project.sqlite").read_bytes()
+
+
+@pytest.mark.parametrize("share", [0.001, 0.01, 0.3, 0.7, 0.99])
+def test_a_truncated_store_is_refused_and_untouched(path, make, share):
+    store, whole = filled_store(path, make)
     store.write_bytes(whole[: int(len(whole) * share)])
     before = contents(path)
     with pytest.raises(InputError, match=r"damaged|not written by forcelab") as caught:
@@ -148,20 +152,16 @@ def test_a_truncated_store_is_refused_and_untouched(path, make, share):
 
 @pytest.mark.parametrize("offset", range(100, 30_000, 3_000))
 def test_garbage_in_the_store_is_one_sentence_whenever_it_is_met(path, make, offset):
-    with Project.create(path) as project:
-        for seed in range(20):
-            project.demonstrations.add(make(seed, name=str(seed)))
-    store = path / "project.sqlite"
-    whole = store.read_bytes()
+    store, whole = filled_store(path, make)
     store.write_bytes(whole[:offset] + b"\xa5" * 3_000 + whole[offset + 3_000 :])
-    said = ""
+    sentence = ""
     try:
         with Project.open(path) as project:
             project.demonstrations.infos()
             project.demonstrations.add(make(99, name="new"))
     except InputError as error:
-        said = str(error)
-    assert said == "" or ("damaged" in said and one_sentence(said))
+        sentence = str(error)
+    assert sentence == "" or ("damaged" in sentence and one_sentence(sentence))
 
 
 def test_a_newer_project_is_refused_byte_for_byte_untouched(path, make):
@@ -248,7 +248,7 @@ def test_a_store_that_another_program_keeps_busy_is_one_sentence(path, make):
 
 
 @pytest.mark.parametrize(
-    ("code", "text", "said"),
+    ("code", "text", "sentence"),
     [
         (11, "database disk image is malformed", "is damaged"),
         (26, "file is not a database", "is damaged"),
@@ -262,11 +262,11 @@ def test_a_store_that_another_program_keeps_busy_is_one_sentence(path, make):
     ],
 )
 @pytest.mark.parametrize("numbered", [True, False])
-def test_only_a_damaged_store_is_called_damaged(path, code, text, said, numbered):
+def test_only_a_damaged_store_is_called_damaged(path, code, text, sentence, numbered):
     error = sqlite3.OperationalError(text)
     if numbered:  # as from Python 3.11 on
         error.sqlite_errorcode = code
-    with pytest.raises(InputError, match=said) as caught, store_errors(path, 5):
+    with pytest.raises(InputError, match=sentence) as caught, store_errors(path, 5):
         raise error
     assert one_sentence(str(caught.value))
     assert ("damaged" in str(caught.value)) == (code in (11, 26))

@@ -22,11 +22,11 @@ GRAB, HOLD, SLIP = Segment(1, 2, "grab"), Segment(2, 3, "hold"), Segment(5, 6, "
 
 def origins(labelling):
     """The origins as this project follows them, which must be those of one that reads afresh."""
-    told = labelling.project.tracks.origins(labelling.demonstration, "Ada")
+    found = labelling.project.tracks.origins(labelling.demonstration, "Ada")
     with Project.open(labelling.project.path) as other:
-        assert other.tracks.origins(labelling.demonstration, "Ada") == told
-    assert set(told) <= set(labelling.segments)
-    return dict(told)
+        assert other.tracks.origins(labelling.demonstration, "Ada") == found
+    assert set(found) <= set(labelling.segments)
+    return dict(found)
 
 
 def test_what_was_accepted_is_proposed_and_what_was_painted_is_not(labelling):
@@ -134,11 +134,11 @@ def test_the_latest_proposer_counts_and_leaves_rests_to_the_first(labelling):
 
 def test_what_was_told_stays_as_it_was_told(labelling):
     labelling.accept((GRAB, HOLD), ONE)
-    told = labelling.project.tracks.origins(labelling.demonstration, "Ada")
+    found = labelling.project.tracks.origins(labelling.demonstration, "Ada")
     labelling.delete(0)
-    assert list(told) == [GRAB, HOLD]
+    assert list(found) == [GRAB, HOLD]
     with pytest.raises(TypeError):
-        told[SLIP] = Origin(ONE)  # type: ignore[index]
+        found[SLIP] = Origin(ONE)  # type: ignore[index]
     labelling.paint(7, 8, "pull")
     again = labelling.project.tracks.origins(labelling.demonstration, "Ada")
     labelling.paint(8.5, 9.5, "pull")
@@ -173,9 +173,9 @@ def test_whatever_is_done_origins_follow_the_labels(deeds):
                 edit = labelling.accept((Segment(start, end, action),), proposer)
                 if edit:
                     # All of the proposed time is proposed, or was there already.
-                    told = project.tracks.origins(labelling.demonstration, "Ada")
+                    found = project.tracks.origins(labelling.demonstration, "Ada")
                     new = [s for s in labelling.segments if s not in before and s.action == action]
-                    assert any(told.get(s) == Origin(proposer) for s in new)
+                    assert any(found.get(s) == Origin(proposer) for s in new)
             elif verb == "fill":
                 edit = labelling.fill_gaps(length / 10)
             elif verb == "edge" and before:
@@ -192,8 +192,8 @@ def test_whatever_is_done_origins_follow_the_labels(deeds):
             elif verb == "ask":
                 origins(labelling)
             if edit is not None:
-                told = project.tracks.origins(labelling.demonstration, "Ada")
-                past.append((dict(told), labelling.segments))
+                found = project.tracks.origins(labelling.demonstration, "Ada")
+                past.append((dict(found), labelling.segments))
                 future.clear()
 
 
@@ -217,11 +217,11 @@ def test_long_histories_are_followed_quickly_and_once(labelling):
     for _ in range(3):
         with Project.open(project.path) as fresh:
             began = time.process_time()
-            told = fresh.tracks.origins(id_, "Ada")
+            found = fresh.tracks.origins(id_, "Ada")
             took.append(time.process_time() - began)
-            assert len(told) == 5001
+            assert len(found) == 5001
             began = time.process_time()
-            assert fresh.tracks.origins(id_, "Ada") is told
+            assert fresh.tracks.origins(id_, "Ada") is found
             again.append(time.process_time() - began)
     assert min(took) < 0.3
     assert min(again) < 0.01

@@ -21,7 +21,7 @@ def ids(project, make):
         project.demonstrations.add(make(seed, f"{seed}", task), [Track("Ada", ADA)])
         for seed, task in enumerate(("LEGO", "LEGO", "foam"))
     ]
-    return [one.id for one in added]
+    return [addition.id for addition in added]
 
 
 def actions(project, id_, author="Ada"):
@@ -94,24 +94,24 @@ def test_two_actions_become_one_only_where_that_is_meant(project, ids):
 
 
 def test_all_of_it_or_nothing(project, ids, monkeypatch):
-    made = []
+    edits = []
 
     def full(*words, **more):
-        if made:
+        if edits:
             raise InputError("The disk is full.")
-        made.append(edit(*words, **more))
+        edits.append(edit(*words, **more))
 
     edit = project.tracks.edit
     monkeypatch.setattr(project.tracks, "edit", full)
     with pytest.raises(InputError, match="full"):
         project.actions.rename("Ada", "hold", "grip")
-    assert made
+    assert edits
     assert [project.tracks.get(id_, "Ada").segments for id_ in ids] == [ADA] * 3
     assert "grip" not in project.actions.vocabulary("LEGO")
 
 
 @pytest.mark.parametrize(
-    ("author", "old", "new", "said"),
+    ("author", "old", "new", "sentence"),
     [
         ("Ada", "hodl", "grip", "no action 'hodl'; did you mean 'hold'"),
         ("Ada", "hold", " ", "needs another name"),
@@ -120,10 +120,10 @@ def test_all_of_it_or_nothing(project, ids, monkeypatch):
         ("Cleo", "hold", "grip", "Cleo has no segment of it, and others may use it"),
     ],
 )
-def test_what_cannot_be_is_said_and_changes_nothing(project, ids, author, old, new, said):
+def test_what_cannot_be_is_said_and_changes_nothing(project, ids, author, old, new, sentence):
     before = project.actions.vocabularies()
     for verb in (project.actions.preview_rename, project.actions.rename):
-        with pytest.raises(InputError, match=said):
+        with pytest.raises(InputError, match=sentence):
             verb(author, old, new)
     assert project.actions.vocabularies() == before
     assert [project.tracks.get(id_, "Ada").segments for id_ in ids] == [ADA] * 3
@@ -143,10 +143,10 @@ def test_who_codes_blind_is_told_nothing_of_the_others(project, ids):
     project.coding.assign(ids[0], "Ada", blind=True)
     for number, author in enumerate(("Ben", "Ben", "Cleo")):
         paint(project, ids[0], author, BEN if number else ())
-        told = project.actions.preview_rename("Ada", "hold", "grip").sentences(done=False)
-        assert "Ben" not in told
-        assert "Cleo" not in told
-    assert told.endswith(
+        sentences = project.actions.preview_rename("Ada", "hold", "grip").sentences(done=False)
+        assert "Ben" not in sentences
+        assert "Cleo" not in sentences
+    assert sentences.endswith(
         "'hold' stays in the list, as others may use it. "
         "'grip' keeps key and colour; 'hold' gets others."
     )
@@ -155,8 +155,8 @@ def test_who_codes_blind_is_told_nothing_of_the_others(project, ids):
         "Ada", "hold", "grip"
     ).sentences(done=False)
     project.coding.set_done(ids[0], "Ada")
-    told = project.actions.preview_rename("Ada", "hold", "grip").sentences(done=False)
-    assert "for Ben (1 segment), Cleo (2 segments)." in told
+    sentences = project.actions.preview_rename("Ada", "hold", "grip").sentences(done=False)
+    assert "for Ben (1 segment), Cleo (2 segments)." in sentences
 
 
 @pytest.mark.parametrize("used", [False, True])
@@ -196,8 +196,8 @@ def test_which_of_two_actions_has_the_segments_is_said_before_they_are_merged(pr
 
 def test_recognisers_and_runs_stay_as_they_are(project, ids):
     used = LabelsUsed(ids[1], "Ada", project.tracks.head(ids[1], "Ada"))
-    made = Provenance(settings={}, seed=0, labels=[used], versions={})
-    number = project.runs.add("evaluate", made, result={"actions": ["grab", "hold"]})
+    provenance = Provenance(settings={}, seed=0, labels=[used], versions={})
+    number = project.runs.add("evaluate", provenance, result={"actions": ["grab", "hold"]})
     done = project.actions.rename("Ada", "hold", "grip", ["foam"])
     assert "Recognisers" not in done.sentences(done=True)
     done = project.actions.rename("Ada", "hold", "grip")

@@ -28,19 +28,19 @@ def test_what_was_made_comes_back_with_how_it_was_made(project, path, used, tmp_
         "evaluate", Provenance(labels=[used], **MADE), result={"digest": {"f1": 1}}
     )
     with Project.open(path) as again:
-        (kept,), run = again.runs.recognisers(), again.runs.get(number)
+        (recogniser,), run = again.runs.recognisers(), again.runs.get(number)
         assert again.runs.recogniser_path(id_).read_bytes() == b"learnt"
         assert again.runs.all() == (run,)
-        assert [one.digest for one in again.runs.summaries("evaluate")] == [{"f1": 1}]
+        assert [summary.digest for summary in again.runs.summaries("evaluate")] == [{"f1": 1}]
         assert again.runs.summaries("train") == ()
-    assert (kept.name, run.kind, run.result) == ("Grüße", "evaluate", {"digest": {"f1": 1}})
-    for one in (kept, run):
-        assert (one.settings, one.seed, one.versions) == tuple(MADE.values())
-        assert one.labels == (used,)
+    assert (recogniser.name, run.kind, run.result) == ("Grüße", "evaluate", {"digest": {"f1": 1}})
+    for stored in (recogniser, run):
+        assert (stored.settings, stored.seed, stored.versions) == tuple(MADE.values())
+        assert stored.labels == (used,)
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "sentence"),
     [
         ({"kind": " "}, "A run needs a kind"),
         ({"name": " "}, "A recogniser needs a name"),
@@ -50,14 +50,14 @@ def test_what_was_made_comes_back_with_how_it_was_made(project, path, used, tmp_
         ({"trained_on": (None, "anna", 99)}, "Edit 99 in .* is none of 'anna' over"),
     ],
 )
-def test_what_cannot_be_kept_is_refused_with_nothing_kept(project, used, change, told):
-    given = {"labels": [used], **MADE, "kind": "evaluate", "name": "one", "trained_on": [used]}
+def test_what_cannot_be_kept_is_refused_with_nothing_kept(project, used, change, sentence):
+    kwargs = {"labels": [used], **MADE, "kind": "evaluate", "name": "one", "trained_on": [used]}
     for key, value in change.items():
         labels = key in ("labels", "trained_on")
-        given[key] = [LabelsUsed(value[0] or used.demonstration, *value[1:])] if labels else value
-    made = Provenance(**{key: given.pop(key) for key in ("labels", *MADE)})
-    with pytest.raises(InputError, match=told):
-        project.runs.add_training(content=b"learnt", provenance=made, result={}, **given)
+        kwargs[key] = [LabelsUsed(value[0] or used.demonstration, *value[1:])] if labels else value
+    provenance = Provenance(**{key: kwargs.pop(key) for key in ("labels", *MADE)})
+    with pytest.raises(InputError, match=sentence):
+        project.runs.add_training(content=b"learnt", provenance=provenance, result={}, **kwargs)
     assert (project.runs.all(), project.runs.recognisers()) == ((), ())
 
 
@@ -88,7 +88,7 @@ def test_whoever_opens_the_project_just_before_a_recogniser_is_kept_leaves_its_m
     writing, marked = project._db.writing, []
 
     @contextmanager
-    def waited_for():
+    def open_then_write():
         with Project.open(path):
             pass
         with writing():
@@ -98,22 +98,22 @@ def test_whoever_opens_the_project_just_before_a_recogniser_is_kept_leaves_its_m
         marked.extend(file.stem for file in home.glob("*.uncommitted"))
         move_into(home, staged)
 
-    monkeypatch.setattr(project._db, "writing", waited_for)
+    monkeypatch.setattr(project._db, "writing", open_then_write)
     monkeypatch.setattr("forcelab.project.files.move_into", move)
-    kept = project.runs.add_recogniser("one", b"learnt", Provenance(labels=[], **MADE))
-    assert marked == [kept]
+    id_ = project.runs.add_recogniser("one", b"learnt", Provenance(labels=[], **MADE))
+    assert marked == [id_]
 
 
 def test_a_recogniser_that_did_not_get_into_the_store_is_gone_when_it_is_opened(
     project, path, used
 ):
-    kept = project.runs.add_recogniser("one", b"learnt", Provenance(labels=[used], **MADE))
+    id_ = project.runs.add_recogniser("one", b"learnt", Provenance(labels=[used], **MADE))
     folder = path / "recognisers"
     unmarked = f"{'e' * 32}.skops"  # an older store was put back
-    for name in (f"{'f' * 32}.skops", f"{'f' * 32}.uncommitted", f"{kept}.uncommitted", unmarked):
+    for name in (f"{'f' * 32}.skops", f"{'f' * 32}.uncommitted", f"{id_}.uncommitted", unmarked):
         (folder / name).write_bytes(b"")
     with Project.open(path):
-        assert {file.name for file in folder.iterdir()} == {f"{kept}.skops", unmarked}
+        assert {file.name for file in folder.iterdir()} == {f"{id_}.skops", unmarked}
 
 
 def test_what_is_gone_or_damaged_is_told_with_the_cure(project, path, used):

@@ -73,11 +73,11 @@ def test_what_cannot_be_parsed_is_told_with_what_it_belongs_to(
     project, path, full, table, column, value
 ):
     spoil(path, table, column, value)
-    read, told = READ[table]
-    told = (
-        "Run 1 is damaged .*; remove it with 'forcelab remove --run 1'" if table == "run" else told
+    read, owner = READ[table]
+    owner = (
+        "Run 1 is damaged .*; remove it with 'forcelab remove --run 1'" if table == "run" else owner
     )
-    with pytest.raises(InputError, match=f"^{told}.* restore project.sqlite from a copy.$"):
+    with pytest.raises(InputError, match=f"^{owner}.* restore project.sqlite from a copy.$"):
         read(project, full)
 
 

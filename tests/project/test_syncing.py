@@ -50,14 +50,14 @@ def level(project):
 @pytest.fixture
 def synced(monkeypatch):
     """Which files were brought to the disk since."""
-    seen, real = [], os.fsync
+    synced_paths, real = [], os.fsync
 
     def fsync(number):
-        seen.append(str(Path(f"/proc/self/fd/{number}").readlink()))
+        synced_paths.append(str(Path(f"/proc/self/fd/{number}").readlink()))
         real(number)
 
     monkeypatch.setattr(os, "fsync", fsync)
-    return seen
+    return synced_paths
 
 
 needs_proc = pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="needs Linux")
@@ -121,9 +121,9 @@ def test_without_asking_for_it_every_edit_is_on_the_disk_when_it_returns(path, m
 def test_an_edit_is_given_as_it_is_read_again(path, make):
     with Project.create(path) as project:
         id_ = project.demonstrations.add(make(1)).id
-        given = [
+        edits = [
             paint(project, id_, 0),
             project.tracks.undo(id_, "anna"),
             project.tracks.redo(id_, "anna"),
         ]
-        assert tuple(given) == project.tracks.history(id_, "anna")
+        assert tuple(edits) == project.tracks.history(id_, "anna")

@@ -28,9 +28,9 @@ def test_a_demonstration_of_which_nothing_was_told_has_no_truth(project, make):
 
 
 def test_another_truth_of_the_same_recording_is_an_update(project, make):
-    given = NewDemonstration(make(1), truth=TRUTH)
-    assert project.demonstrations.add_all([given])[0].status == "new"
-    assert project.demonstrations.add_all([given])[0].status == "unchanged"
+    new = NewDemonstration(make(1), truth=TRUTH)
+    assert project.demonstrations.add_all([new])[0].status == "new"
+    assert project.demonstrations.add_all([new])[0].status == "unchanged"
     added = project.demonstrations.add_all([NewDemonstration(make(1), truth={"taps": []})])[0]
     assert added.status == "updated"
     assert project.demonstrations.truth(added.id) == {"taps": []}

@@ -20,32 +20,42 @@ def id_(project, make):
 
 
 @pytest.fixture
-def said(id_):
+def verdict(id_):
     """Bert says that the model is right about a stretch of Anna's."""
     return Verdict(id_, "bert", "anna", 0.2, 0.3, "hold", "slip", "model")
 
 
-def test_a_verdict_is_kept_with_its_time(project, said, path):
+def test_a_verdict_is_kept_with_its_time(project, verdict, path):
     before = datetime.now(timezone.utc)
-    kept = project.coding.add_verdict(said)
-    assert kept.id == 1
-    assert before <= kept.time <= datetime.now(timezone.utc)
-    assert kept == StoredVerdict(
-        said.demonstration, "bert", "anna", 0.2, 0.3, "hold", "slip", "model", None, kept.time, 1
+    stored = project.coding.add_verdict(verdict)
+    assert stored.id == 1
+    assert before <= stored.time <= datetime.now(timezone.utc)
+    assert stored == StoredVerdict(
+        verdict.demonstration,
+        "bert",
+        "anna",
+        0.2,
+        0.3,
+        "hold",
+        "slip",
+        "model",
+        None,
+        stored.time,
+        1,
     )
     then = datetime(2024, 5, 6, tzinfo=timezone.utc)
-    unlabelled = replace(said, start=0.1, end=0.2, human=None, predicted=None, time=then)
+    unlabelled = replace(verdict, start=0.1, end=0.2, human=None, predicted=None, time=then)
     assert project.coding.add_verdict(unlabelled).time == then
     with Project.open(path) as again:
         assert again.coding.verdicts() == project.coding.verdicts()
-        assert again.coding.verdicts()[0] == kept
+        assert again.coding.verdicts()[0] == stored
 
 
-def test_the_latest_verdict_on_a_place_counts_whoever_gave_it(project, make, said):
+def test_the_latest_verdict_on_a_place_counts_whoever_gave_it(project, make, verdict):
     other = project.demonstrations.add(make(2, name="02")).id
-    first = project.coding.add_verdict(said)
+    first = project.coding.add_verdict(verdict)
     elsewhere = [
-        project.coding.add_verdict(replace(said, **change))
+        project.coding.add_verdict(replace(verdict, **change))
         for change in (
             {"demonstration": other},
             {"coder": "cleo"},
@@ -57,28 +67,28 @@ def test_the_latest_verdict_on_a_place_counts_whoever_gave_it(project, make, sai
     ]
     assert project.coding.verdicts() == (first, *elsewhere)
     assert project.coding.verdicts(other) == (elsewhere[0],)
-    second = project.coding.add_verdict(replace(said, author="anna", verdict="ambiguous"))
+    second = project.coding.add_verdict(replace(verdict, author="anna", verdict="ambiguous"))
     assert project.coding.verdicts() == (*elsewhere, second)
-    taken_back = project.coding.add_verdict(replace(said, verdict="withdrawn"))
+    taken_back = project.coding.add_verdict(replace(verdict, verdict="withdrawn"))
     assert project.coding.verdicts() == tuple(elsewhere)
     assert project.coding.verdicts("f" * 32) == ()
-    again = project.coding.add_verdict(replace(said, verdict="human"))
+    again = project.coding.add_verdict(replace(verdict, verdict="human"))
     assert project.coding.verdicts()[-1] == again
     assert project.coding.verdict_events() == (first, *elsewhere, second, taken_back, again)
-    assert project.tracks.get(said.demonstration, "anna").segments == HOLD
+    assert project.tracks.get(verdict.demonstration, "anna").segments == HOLD
 
 
-def test_a_verdict_names_the_run_that_predicted(project, said):
-    made = Provenance(settings={}, seed=None, labels=[], versions={})
-    number = project.runs.add("evaluate", made, result={})
-    assert project.coding.add_verdict(replace(said, run=number)).run == number
+def test_a_verdict_names_the_run_that_predicted(project, verdict):
+    provenance = Provenance(settings={}, seed=None, labels=[], versions={})
+    number = project.runs.add("evaluate", provenance, result={})
+    assert project.coding.add_verdict(replace(verdict, run=number)).run == number
     for missing in (number + 1, 2**70):
         with pytest.raises(InputError, match=f"There is no run {missing} in"):
-            project.coding.add_verdict(replace(said, run=missing))
+            project.coding.add_verdict(replace(verdict, run=missing))
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "sentence"),
     [
         ({"demonstration": "f00"}, "no demonstration 'f00'"),
         ({"author": " "}, "needs an author"),
@@ -91,16 +101,16 @@ def test_a_verdict_names_the_run_that_predicted(project, said):
         ({"verdict": "maybe"}, "'maybe' is no verdict; use one of human, model"),
     ],
 )
-def test_a_verdict_on_what_is_not_there_is_refused(project, said, change, told):
-    with pytest.raises(InputError, match=told):
-        project.coding.add_verdicts([said, replace(said, **change)])
+def test_a_verdict_on_what_is_not_there_is_refused(project, verdict, change, sentence):
+    with pytest.raises(InputError, match=sentence):
+        project.coding.add_verdicts([verdict, replace(verdict, **change)])
     assert project.coding.verdict_events() == ()
 
 
 @pytest.mark.parametrize("table", ["edit", "assignment", "verdict"])
-def test_what_people_did_cannot_be_changed_replaced_or_deleted(project, id_, said, path, table):
+def test_what_people_did_cannot_be_changed_replaced_or_deleted(project, id_, verdict, path, table):
     project.coding.assign(id_, "anna")
-    project.coding.add_verdict(said)
+    project.coding.add_verdict(verdict)
     project.close()
     with closing(sqlite3.connect(path / "project.sqlite")) as store:
         before = store.execute(f"SELECT * FROM {table}").fetchall()
@@ -115,10 +125,10 @@ def test_what_people_did_cannot_be_changed_replaced_or_deleted(project, id_, sai
         assert store.execute(f"SELECT * FROM {table}").fetchall() == before
 
 
-def test_another_process_hears_of_a_verdict(project, said, path):
+def test_another_process_hears_of_a_verdict(project, verdict, path):
     with Project.open(path) as other:
         assert not other.changed_elsewhere()
-        project.coding.add_verdict(said)
+        project.coding.add_verdict(verdict)
         assert other.changed_elsewhere()
         assert other.coding.verdicts() == project.coding.verdicts()
 
@@ -136,9 +146,9 @@ def old(request, project, id_, older):
     return older(request.param), history, request.param
 
 
-def test_an_older_project_is_brought_up_to_date_with_all_its_edits(old, said):
+def test_an_older_project_is_brought_up_to_date_with_all_its_edits(old, verdict):
     path, history, version = old
-    id_ = said.demonstration
+    id_ = verdict.demonstration
     with Project.open(path) as project:
         assert project.tracks.history(id_, "anna") == history
         assert {edit.proposed_by for edit in history} == {None}
@@ -149,7 +159,7 @@ def test_an_older_project_is_brought_up_to_date_with_all_its_edits(old, said):
         assert project.tracks.redo(id_, "anna") is not None
         project.tracks.edit(id_, "anna", HOLD[:1], HOLD, "accepted", proposed_by="model x")
         assert list(project.tracks.origins(id_, "anna")) == [HOLD[1]]
-        project.coding.add_verdict(said)
+        project.coding.add_verdict(verdict)
         project.coding.assign(id_, "bert")
     with Project.open(path) as project:
         assert project.coding.is_blind(id_, "bert")
@@ -157,26 +167,26 @@ def test_an_older_project_is_brought_up_to_date_with_all_its_edits(old, said):
         assert project.tracks.history(id_, "anna")[-1].proposed_by == "model x"
 
 
-def test_an_older_project_that_may_only_be_read_is_read(old, said, monkeypatch):
+def test_an_older_project_that_may_only_be_read_is_read(old, verdict, monkeypatch):
     path, history, _ = old
     before = {file: file.read_bytes() for file in path.rglob("*") if file.is_file()}
     monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
     with Project.open(path) as project:
-        assert project.tracks.history(said.demonstration, "anna") == history
-        assert project.demonstrations.load(said.demonstration).id == said.demonstration
+        assert project.tracks.history(verdict.demonstration, "anna") == history
+        assert project.demonstrations.load(verdict.demonstration).id == verdict.demonstration
         assert project.coding.verdicts() == project.coding.verdict_events() == ()
-        assert project.tracks.origins(said.demonstration, "anna") == {}
+        assert project.tracks.origins(verdict.demonstration, "anna") == {}
         with pytest.raises(InputError, match="may only be read here"):
-            project.coding.add_verdict(said)
+            project.coding.add_verdict(verdict)
     assert {file: file.read_bytes() for file in path.rglob("*") if file.is_file()} == before
 
 
-def test_an_older_program_that_has_it_open_goes_on(old, said):
+def test_an_older_program_that_has_it_open_goes_on(old, verdict):
     path, history, _ = old
     with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as older:
         assert older.execute("SELECT count(*) FROM segment").fetchone() == (2,)
         with Project.open(path) as project:
-            project.coding.add_verdict(said)
+            project.coding.add_verdict(verdict)
             older.execute("INSERT INTO author (name, kind) VALUES ('dora', 'coder')")
             assert project.changed_elsewhere()
             assert "dora" in project.coding.coders()
@@ -185,12 +195,14 @@ def test_an_older_program_that_has_it_open_goes_on(old, said):
                 "parent) SELECT track, 'paint', time, what, position, '[]', '[]', NULL, NULL "
                 "FROM edit LIMIT 1"
             )
-            assert len(project.tracks.history(said.demonstration, "anna")) == len(history) + 1
-            assert said.verdict == project.coding.verdicts()[0].verdict
+            assert len(project.tracks.history(verdict.demonstration, "anna")) == len(history) + 1
+            assert verdict.verdict == project.coding.verdicts()[0].verdict
 
 
-def test_verdicts_are_sorted_by_when_they_were_given_not_by_their_clock(project, said):
+def test_verdicts_are_sorted_by_when_they_were_given_not_by_their_clock(project, verdict):
     now = datetime.now(timezone.utc)
-    project.coding.add_verdict(replace(said, time=now))
-    late = project.coding.add_verdict(replace(said, verdict="human", time=now - timedelta(days=1)))
+    project.coding.add_verdict(replace(verdict, time=now))
+    late = project.coding.add_verdict(
+        replace(verdict, verdict="human", time=now - timedelta(days=1))
+    )
     assert project.coding.verdicts() == (late,)

@@ -11,12 +11,12 @@ from forcelab.vocabulary import Vocabulary
 def test_actions_are_added_to_what_is_there_by_then(project, path):
     project.actions.set_vocabulary("LEGO", Vocabulary().with_actions("grab"))
     with Project.open(path) as other:
-        there = other.actions.add("LEGO", ["slip"])
-    assert there.names == ("grab", "slip")
+        actions = other.actions.add("LEGO", ["slip"])
+    assert actions.names == ("grab", "slip")
     added = project.actions.add("LEGO", ["grab", "hold"])
     assert added.names == ("grab", "slip", "hold")
     assert project.actions.vocabulary("LEGO") == added
-    assert added["slip"] == there["slip"]
+    assert added["slip"] == actions["slip"]
     with pytest.raises(InputError):
         project.actions.add("LEGO", [" "])
     assert project.actions.vocabulary("LEGO") == added

@@ -96,15 +96,15 @@ def wavelet_features(settings, channels, delay):
             coefficients[i, j] = np.convolve(held, weights)[ahead : ahead + n]
     if settings.mother.real:
         coefficients.imag = 0.0
-    floor, seen, parts = Floor(q, settings.scales), 0, []
+    floor, begin, parts = Floor(q, settings.scales), 0, []
     for look in range(0, n + 1, EVERY):
         # The newest sample that a step knows decides which look at the noise it has.
         first, last = max(0, look - delay), max(0, look + EVERY - delay)
         last = n if look + EVERY > n else last
         known = look or min(FIRST, n)
-        floor.see(channels[:, seen:known].T)
+        floor.see(channels[:, begin:known].T)
         floor.look()
-        seen = known
+        begin = known
         parts.append(rows_of(coefficients[:, :, first:last], floor.now, settings.phase))
     return np.concatenate(parts)
 

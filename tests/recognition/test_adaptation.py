@@ -56,7 +56,7 @@ def test_accuracy_is_restored_where_sensors_are_swapped_and_scaled(people):
     record = evaluation.to_json()
     assert record["unadapted"]["pooled"]["accuracy"] < record["filtered"]["pooled"]["accuracy"]
     # What is tested stays the recording: its id, its stamps and its labels.
-    assert [one.id for one in evaluation.tested] == [item.demonstration.id for item in turned]
+    assert [result.id for result in evaluation.tested] == [item.demonstration.id for item in turned]
 
 
 def test_with_matching_sensors_nothing_is_swapped(people):
@@ -140,14 +140,16 @@ def test_channels_without_sensors_are_scaled_and_never_swapped():
     random = np.random.default_rng(0)
     times = np.arange(400) / 100.0
 
-    def one(name, gain):
+    def labelled_noise(name, gain):
         signals = random.standard_normal((400, 2)) * gain
         signals[:20] = 0
         return LabelledDemonstration(
             Demonstration(name, "", times, signals, [Channel("a"), Channel("b")])
         )
 
-    found = estimate_adaptation([one("x", 1.0)], [one("y", np.array([3.0, 0.5]))])
+    found = estimate_adaptation(
+        [labelled_noise("x", 1.0)], [labelled_noise("y", np.array([3.0, 0.5]))]
+    )
     assert not found.swapped
     assert found.gain["a"] == pytest.approx(1 / 3, rel=0.2)
     assert found.gain["b"] == pytest.approx(2, rel=0.2)

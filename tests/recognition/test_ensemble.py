@@ -44,7 +44,7 @@ def fitted(name, X, y, care=None, seed=0):
 @pytest.mark.parametrize("counts", [(40, 50), (40, 50, 30)])
 def test_arrays_answer_as_scikit_learn_does(counts):
     X, y = clouds(counts)
-    asked, _ = clouds((300,) * len(counts), seed=1)
+    rows, _ = clouds((300,) * len(counts), seed=1)
     trees = ExtraTreesClassifier(7, min_samples_leaf=3, random_state=0).fit(X, y)
     boosted = HistGradientBoostingClassifier(max_iter=6, early_stopping=False).fit(X, y)
     regression = LogisticRegression().fit(X, y)
@@ -54,9 +54,7 @@ def test_arrays_answer_as_scikit_learn_does(counts):
         (Linear.from_sklearn(regression), regression),
     ]
     for ours, theirs in pairs:
-        np.testing.assert_allclose(
-            ours.probabilities(asked), theirs.predict_proba(asked), atol=1e-9
-        )
+        np.testing.assert_allclose(ours.probabilities(rows), theirs.predict_proba(rows), atol=1e-9)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -69,7 +67,7 @@ def test_what_is_stored_as_arrays_answers_the_same(name):
 
 
 def broken(plain, member, part, change):
-    found = dict(plain) | {"members": [dict(one) for one in plain["members"]]}
+    found = dict(plain) | {"members": [dict(member) for member in plain["members"]]}
     place = found if member is None else found["members"][member]
     value = np.array(place[part], copy=True) if isinstance(place[part], np.ndarray) else place[part]
     place[part] = change(value)
@@ -136,8 +134,8 @@ def test_a_forest_of_format_1_answers_the_same_and_is_kept_small(name):
     twice = CalibratedEnsemble.from_plain(again.plain(), 4, 3)
     np.testing.assert_array_equal(twice.predict_proba(X), ensemble.predict_proba(X))
     sizes = [
-        sum(part.nbytes for part in one["members"][0].values() if isinstance(part, np.ndarray))
-        for one in (older, again.plain(), ensemble.plain())
+        sum(part.nbytes for part in plain["members"][0].values() if isinstance(part, np.ndarray))
+        for plain in (older, again.plain(), ensemble.plain())
     ]
     assert sizes[2] <= sizes[1] < sizes[0] / 3
 
@@ -190,12 +188,12 @@ def test_one_row_is_answered_as_it_is_among_many_and_what_is_no_number_goes_to_t
 
 def test_thresholds_part_float32_as_the_longer_ones_do():
     random = np.random.default_rng(0)
-    asked = np.concatenate([random.normal(size=999), [0.0, -0.0, 1e-45, 1e38]]).astype(np.float32)
-    near = asked.astype(np.float64)[:, np.newaxis] * (1 + np.array([-1e-9, 0.0, 1e-9]))
+    exact = np.concatenate([random.normal(size=999), [0.0, -0.0, 1e-45, 1e38]]).astype(np.float32)
+    near = exact.astype(np.float64)[:, np.newaxis] * (1 + np.array([-1e-9, 0.0, 1e-9]))
     short = _rounded_down(near)
     assert short.dtype == np.float32
-    for one in (asked, np.nextafter(asked, np.float32(9)), np.nextafter(asked, np.float32(-9))):
-        np.testing.assert_array_equal(one[:, None] <= short, one[:, None].astype(float) <= near)
+    for x in (exact, np.nextafter(exact, np.float32(9)), np.nextafter(exact, np.float32(-9))):
+        np.testing.assert_array_equal(x[:, None] <= short, x[:, None].astype(float) <= near)
 
 
 def test_with_a_single_demonstration_nothing_is_calibrated():

@@ -67,7 +67,8 @@ def test_a_glitch_takes_nothing_with_it_that_lies_elsewhere(settings, rate):
     signals[1000] = 1e16
     broken = replace(item.demonstration, signals=signals)
     clean, found = (
-        prepare_examples(one, settings, rate) for one in (item, LabelledDemonstration(broken))
+        prepare_examples(labelled, settings, rate)
+        for labelled in (item, LabelledDemonstration(broken))
     )
     far = np.abs(clean.times - 1.0) > 1.5
     assert far.sum() > 10
@@ -187,8 +188,8 @@ def recogniser(four):
 def project(tmp_path, four):
     with Project.create(tmp_path / "mixed.forcelab") as created:
         for i, (demonstration, segments) in enumerate(four[:3]):
-            given = in_counts(demonstration) if i == 1 else demonstration
-            created.demonstrations.add(given, [Track("Ann", segments)])
+            stored = in_counts(demonstration) if i == 1 else demonstration
+            created.demonstrations.add(stored, [Track("Ann", segments)])
         yield created
 
 

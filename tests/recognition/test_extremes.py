@@ -90,8 +90,8 @@ def refused(items, settings):
     return message
 
 
-def only(labelled, is_kept):
-    return replace(labelled, segments=tuple(s for s in labelled.segments if is_kept(s.action)))
+def only(labelled, condition):
+    return replace(labelled, segments=tuple(s for s in labelled.segments if condition(s.action)))
 
 
 def test_two_identical_demonstrations(settings):

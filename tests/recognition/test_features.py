@@ -182,19 +182,19 @@ def test_a_smooth_force_keeps_all_its_digits():
 
 def test_noise_that_is_given_sets_the_floor_of_every_channel_in_its_own_unit():
     still = np.stack([np.full(3000, 5.0), 8 * np.sin(np.arange(3000) / 1e3), np.zeros(3000)])
-    given_noise = np.array([0.02, 3e-3, 0.5])
-    table = wavelet_features(still, np.array([2.0, 4.0]), MORLET, noise=given_noise)
+    floors = np.array([0.02, 3e-3, 0.5])
+    table = wavelet_features(still, np.array([2.0, 4.0]), MORLET, noise=floors)
     magnitude, phase = split(table, 3, 2)
     inner = slice(500, 2500)
-    expected = np.log(1e-3 * given_noise)[:, np.newaxis, np.newaxis]
+    expected = np.log(1e-3 * floors)[:, np.newaxis, np.newaxis]
     np.testing.assert_allclose(magnitude[:, :, inner] - expected, 0, atol=1e-9)
     assert not phase[:, :, inner].any()
 
 
-@pytest.mark.parametrize("given_noise", [[0.1], [0.1, -1.0], [0.1, np.nan], [np.inf, 0.1]])
-def test_noise_that_cannot_be_is_refused(given_noise):
+@pytest.mark.parametrize("levels", [[0.1], [0.1, -1.0], [0.1, np.nan], [np.inf, 0.1]])
+def test_noise_that_cannot_be_is_refused(levels):
     with pytest.raises(InputError, match="noise of 2 channels is 2 finite numbers"):
-        wavelet_features(noise(2, 100), SCALES, MORLET, noise=np.array(given_noise))
+        wavelet_features(noise(2, 100), SCALES, MORLET, noise=np.array(levels))
 
 
 @pytest.mark.parametrize("size", [1e-320, 1e-100, 1e100, 1e300])

@@ -99,8 +99,8 @@ def test_the_interval_holds_the_score_and_narrows_with_more_demonstrations():
     for name in METRICS:
         low, high = score_intervals(few)[name]
         assert low <= look_up(pooled, name) <= high, name
-    one, other = score_intervals(few)["accuracy"], score_intervals(many)["accuracy"]
-    assert other[1] - other[0] == pytest.approx((one[1] - one[0]) / 2, rel=0.15)  # root of four
+    wide, narrow = score_intervals(few)["accuracy"], score_intervals(many)["accuracy"]
+    assert narrow[1] - narrow[0] == pytest.approx((wide[1] - wide[0]) / 2, rel=0.15)  # root of four
 
 
 @pytest.mark.parametrize("number", [1, 2])
@@ -134,16 +134,16 @@ def test_json_has_the_names_of_the_scores_and_reads_back():
 
 
 def test_what_is_hard_for_both_does_not_widen_their_difference():
-    one = eight()
+    first = eight()
     human = np.zeros(100, dtype=np.int64)
     better = count(human, human, np.arange(100) / 100, ACTIONS)
-    other = [part + better for part in one]  # a little better everywhere
-    paired = difference_intervals(one, other)["accuracy"]
-    alone = score_intervals(one)["accuracy"]
+    second = [part + better for part in first]  # a little better everywhere
+    paired = difference_intervals(first, second)["accuracy"]
+    alone = score_intervals(first)["accuracy"]
     assert 0 < paired[0] < paired[1]
     assert paired[1] - paired[0] < 0.5 * (alone[1] - alone[0])
-    assert difference_intervals(one, one)["accuracy"] == (0.0, 0.0)
-    back = difference_intervals(other, one)["accuracy"]
+    assert difference_intervals(first, first)["accuracy"] == (0.0, 0.0)
+    back = difference_intervals(second, first)["accuracy"]
     assert back == pytest.approx((-paired[1], -paired[0]))
 
 

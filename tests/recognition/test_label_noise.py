@@ -148,15 +148,15 @@ def test_what_stands_in_for_a_gap_speaks_against_nothing(wrong, mistaken):
 @pytest.fixture
 def taught_live(monkeypatch):
     """What the parts that follow a stream are taught by."""
-    given = []
+    trained_on = []
     fitting = training_module.fit_live_models
 
     def watched(labelled, *others):
-        given.extend(labelled)
+        trained_on.extend(labelled)
         return fitting(labelled, *others)
 
     monkeypatch.setattr(training_module, "fit_live_models", watched)
-    return given
+    return trained_on
 
 
 def test_classifier_decoder_and_live_parts_do_not_learn_what_is_left_out(
@@ -207,7 +207,7 @@ def test_labels_that_are_left_out_have_no_say_in_what_is_trimmed(wrong, count):
             for i, example in enumerate(examples)
         ]
         at = parts.index(group)
-        clean, other = (make_folds(given, parts)[at] for given in (examples, poisoned))
+        clean, other = (make_folds(some, parts)[at] for some in (examples, poisoned))
         first, second = (finish(fit_examples(fold.train, FAST)) for fold in (clean, other))
         assert second.dropped == first.dropped
         assert bool(first.dropped) == (WRONG not in group)

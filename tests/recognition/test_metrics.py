@@ -57,13 +57,13 @@ def spell(text: str, actions: list[str] = ACTIONS) -> np.ndarray:
     return np.concatenate(parts) if parts else np.empty(0, dtype=np.int64)
 
 
-def at(n: int, rate: float = 100.0) -> np.ndarray:
+def times_of(n: int, rate: float = 100.0) -> np.ndarray:
     return np.arange(n) / rate
 
 
-def of(human: str, predicted: str, actions: list[str] = ACTIONS) -> Scores:
+def score_words(human: str, predicted: str, actions: list[str] = ACTIONS) -> Scores:
     h, p = spell(human, actions), spell(predicted, actions)
-    return score("d", h, p, at(len(h)), actions)
+    return score("d", h, p, times_of(len(h)), actions)
 
 
 @st.composite
@@ -102,7 +102,7 @@ def flat(record, prefix=""):
 
 
 def test_golden_values_of_a_whole_demonstration():
-    s = of(
+    s = score_words(
         "still100 grab50 hold100 insert50 release40 still60",
         "still110 grab35 hold20 grab5 hold95 release75 still60",
     )
@@ -114,7 +114,7 @@ def test_golden_values_of_a_whole_demonstration():
 
 
 def test_golden_values_of_a_constant_prediction():
-    s = of("a40 b20 a40", "a100", ["a", "b"])
+    s = score_words("a40 b20 a40", "a100", ["a", "b"])
     assert (s.accuracy, s.kappa) == (0.8, 0.0)
     assert s.edit == pytest.approx(1 / 3)
     assert s.f1 == {"10": 0.5, "25": 0.5, "50": 0.0}
@@ -122,13 +122,13 @@ def test_golden_values_of_a_constant_prediction():
 
 
 def test_kappa_is_zero_wherever_one_of_the_raters_is_constant():
-    assert of("a60", "a40 b20", ["a", "b"]).kappa == 0.0
-    assert of("a60", "a60", ["a", "b"]).kappa == 0.0
-    assert of("a30 b30", "-60", ["a", "b"]).kappa == 0.0
+    assert score_words("a60", "a40 b20", ["a", "b"]).kappa == 0.0
+    assert score_words("a60", "a60", ["a", "b"]).kappa == 0.0
+    assert score_words("a30 b30", "-60", ["a", "b"]).kappa == 0.0
 
 
 def test_predicted_unlabelled_is_wrong_uncovered_and_the_last_column():
-    s = of("still60 grab40", "still30 -30 grab40")
+    s = score_words("still60 grab40", "still30 -30 grab40")
     assert s.accuracy == 0.7
     assert s.coverage == 0.7
     assert s.balanced_accuracy == 0.75
@@ -138,13 +138,13 @@ def test_predicted_unlabelled_is_wrong_uncovered_and_the_last_column():
 
 def test_boundary_errors_are_in_milliseconds_of_the_stamps():
     # still ends 30 ms late, grab starts 30 ms late; both outer edges meet.
-    s = of("still50 grab50", "still53 grab47")
+    s = score_words("still50 grab50", "still53 grab47")
     assert s.boundary_ms == {"median": pytest.approx(15.0), "p90": pytest.approx(30.0)}
 
 
 def test_boundaries_are_those_of_segments_matched_at_ten_percent():
     # The human's grab overlaps the predicted one by 20 %: matched for F1@10 alone.
-    s = of("grab20 still80", "grab100")
+    s = score_words("grab20 still80", "grab100")
     assert s.f1 == {"10": pytest.approx(2 / 3), "25": 0.0, "50": 0.0}
     assert s.boundary_ms["median"] == pytest.approx(400.0)
 
@@ -157,7 +157,7 @@ def test_boundaries_are_those_of_segments_matched_at_ten_percent():
 def test_nothing_labelled_gives_none_and_no_warning(n, actions):
     nothing = np.full(n, -1, dtype=np.int64)
     predicted = np.full(n, len(actions) - 1, dtype=np.int64)
-    record = score("d", nothing, predicted, at(n), actions).to_json()
+    record = score("d", nothing, predicted, times_of(n), actions).to_json()
     confusion, events = record.pop("confusion"), record.pop("events")
     assert {value for key, value in flat(record) if key != "name"} == {None}
     assert confusion == [[0] * (len(actions) + 1)] * len(actions)
@@ -165,18 +165,18 @@ def test_nothing_labelled_gives_none_and_no_warning(n, actions):
 
 
 def test_a_single_sample_is_scored():
-    right, wrong = of("grab1", "grab1"), of("grab1", "hold1")
+    right, wrong = score_words("grab1", "grab1"), score_words("grab1", "hold1")
     assert (right.accuracy, right.edit, right.f1["50"]) == (1.0, 1.0, 1.0)
     assert (wrong.accuracy, wrong.edit, wrong.f1["10"]) == (0.0, 0.0, 0.0)
     assert wrong.boundary_ms == {"median": None, "p90": None}
 
 
 def test_an_action_the_human_never_used_does_not_enter_the_balanced_accuracy():
-    assert of("still50 grab50", "still50 grab25 insert25").balanced_accuracy == 0.75
+    assert score_words("still50 grab50", "still50 grab25 insert25").balanced_accuracy == 0.75
 
 
 def test_the_record_has_exactly_the_promised_keys_and_survives_strict_json():
-    record = of("still50 grab50 -10", "still60 grab50").to_json()
+    record = score_words("still50 grab50 -10", "still60 grab50").to_json()
     assert list(record) == KEYS
     assert list(record["f1"]) == ["10", "25", "50"]
     assert list(record["boundary_ms"]) == ["median", "p90"]
@@ -188,7 +188,7 @@ def test_the_record_has_exactly_the_promised_keys_and_survives_strict_json():
 )
 def test_codes_that_do_not_fit_are_refused(human, predicted, n):
     with pytest.raises(ValueError, match=r"codes|code of 2"):
-        count(np.array(human), np.array(predicted), at(n), ["a", "b"])
+        count(np.array(human), np.array(predicted), times_of(n), ["a", "b"])
 
 
 # --- against scikit-learn -----------------------------------------------------------------------
@@ -289,8 +289,8 @@ def test_pooling_sums_samples_segments_and_events_and_averages_the_edit_score(tr
 
 
 def test_a_pool_weighs_frames_by_length_but_edit_scores_equally():
-    long = count(spell("a90 b10", ["a", "b"]), spell("a100", ["a", "b"]), at(100), ["a", "b"])
-    short = count(spell("b10", ["a", "b"]), spell("b10", ["a", "b"]), at(10), ["a", "b"])
+    long = count(spell("a90 b10", ["a", "b"]), spell("a100", ["a", "b"]), times_of(100), ["a", "b"])
+    short = count(spell("b10", ["a", "b"]), spell("b10", ["a", "b"]), times_of(10), ["a", "b"])
     pooled = pool("all", [long, short])
     assert pooled.accuracy == pytest.approx(100 / 110)
     assert pooled.edit == pytest.approx((0.5 + 1.0) / 2)
@@ -301,7 +301,7 @@ def test_a_pool_weighs_frames_by_length_but_edit_scores_equally():
 
 
 def timed(human: np.ndarray, predicted: np.ndarray, actions: list[str]) -> tuple[float, Counts]:
-    stamps = at(len(human), 1000.0)
+    stamps = times_of(len(human), 1000.0)
     start = time.process_time()
     counts = count(human, predicted, stamps, actions)
     return time.process_time() - start, counts
@@ -597,10 +597,10 @@ def by_hand(human: str, predicted: str, times: np.ndarray) -> dict[str, tuple[in
                 found[-1] = range(start, i + 1)
             return found
 
-        truth, said = events(0), events(1)
+        truth, guessed = events(0), events(1)
         for mine, theirs, none, several, edge in (
-            (truth, said, "deletion", "fragmentation", "underfill"),
-            (said, truth, "insertion", "merge", "overfill"),
+            (truth, guessed, "deletion", "fragmentation", "underfill"),
+            (guessed, truth, "insertion", "merge", "overfill"),
         ):
             for event in mine:
                 met = [set(event) & set(other) for other in theirs if set(event) & set(other)]
@@ -662,9 +662,9 @@ def track(parts, n):
 @settings(max_examples=40, deadline=None)
 def test_unlabelled_time_is_as_if_it_had_never_been_recorded(human, predicted, n):
     h, p = track(human, n), track(predicted, n)
-    found = score("", h, p, at(n), THREE)
+    found = score("", h, p, times_of(n), THREE)
     h, p = h[h >= 0], p[h >= 0]
-    plain = score("", h, p, at(len(h)), THREE)
+    plain = score("", h, p, times_of(len(h)), THREE)
     assert found.f1_labelled == plain.f1 == plain.f1_labelled
     for name, value in plain.boundary_labelled_ms.items():
         assert found.boundary_labelled_ms[name] == pytest.approx(value)
@@ -679,19 +679,19 @@ def test_unlabelled_time_is_as_if_it_had_never_been_recorded(human, predicted, n
 def test_a_hole_cuts_segments_in_one_way_of_counting_only():
     human = np.repeat([0, -1, 0, -1, 1], [40, 5, 40, 5, 50])
     predicted = np.repeat([0, 1], [92, 48])
-    found = score("", human, predicted, at(140), THREE)
+    found = score("", human, predicted, times_of(140), THREE)
     # Three matched segments and a sliver behind the second hole; one boundary, 20 ms late.
     assert found.f1["50"] == 6 / 7
     assert found.f1_labelled["50"] == 1.0
     assert found.boundaries_found == 1.0
-    late = score("", human, np.repeat([0, 1], [101, 39]), at(140), THREE)
+    late = score("", human, np.repeat([0, 1], [101, 39]), times_of(140), THREE)
     assert late.boundaries_found == 0.0
 
 
 def test_a_coder_who_leaves_a_little_between_actions_does_not_hide_how_far_edges_are_off():
     human = np.repeat([-1, 0, -1, 1, -1, 2, -1], [5, 40, 4, 40, 4, 40, 5])
     predicted = np.repeat([0, 1, 2], [56, 41, 41])  # 0 ends 70 ms of labelled time late, 1 40
-    found = score("", human, predicted, at(138), THREE)
+    found = score("", human, predicted, times_of(138), THREE)
     assert found.boundary_ms["median"] == 0
     # Two boundaries, each the end of one segment and the start of the next.
     assert found.boundary_labelled_ms["median"] == pytest.approx(55.0)
@@ -701,7 +701,7 @@ def test_a_coder_who_leaves_a_little_between_actions_does_not_hide_how_far_edges
         "",
         human,
         np.repeat([0, 1, 2], [46, 46, 46]),
-        at(138),
+        times_of(138),
         THREE,
     )
     assert right.boundary_labelled_ms == {"median": 0, "p90": 0}
@@ -712,7 +712,7 @@ def test_one_action_has_no_boundaries_to_be_off():
         "",
         np.repeat([-1, 0], [10, 90]),
         np.repeat([1, 0], [40, 60]),
-        at(100),
+        times_of(100),
         THREE,
     )
     assert alone.boundary_ms["p90"] > 200  # where the coder's labels begin, it was still wrong

@@ -65,11 +65,11 @@ def test_a_decoded_prediction_covers_every_stamp_with_probabilities(trained, fou
 
 
 def test_asking_for_certainty_changes_nothing_else(trained, four):
-    asked = trained.predict(four[3].demonstration, probability_trace=True)
+    certain = trained.predict(four[3].demonstration, probability_trace=True)
     plain = trained.predict(four[3].demonstration)
     assert plain.probability_trace is None
-    np.testing.assert_array_equal(asked.filtered, plain.filtered)
-    np.testing.assert_array_equal(asked.probabilities, plain.probabilities)
+    np.testing.assert_array_equal(certain.filtered, plain.filtered)
+    np.testing.assert_array_equal(certain.probabilities, plain.probabilities)
 
 
 @pytest.mark.parametrize("name", ["fast", "best"])
@@ -106,8 +106,8 @@ def test_nothing_of_the_held_out_demonstration_is_seen(four):
     rows = np.random.default_rng(0).normal(size=four[3].demonstration.signals.shape) * 1e3
     examples = [prepare_examples(item, BEST) for item in (*four[:3], changed(four[3], rows))]
     again = [prepare_examples(item, BEST) for item in four]
-    for one, other in zip(examples[:3], again[:3], strict=True):
-        np.testing.assert_array_equal(one.features, other.features)
+    for example, repeated in zip(examples[:3], again[:3], strict=True):
+        np.testing.assert_array_equal(example.features, repeated.features)
 
 
 def _nonsense(item):
@@ -145,8 +145,8 @@ def test_an_evaluation_says_what_the_choreography_was_worth_and_how_far_to_rely_
     assert found.kinds == ("raw", "unaided", "filtered")
     assert record["unaided"]["pooled"]["accuracy"] > 0.7
     without = finish(leave_one_out(four, FAST.replace(choreography="none")))
-    for one, other in zip(found.tested, without.tested, strict=True):
-        np.testing.assert_array_equal(one.unaided, other.filtered)
+    for result, unaided in zip(found.tested, without.tested, strict=True):
+        np.testing.assert_array_equal(result.unaided, unaided.filtered)
     reliability = record["reliability"]
     assert 0 < reliability["brier"] < 0.5
     assert sum(n for n, _, _ in reliability["bins"]) == int(found.reliability.steps.sum())

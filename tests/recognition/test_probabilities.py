@@ -12,7 +12,7 @@ from forcelab.recognition.probabilities import RATE, ProbabilityTrace, Reliabili
 ACTIONS = ("grab", "hold")
 
 
-def of(times, grab=0.8):
+def trace_of(times, grab=0.8):
     """Of one action so probable throughout."""
     values = np.full(len(times), grab)
     return ProbabilityTrace.from_probabilities(
@@ -22,7 +22,7 @@ def of(times, grab=0.8):
 
 @given(st.floats(2.0, 2000.0), st.floats(0.0, 1e5), st.integers(2, 3000))
 def test_at_any_rate_of_samples_no_bin_is_empty_and_means_are_as_given(rate, start, count):
-    trace = of(start + np.arange(count) / rate)
+    trace = trace_of(start + np.arange(count) / rate)
     assert trace.known.all()
     assert trace.rate <= RATE
     assert trace.mean(start, start + count / rate) == pytest.approx([0.8, 0.2], abs=1e-9)
@@ -30,12 +30,12 @@ def test_at_any_rate_of_samples_no_bin_is_empty_and_means_are_as_given(rate, sta
 
 def test_bins_are_as_many_as_samples_where_these_are_as_far_apart():
     for rate in (20.0, 30.0, 50.0):
-        assert len(of(np.arange(1000) / rate).values) == 1000
+        assert len(trace_of(np.arange(1000) / rate).values) == 1000
 
 
 def test_a_stretch_across_a_gap_is_as_sure_as_what_is_known_of_it():
     times = np.arange(400) / 100
-    trace = of(times[(times < 1) | (times >= 2)])
+    trace = trace_of(times[(times < 1) | (times >= 2)])
     assert not trace.known[50:100].any()
     assert trace.of_action("grab", 0.5, 3.0) == pytest.approx(0.8)
     assert trace.mean(1.2, 1.8).tolist() == [0.0, 0.0]
@@ -50,7 +50,7 @@ def test_a_mean_takes_no_bin_beyond_its_edges():
 
 
 def test_it_is_kept_to_the_last_bit_and_damage_is_refused():
-    trace = of(np.arange(345) / 100, 0.123)
+    trace = trace_of(np.arange(345) / 100, 0.123)
     plain = trace.to_json()
     again = ProbabilityTrace.from_json(plain)
     np.testing.assert_array_equal(again.values, trace.values)

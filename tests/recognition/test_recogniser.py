@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from factories import BAYES_SETTINGS, labelled_set, synthetic_demonstration
-from threadpoolctl import threadpool_info, threadpool_limits
+from factories import BAYES_SETTINGS, blas_threads, synthetic_demonstration
+from threadpoolctl import threadpool_limits
 
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, to_codes
@@ -33,11 +33,11 @@ class Oracle:
         self.codes = np.asarray(codes)
         self.sure = np.ones(len(codes)) if confidence is None else np.asarray(confidence)
         self.calls = []
-        self.told = 0
+        self.next_row = 0
 
     def _next(self, X):
-        first, self.told = self.told, self.told + len(X)
-        return slice(first, self.told)
+        first, self.next_row = self.next_row, self.next_row + len(X)
+        return slice(first, self.next_row)
 
     def predict(self, X):
         self.calls.append(("predict", len(X)))
@@ -68,11 +68,6 @@ def oracle(codes, confidence=None, shortest=None, **settings):
         classifier=Oracle(codes, confidence),
     )
     return recogniser, demonstration
-
-
-@pytest.fixture(scope="module")
-def three():
-    return labelled_set(3, rate=100.0)
 
 
 @pytest.fixture(scope="module")
@@ -134,9 +129,6 @@ def test_recognition_in_blocks_gives_what_recognition_at_once_gives(
 
 
 def test_blas_has_its_threads_back_where_a_transform_outlasts_a_recognition():
-    def threads():
-        return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
-
     class Meanwhile(Oracle):
         """As it is asked, a transform begins in another thread."""
 
@@ -148,11 +140,11 @@ def test_blas_has_its_threads_back_where_a_transform_outlasts_a_recognition():
     recogniser, demonstration = oracle([0, 1, 2])
     recogniser = dataclasses.replace(recogniser, classifier=Meanwhile([0, 1, 2]))
     with threadpool_limits(2, user_api="blas"):
-        before = threads()
+        before = blas_threads()
         recogniser.predict(demonstration)
-        assert set(threads()) == {1}
+        assert set(blas_threads()) == {1}
         transform.__exit__(None, None, None)
-        assert threads() == before
+        assert blas_threads() == before
 
 
 @pytest.mark.parametrize("name", [name for name in CLASSIFIERS if name != "svm"])
@@ -258,19 +250,14 @@ def test_examples_of_other_channels_are_refused_by_name(bayes, three):
         bayes.predict_examples(other)
 
 
-@pytest.fixture(scope="module")
-def labelled():
-    return labelled_set(3, 100.0)
-
-
 @pytest.mark.parametrize("threshold", [None, 0.9])
 @pytest.mark.parametrize("median", [None, 5])
 @pytest.mark.parametrize("drop", [None, 0.5])
-def test_each_stage_is_the_filter_applied_to_the_one_before(labelled, threshold, median, drop):
+def test_each_stage_is_the_filter_applied_to_the_one_before(three, threshold, median, drop):
     recogniser = train(
-        labelled[:2], BAYES_SETTINGS.replace(threshold=threshold, median=median, drop=drop)
+        three[:2], BAYES_SETTINGS.replace(threshold=threshold, median=median, drop=drop)
     )
-    prediction = recogniser.predict(labelled[2].demonstration, probability_trace=True)
+    prediction = recogniser.predict(three[2].demonstration, probability_trace=True)
     codes, expected = prediction.raw, {}
     if threshold is not None:
         best = prediction.probabilities.max(axis=1)
@@ -287,15 +274,15 @@ def test_each_stage_is_the_filter_applied_to_the_one_before(labelled, threshold,
         assert (prediction.filtered[changed] == UNLABELLED).all()
 
 
-def test_gaps_have_no_certainty(labelled):
+def test_gaps_have_no_certainty(three):
     from dataclasses import replace
 
-    demonstration = labelled[2].demonstration
+    demonstration = three[2].demonstration
     keep = np.abs(demonstration.times - 2.0) > 0.3
     gappy = replace(
         demonstration, times=demonstration.times[keep], signals=demonstration.signals[keep]
     )
-    prediction = train(labelled[:2], BAYES_SETTINGS).predict(gappy, probability_trace=True)
+    prediction = train(three[:2], BAYES_SETTINGS).predict(gappy, probability_trace=True)
     inside = np.abs(prediction.probability_trace.times - 2.0) < 0.25
     assert inside.any()
     assert (prediction.probability_trace.values[inside] == 0).all()

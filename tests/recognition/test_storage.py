@@ -14,7 +14,6 @@ import zipfile
 import numpy as np
 import pytest
 import sklearn
-from factories import labelled_set
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from sklearn.ensemble import RandomForestClassifier
 from sklearn.neighbors import KNeighborsClassifier
@@ -31,11 +30,6 @@ from forcelab.recognition.training import train
 from tests.recognition.format_1 import forest_in_format_1
 
 SMALL = Settings(max_scale=32.0, stride=6)
-
-
-@pytest.fixture(scope="module")
-def three():
-    return labelled_set(3, rate=100.0)
 
 
 @pytest.fixture(scope="module")
@@ -235,15 +229,15 @@ def test_a_recogniser_of_format_1_predicts_to_the_bit_what_it_did(three, path):
     path.write_bytes(skops_io.dumps(content))
     older, size = load_recogniser(path), path.stat().st_size
     unseen = three[2].demonstration
-    for one in (older, recogniser):
-        save_recogniser(one, path)
+    for stored in (older, recogniser):
+        save_recogniser(stored, path)
         assert path.stat().st_size < size / 3
         found = load_recogniser(path).predict(unseen)
         np.testing.assert_array_equal(found.probabilities, recogniser.predict(unseen).probabilities)
-    for one, other in zip(older.live_models, recogniser.live_models, strict=True):
-        rows = np.random.default_rng(0).normal(size=(50, one.windows.width)).astype(np.float32)
+    for stored, other in zip(older.live_models, recogniser.live_models, strict=True):
+        rows = np.random.default_rng(0).normal(size=(50, stored.windows.width)).astype(np.float32)
         np.testing.assert_array_equal(
-            one.classifier.predict_proba(rows), other.classifier.predict_proba(rows)
+            stored.classifier.predict_proba(rows), other.classifier.predict_proba(rows)
         )
 
 

@@ -56,11 +56,11 @@ def test_durations_of_many_segments_are_theirs():
 
 
 def test_few_segments_are_drawn_together_and_known_less_well():
-    one = TaskGrammar.learn([track(("grab", 0.5), ("hold", 2.0))], ["grab", "hold", "never"])
+    few = TaskGrammar.learn([track(("grab", 0.5), ("hold", 2.0))], ["grab", "hold", "never"])
     many = TaskGrammar.learn([track(("grab", 0.5), ("hold", 2.0))] * 8, ["grab", "hold", "never"])
-    assert math.log(0.5) < many.mean[0] < one.mean[0] < one.mean[2] < one.mean[1] < math.log(2.0)
-    assert (one.sd[:2] > many.sd[:2]).all()
-    assert one.sd[2] > one.sd[0]
+    assert math.log(0.5) < many.mean[0] < few.mean[0] < few.mean[2] < few.mean[1] < math.log(2.0)
+    assert (few.sd[:2] > many.sd[:2]).all()
+    assert few.sd[2] > few.sd[0]
 
 
 def test_an_order_never_seen_is_unlikely_but_not_impossible():
@@ -135,7 +135,7 @@ pieces = st.lists(st.tuples(names, lasting), max_size=8)
 @settings(max_examples=50, deadline=None)
 @given(tracks=st.lists(pieces, max_size=4), order=st.permutations("abcd"), factor=st.integers(1, 9))
 def test_numbering_plays_no_part_and_slower_people_have_longer_durations(tracks, order, factor):
-    cut_tracks = [track(*one, hole=1.0) for one in tracks]
+    cut_tracks = [track(*durations, hole=1.0) for durations in tracks]
     learnt = TaskGrammar.learn(cut_tracks, "abcd")
     other = TaskGrammar.learn(cut_tracks, order)
     places = ["abcd".index(action) for action in order]
@@ -143,7 +143,7 @@ def test_numbering_plays_no_part_and_slower_people_have_longer_durations(tracks,
         assert getattr(other, name) == pytest.approx(getattr(learnt, name)[places])
     assert other.follow == pytest.approx(learnt.follow[np.ix_(places, places)])
     if any(cut_tracks):
-        slow = [track(*[(a, factor * d) for a, d in one], hole=1.0) for one in tracks]
+        slow = [track(*[(a, factor * d) for a, d in durations], hole=1.0) for durations in tracks]
         slower = TaskGrammar.learn(slow, "abcd")
         assert slower.mean - learnt.mean == pytest.approx(np.full(4, math.log(factor)))
         assert slower.sd == pytest.approx(learnt.sd)
@@ -247,10 +247,10 @@ def test_certainty_knows_of_changes_what_the_decoder_knows(clicks):
     # Just before the first change, already in what nobody would label.
     span = changes[0] - 0.08, changes[0] - 0.04
     confident, unsure = (
-        one.predict(item.demonstration, probability_trace=True).probability_trace.of_action(
+        which.predict(item.demonstration, probability_trace=True).probability_trace.of_action(
             "tight", *span
         )
-        for one in (recogniser, without)
+        for which in (recogniser, without)
     )
     assert confident < 0.5 * unsure
 
@@ -268,20 +268,20 @@ def test_what_lies_in_a_long_hole_is_neither_a_change_nor_anything_else(clicks):
         )
         features[inside] = 1e6
         hidden.append(replace(example, features=features))
-    one, other = (taught(some) for some in (holed, hidden))
+    of_holed, of_hidden = (taught(some) for some in (holed, hidden))
     rows = examples[0].features
-    np.testing.assert_array_equal(one.ratios(rows), other.ratios(rows))
+    np.testing.assert_array_equal(of_holed.ratios(rows), of_hidden.ratios(rows))
 
 
 def test_time_with_missing_samples_teaches_nothing(clicks):
     examples = [prepare_examples(item, QUICK) for item, _ in clicks]
     gone = [replace(e, valid=e.times < 2.0, features=e.features.copy()) for e in examples]
-    one = taught(gone)
+    of_gone = taught(gone)
     for example in gone:
         example.features[~example.valid] = 1e6
     other = taught(gone)
     rows = examples[0].features
-    np.testing.assert_array_equal(one.ratios(rows), other.ratios(rows))
+    np.testing.assert_array_equal(of_gone.ratios(rows), other.ratios(rows))
 
 
 def test_what_is_left_out_has_no_say_in_where_actions_change(clicks):
@@ -294,13 +294,13 @@ def test_what_is_left_out_has_no_say_in_where_actions_change(clicks):
         for i in part:
             nonsense = np.full_like(examples[i].features, 7.0)
             poisoned[i] = replace(examples[i], features=nonsense, segments=wrong)
-        one, other = (
-            finish(fit_examples(make_folds(given, parts)[at].train, QUICK)).boundary_model.ratios(
+        first, second = (
+            finish(fit_examples(make_folds(some, parts)[at].train, QUICK)).boundary_model.ratios(
                 rows
             )
-            for given in (examples, poisoned)
+            for some in (examples, poisoned)
         )
-        np.testing.assert_array_equal(one, other)
+        np.testing.assert_array_equal(first, second)
         ratios = taught(poisoned).ratios(rows)
         assert not np.array_equal(ratios, taught(examples).ratios(rows))
 

@@ -25,22 +25,17 @@ SMALL = Settings(max_scale=64.0, classifier="naive-bayes", threshold=None, media
 SMALL_MLP = SMALL.replace(classifier="mlp", stride=4)
 
 
-@pytest.fixture(scope="module")
-def three():
-    return labelled_set(3, rate=100.0)
-
-
 @pytest.fixture
 def fitted_to(monkeypatch):
     """Collects what the classifier is fitted to, and fits nothing."""
-    given = {}
+    arguments = {}
 
     def fitting(name, X, y, seed, probabilities, care):
-        given.update(name=name, X=X, y=y, seed=seed, probabilities=probabilities, care=care)
+        arguments.update(name=name, X=X, y=y, seed=seed, probabilities=probabilities, care=care)
         yield FitStep(1, 1, None, None)
 
     monkeypatch.setattr(training_module, "fit_classifier", fitting)
-    return given
+    return arguments
 
 
 def predictions(recogniser, demonstration):
@@ -94,7 +89,7 @@ def test_unlabelled_samples_are_never_trained_on(three, settings):
         features[examples.codes(SYNTHETIC_ACTIONS) < 0] = 1e100
         poisoned.append(replace(examples, features=features))
     assert any(not np.array_equal(a.features, b.features) for a, b in zip(clean, poisoned))  # noqa: B905
-    first, second = (finish(fit_examples(given, settings)) for given in (clean, poisoned))
+    first, second = (finish(fit_examples(some, settings)) for some in (clean, poisoned))
     for examples in clean:
         np.testing.assert_array_equal(
             first.predict_examples(examples).raw, second.predict_examples(examples).raw
@@ -157,9 +152,9 @@ def test_training_learns_what_a_fit_to_kept_features_learns(three, monkeypatch, 
     assert [hasattr(example, "features") for example in unkept] == [room == 1, False, False]
     examples = finish(prepare_all(three, preset("best")))
     fitted, trained = finish(fit_examples(examples, preset("best"))), train(three, preset("best"))
-    one, other = (which.predict_examples(examples[0]) for which in (fitted, trained))
-    np.testing.assert_array_equal(one.probabilities, other.probabilities)
-    np.testing.assert_array_equal(one.filtered, other.filtered)
+    of_fitted, of_trained = (which.predict_examples(examples[0]) for which in (fitted, trained))
+    np.testing.assert_array_equal(of_fitted.probabilities, of_trained.probabilities)
+    np.testing.assert_array_equal(of_fitted.filtered, of_trained.filtered)
     assert len(trained.live_models) == 3
 
 
@@ -168,9 +163,9 @@ def test_what_follows_streams_is_learnt_of_no_more_samples_than_may_be(three, mo
     every, fewer = [], []
     fitting = live_model.fit_ensemble
 
-    def watched(given_examples):
+    def watched(watched_examples):
         def watching(name, X, y, seed, care):
-            given_examples.append((X, y, care.groups))
+            watched_examples.append((X, y, care.groups))
             return fitting(name, X, y, seed, care)
 
         return watching
@@ -180,10 +175,10 @@ def test_what_follows_streams_is_learnt_of_no_more_samples_than_may_be(three, mo
     monkeypatch.setattr(live_model, "fit_ensemble", watched(fewer))
     monkeypatch.setattr(ensemble, "MOST", 60)
     train(three, preset("fast").replace(stride=1))
-    for (X, y, groups), given in zip(every, fewer, strict=True):
+    for (X, y, groups), fewer_samples in zip(every, fewer, strict=True):
         some = ensemble.thin(y)
         assert len(some) < len(y) / 2
-        for expected, part in zip((X, y, groups), given, strict=True):
+        for expected, part in zip((X, y, groups), fewer_samples, strict=True):
             np.testing.assert_array_equal(part, expected[some])
 
 
@@ -220,9 +215,9 @@ def test_the_shortest_segment_of_each_action_is_remembered(three):
 
 def test_demonstrations_without_labels_take_no_part(three):
     bare = LabelledDemonstration(synthetic_demonstration(8, rate=100.0)[0])
-    with_it, without = train([bare, *three], SMALL), train(three, SMALL)
-    assert with_it.trained_on == without.trained_on == tuple(i.demonstration.id for i in three)
-    np.testing.assert_array_equal(with_it.classifier.theta_, without.classifier.theta_)
+    with_bare, without = train([bare, *three], SMALL), train(three, SMALL)
+    assert with_bare.trained_on == without.trained_on == tuple(i.demonstration.id for i in three)
+    np.testing.assert_array_equal(with_bare.classifier.theta_, without.classifier.theta_)
 
 
 def test_recordings_of_two_rates_are_trained_on_one_grid(fitted_to):

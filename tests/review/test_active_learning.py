@@ -71,7 +71,7 @@ def test_the_most_uncertain_demonstration_comes_first_with_what_it_would_bring()
     unsure = reviewed("02", trace_of((8, 0.75)))
     certain = reviewed("03", trace_of((20, 0.95)))
     found = rank_proposals(run(tested, [certain, unsure]))
-    assert [one.name for one in found] == ["02", "03"]
+    assert [suggestion.name for suggestion in found] == ["02", "03"]
     assert found[0].uncertainty == pytest.approx(0.25, abs=0.01)
     assert found[0].wrong == pytest.approx(8 * 0.25, abs=0.01)  # a quarter was wrong when tested
 
@@ -81,7 +81,7 @@ def test_the_least_certain_of_the_typical_comes_first():
     usual = reviewed("03", trace_of((8, 0.75)), typicality=0.9)
     certain = reviewed("04", trace_of((8, 0.95)), typicality=1.0)
     found = rank_proposals(run([], [certain, odd, usual]))
-    assert [one.name for one in found] == ["03", "02", "04"]
+    assert [suggestion.name for suggestion in found] == ["03", "02", "04"]
     assert weighs_typicality(found)
 
 
@@ -90,7 +90,7 @@ def test_where_a_typicality_was_not_kept_the_least_certain_comes_first(stored):
     odd = reviewed("02", trace_of((8, 0.6)), typicality=None)
     usual = reviewed("03", trace_of((8, 0.75)), typicality=stored)
     found = rank_proposals(run([], [usual, odd]))
-    assert [one.name for one in found] == ["02", "03"]
+    assert [suggestion.name for suggestion in found] == ["02", "03"]
     assert not weighs_typicality(found)
 
 
@@ -129,12 +129,12 @@ def test_what_has_no_probabilities_cannot_be_ranked():
 
 def test_only_what_is_probable_enough_is_acceptable():
     predicted = (Segment(0, 2, "grab"), Segment(2, 4, "hold"), Segment(4, 6, "grab"))
-    one = reviewed("02", trace_of((2, 0.95), (2, 0.3), (2, 0.6)), predicted=predicted)
-    assert acceptable_segments(one, 0, 6) == predicted
-    assert acceptable_segments(one, 0, 6, 0.9) == predicted[:1]
-    assert acceptable_segments(one, 0, 6, 0.65) == predicted[:2]
+    proposal = reviewed("02", trace_of((2, 0.95), (2, 0.3), (2, 0.6)), predicted=predicted)
+    assert acceptable_segments(proposal, 0, 6) == predicted
+    assert acceptable_segments(proposal, 0, 6, 0.9) == predicted[:1]
+    assert acceptable_segments(proposal, 0, 6, 0.65) == predicted[:2]
     assert (
-        acceptable_segments(one, 2, 4) == predicted[1:2]
+        acceptable_segments(proposal, 2, 4) == predicted[1:2]
     )  # those that only touch it are not meant
     assert acceptable_segments(reviewed("03", None, predicted=predicted), 0, 6, 0.9) == ()
 
@@ -204,7 +204,7 @@ def test_against_the_formula_by_hand():
 def test_units_of_the_features_do_not_matter():
     several = [steps(0, 1), steps(1, 2), steps(4, 3)]
     scale = np.array([1000, 0.01], dtype=np.float32)
-    assert typicality([one * scale for one in several]) == pytest.approx(
+    assert typicality([steps * scale for steps in several]) == pytest.approx(
         typicality(several), rel=1e-3
     )
 
@@ -242,7 +242,7 @@ def test_features_that_no_single_precision_holds_make_the_demonstration_odd_and_
 
 def test_a_thousand_demonstrations_take_no_more_memory_than_their_distances():
     many = [steps(0, seed, count=2) for seed in range(1000)]
-    many = [np.tile(one, 50) for one in many]  # a hundred features
+    many = [np.tile(steps, 50) for steps in many]  # a hundred features
     tracemalloc.start()
     try:
         found = typicality(many)

@@ -75,8 +75,8 @@ def test_kappa_over_time_is_that_of_scikit_learn_over_samples(jittered):
     pair = agree(jittered, "Ann", "Ben")
     times = np.arange(0, 8, 1e-3) + 5e-4  # edges are whole milliseconds: samples never lie on one
     sampled = []
-    for one in jittered:
-        a, b = (to_codes(one.tracks[name], times, pair.actions) for name in ("Ann", "Ben"))
+    for item in jittered:
+        a, b = (to_codes(item.tracks[name], times, pair.actions) for name in ("Ann", "Ben"))
         both = (a >= 0) & (b >= 0)
         sampled.append((a[both], b[both]))
     a, b = (np.concatenate(column) for column in zip(*sampled, strict=True))
@@ -176,7 +176,7 @@ def test_gaps_that_one_coder_leaves_cut_no_segment_of_the_other():
 @settings(max_examples=40, deadline=None)
 @given(tracks(), tracks(), st.integers(0, 50))
 def test_figures_are_symmetric_and_follow_no_shift_and_no_name(a, b, shift):
-    one = agree([coded(a, b)], "Ann", "Ben")
+    base = agree([coded(a, b)], "Ann", "Ben")
     other = agree([coded(a, b)], "Ben", "Ann")
     names = {"grab": "x", "hold": "y", "release": "z"}
 
@@ -186,15 +186,15 @@ def test_figures_are_symmetric_and_follow_no_shift_and_no_name(a, b, shift):
     new = agree([coded(moved(a), moved(b))], "Ann", "Ben")
     close = pytest.approx
     for again in (other, new):
-        assert again.kappa == (None if one.kappa is None else close(one.kappa, abs=1e-9))
-        assert again.agreed == (None if one.agreed is None else close(one.agreed, abs=1e-9))
-        assert again.only_share == close(one.only_share, abs=1e-9)
-        assert again.f1 == {k: None if v is None else close(v) for k, v in one.f1.items()}
-        assert len(again.apart) == len(one.apart)
-    assert sorted(-other.offsets) == close(sorted(one.offsets), abs=1e-6)
-    assert sorted(new.offsets) == close(sorted(one.offsets), abs=1e-6)
-    total = sum(place.duration for place in (*one.apart, *one.alone))
-    assert total == close(one.seconds.sum() - np.trace(one.both), abs=1e-9)
+        assert again.kappa == (None if base.kappa is None else close(base.kappa, abs=1e-9))
+        assert again.agreed == (None if base.agreed is None else close(base.agreed, abs=1e-9))
+        assert again.only_share == close(base.only_share, abs=1e-9)
+        assert again.f1 == {k: None if v is None else close(v) for k, v in base.f1.items()}
+        assert len(again.apart) == len(base.apart)
+    assert sorted(-other.offsets) == close(sorted(base.offsets), abs=1e-6)
+    assert sorted(new.offsets) == close(sorted(base.offsets), abs=1e-6)
+    total = sum(place.duration for place in (*base.apart, *base.alone))
+    assert total == close(base.seconds.sum() - np.trace(base.both), abs=1e-9)
 
 
 @settings(max_examples=40, deadline=None)
@@ -262,23 +262,23 @@ def test_a_coder_who_varies_is_led_to_the_odd_places():
         ("odd", "hold", "hold"),
         ("odd", "hold", "grab"),
     }
-    grab = next(one for one in found.actions if one.action == "grab")
+    grab = next(action for action in found.actions if action.action == "grab")
     assert (grab.count, grab.mean, grab.variation) == (7, 1.0, 0.0)
 
 
 def test_a_project_gives_coders_and_never_models_nor_what_is_blind(tmp_path):
-    (one, _), (two, _) = synthetic_set(2, 100.0)
+    (demonstration, _), (another, _) = synthetic_set(2, 100.0)
     with Project.create(tmp_path / "p.forcelab") as project:
         pair = (Track("Ann", ANN), Track("Ben", BEN))
         first, second = project.demonstrations.add_all(
-            [NewDemonstration(one, pair), NewDemonstration(two, pair)]
+            [NewDemonstration(demonstration, pair), NewDemonstration(another, pair)]
         )
         project.tracks.edit(first.id, "model paper", (), ANN, "predicted", kind="predict")
         found, hidden = coded_demonstrations(project)
-        assert [sorted(one.tracks) for one in found] == [["Ann", "Ben"]] * 2
+        assert [sorted(demonstration.tracks) for demonstration in found] == [["Ann", "Ben"]] * 2
         assert hidden == 0
         project.coding.assign(second.id, "Ann")
         found, hidden = coded_demonstrations(project, viewer="Ann")
-        assert [one.id for one in found] == [first.id]
+        assert [demonstration.id for demonstration in found] == [first.id]
         assert hidden == 1
         assert len(coded_demonstrations(project, viewer="Ben")[0]) == 2

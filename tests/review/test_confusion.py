@@ -37,7 +37,7 @@ def certain(**probabilities):
     return ProbabilityTrace(0.0, 50.0, ACTIONS, values.astype(np.uint8))
 
 
-def one():
+def make_run():
     return run(
         reviewed(
             "1",
@@ -53,19 +53,19 @@ def one():
 
 
 def test_time_is_summed_where_the_human_labelled_and_missed_time_stands_last():
-    matrix = finish(count_confusion(one())).matrix("time")
+    matrix = finish(count_confusion(make_run())).matrix("time")
     expected = [[2.5, 1.5 + 2, 0.25, 0.75], [0, 1, 0, 1], [0, 0, 0, 0]]
     assert matrix == pytest.approx(np.array(expected))
 
 
 def test_a_segment_counts_for_what_covers_most_of_it():
-    matrix = finish(count_confusion(one())).matrix("segments")
+    matrix = finish(count_confusion(make_run())).matrix("segments")
     # Half of the hold is seen as hold, half missed: of two that cover as much, the action.
     assert matrix.tolist() == [[1, 1, 0, 1], [0, 1, 0, 0], [0, 0, 0, 0]]
 
 
 def test_raw_is_counted_where_it_was_kept():
-    cells = finish(count_confusion(one(), "raw"))
+    cells = finish(count_confusion(make_run(), "raw"))
     assert [d.id for d in cells.demonstrations] == ["1"]
     assert cells.matrix().tolist() == [[5, 0, 0, 0], [2, 0, 0, 0], [0, 0, 0, 0]]
 
@@ -75,7 +75,7 @@ def places(run, *cell):
 
 
 def test_places_come_by_duration_times_confidence():
-    found = places(one(), "grab", "hold")
+    found = places(make_run(), "grab", "hold")
     assert [(p.demonstration, p.start, p.end) for p in found] == [("2", 0, 2), ("1", 2.5, 4)]
     assert [p.confidence for p in found] == pytest.approx([1.0, 0.6])
     assert {(p.human, p.predicted) for p in found} == {("grab", "hold")}
@@ -95,9 +95,9 @@ def test_places_come_by_duration_times_confidence():
 
 
 def test_missed_time_has_no_confidence_and_the_longest_comes_first():
-    found = places(one(), "hold", None)
+    found = places(make_run(), "hold", None)
     assert [(p.start, p.end, p.predicted, p.confidence) for p in found] == [(5, 6, None, None)]
-    segment = places(one(), "grab", None, "segments")
+    segment = places(make_run(), "grab", None, "segments")
     assert [(p.start, p.end) for p in segment] == [(7, 8)]  # whole, though a quarter is seen
 
 

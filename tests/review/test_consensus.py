@@ -1,7 +1,7 @@
 """A consensus is decided step by step, stored at each, and survives undo and restart."""
 
 import pytest
-from factories import foam_demonstration, folder_in_memory, make_track
+from factories import action_at, foam_demonstration, folder_in_memory, make_track
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -169,13 +169,10 @@ def tracks(draw):
 def test_differences_are_exactly_where_two_tracks_differ(a, b):
     found = coder_differences(a, b)
 
-    def says(segments, time):
-        return next((s.action for s in segments if s.start <= time < s.end), None)
-
     for tenth in range(100):
         time = tenth / 10 + 0.05
         here = [d for d in found if d.start <= time < d.end]
-        expected = (says(a, time), says(b, time))
+        expected = (action_at(a, time), action_at(b, time))
         assert [(d.a, d.b) for d in here] == ([expected] if expected[0] != expected[1] else [])
     assert all(d.duration > SLIVER for d in found)
     mirrored = [(d.start, d.end, d.b, d.a, d.edge) for d in coder_differences(b, a)]

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from factories import make_track, unscored_run_result
+from factories import action_at, make_track, unscored_run_result
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -29,10 +29,6 @@ def tracks(draw):
     )
 
 
-def action_at(segments, time):
-    return next((s.action for s in segments if s.start <= time < s.end), None)
-
-
 @settings(max_examples=40, deadline=None)
 @given(tracks(), tracks())
 def test_they_tile_exactly_the_time_that_differs(human, predicted):
@@ -42,10 +38,16 @@ def test_they_tile_exactly_the_time_that_differs(human, predicted):
     for quarter in range(61):
         time = quarter / 4 + 0.125
         here = [d for d in found if d.start <= time < d.end]
-        one, other = action_at(human, time), action_at(predicted, time)
-        assert [(d.human, d.predicted) for d in here] == ([(one, other)] if one != other else [])
-        assert all(d.kind == "missed" for d in here if d.kind != "boundary" and other is None)
-        assert all(d.kind == "invented" for d in here if d.kind != "boundary" and one is None)
+        human_action, predicted_action = action_at(human, time), action_at(predicted, time)
+        assert [(d.human, d.predicted) for d in here] == (
+            [(human_action, predicted_action)] if human_action != predicted_action else []
+        )
+        assert all(
+            d.kind == "missed" for d in here if d.kind != "boundary" and predicted_action is None
+        )
+        assert all(
+            d.kind == "invented" for d in here if d.kind != "boundary" and human_action is None
+        )
 
 
 @settings(max_examples=40, deadline=None)
@@ -129,20 +131,21 @@ def test_confidence_is_that_of_what_is_predicted_and_score_weighs_it_by_time():
 
 
 def test_tracks_are_spelt_as_they_were_trained():
-    one = DemonstrationResult("1", "one", "pen", 0, 4, (), {"filtered": ()})
-    merged = unscored_run_result([one], settings=Settings(merge=MergeMap({"grap": "grab"})))
-    assert as_trained(make_track((0, 1, "grap")), merged, one) == make_track((0, 1, "grab"))
-    apart = unscored_run_result([one], tasks=("pen",), apart=True)
-    assert as_trained(make_track((0, 1, "grab")), apart, one) == make_track((0, 1, "grab_pen"))
-    assert action_as_coded("grab_pen", apart, one) == "grab"
-    assert math.isclose(as_trained(make_track((0, 1, "x")), apart, one)[0].duration, 1)
+    result = DemonstrationResult("1", "one", "pen", 0, 4, (), {"filtered": ()})
+    merged = unscored_run_result([result], settings=Settings(merge=MergeMap({"grap": "grab"})))
+    assert as_trained(make_track((0, 1, "grap")), merged, result) == make_track((0, 1, "grab"))
+    apart = unscored_run_result([result], tasks=("pen",), apart=True)
+    assert as_trained(make_track((0, 1, "grab")), apart, result) == make_track((0, 1, "grab_pen"))
+    assert action_as_coded("grab_pen", apart, result) == "grab"
+    assert math.isclose(as_trained(make_track((0, 1, "x")), apart, result)[0].duration, 1)
 
 
 def test_an_action_of_another_task_is_spelt_as_its_coder_does():
-    one = DemonstrationResult("1", "one", "pen", 0, 4, (), {"filtered": ()})
-    apart = unscored_run_result([one], apart=True, tasks=("pen", "foam", "soft foam"))
-    assert action_as_coded("grab_soft foam", apart, one) == "grab"
-    assert action_as_coded("grab_hard_foam", apart, one) == "grab_hard"
+    result = DemonstrationResult("1", "one", "pen", 0, 4, (), {"filtered": ()})
+    apart = unscored_run_result([result], apart=True, tasks=("pen", "foam", "soft foam"))
+    assert action_as_coded("grab_soft foam", apart, result) == "grab"
+    assert action_as_coded("grab_hard_foam", apart, result) == "grab_hard"
     assert (
-        action_as_coded("grab_pen", unscored_run_result([one], tasks=("pen",)), one) == "grab_pen"
+        action_as_coded("grab_pen", unscored_run_result([result], tasks=("pen",)), result)
+        == "grab_pen"
     )

@@ -58,7 +58,7 @@ BAYES = QUICK_SETTINGS.replace(classifier="naive-bayes")
 def short_fits():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
-            training, "fit_classifier", lambda *given: islice(fit_classifier(*given), EPOCHS)
+            training, "fit_classifier", lambda *args: islice(fit_classifier(*args), EPOCHS)
         )
         yield
 
@@ -108,7 +108,7 @@ def test_at_the_reference_itself_nothing_speaks():
 # --- classifiers --------------------------------------------------------------------------------
 
 
-def fitted(name, X, y, actions, probabilities=True):
+def fit_scorer(name, X, y, actions, probabilities=True):
     classifier = [
         s.classifier for s in islice(fit_classifier(name, X, y, 0, probabilities), EPOCHS)
     ][-1]
@@ -136,7 +136,7 @@ def test_the_highest_score_is_what_is_recognised(name, actions, probabilities):
     random = np.random.default_rng(1)
     y = np.arange(90) % len(actions)
     X = random.normal(size=(90, 3)) + 3.0 * y[:, None]
-    scorer = fitted(name, X, y, actions, probabilities)
+    scorer = fit_scorer(name, X, y, actions, probabilities)
     assert isinstance(scorer, BlackBoxScorer)
     scores = scorer.scores(X)
     assert scores.shape == (90, len(actions))
@@ -156,7 +156,7 @@ def planted(name, phase):
     X = random.normal(size=(200, 2 * Q * K))
     column = PLANTED[0] * K + PLANTED[1] + phase * Q * K
     X[:, column] += 6.0 * (y - 0.5)
-    scorer = fitted(name, X, y, ("hold", "grab"))
+    scorer = fit_scorer(name, X, y, ("hold", "grab"))
     job = attribute_bands(scorer, X[y == 1], "grab", "hold", (Q, K), mean=X.mean(axis=0), sample=X)
     return finish(job)
 
@@ -190,7 +190,7 @@ def test_the_error_of_a_permutation_is_the_spread_of_its_repetitions():
     random = np.random.default_rng(3)
     y = np.arange(200) % 2
     X = random.normal(size=(200, 4)) + 2.0 * y[:, None]
-    scorer = fitted("naive-bayes", X, y, ("hold", "grab"))
+    scorer = fit_scorer("naive-bayes", X, y, ("hold", "grab"))
     mean = X.mean(axis=0)
     found = [
         finish(
@@ -200,8 +200,8 @@ def test_the_error_of_a_permutation_is_the_spread_of_its_repetitions():
         )
         for seed in range(12)
     ]
-    scatter = np.std([one.bands[0, 1] for one in found], ddof=1)
-    stated = np.mean([one.bands_error[0, 1] for one in found])
+    scatter = np.std([explanation.bands[0, 1] for explanation in found], ddof=1)
+    stated = np.mean([explanation.bands_error[0, 1] for explanation in found])
     assert stated / 2 < scatter < 2 * stated
 
 
@@ -228,19 +228,19 @@ def held_out(mlp):
 
 def test_it_predicts_what_the_run_predicted_out_of_fold(bayes):
     path, run = bayes
-    for one in run.tested:
-        held_out = finish(train_held_out(path, run, one.id))
+    for result in run.tested:
+        held_out = finish(train_held_out(path, run, result.id))
         assert held_out.how == "left out"
         assert held_out.same_share == 1.0
-        assert one.id not in {place.demonstration for place in held_out.training.places}
+        assert result.id not in {place.demonstration for place in held_out.training.places}
 
 
 def test_so_does_the_one_that_has_seen_none_of_its_group(tmp_path):
     path = tmp_path / "study.forcelab"
     run = make_evaluated_project(path, BAYES, count=5, folds=2)
-    ids = [one.id for one in run.tested]
-    for i, one in enumerate(run.tested):
-        held_out = finish(train_held_out(path, run, one.id))
+    ids = [result.id for result in run.tested]
+    for i, result in enumerate(run.tested):
+        held_out = finish(train_held_out(path, run, result.id))
         assert held_out.same_share == 1.0
         shown = {place.demonstration for place in held_out.training.places}
         assert shown == {id_ for j, id_ in enumerate(ids) if j % 2 != i % 2}
@@ -278,12 +278,12 @@ def test_so_does_the_mlp_whose_fit_hangs_on_the_seed(held_out):
 def test_a_recogniser_that_saw_it_would_be_another_one(bayes):
     # The check can fail: against the prediction of another demonstration's fold it does.
     path, run = bayes
-    one, other = run.tested[:2]
-    swapped = replace(one, stages={"filtered": other.predicted})
+    first, second = run.tested[:2]
+    swapped = replace(first, stages={"filtered": second.predicted})
     wrong = replace(run, tested=(swapped, *run.tested[1:]))
-    held_out = finish(train_held_out(path, wrong, one.id))
+    held_out = finish(train_held_out(path, wrong, first.id))
     assert held_out.same_share < 1.0
-    why = finish(explain(held_out, wrong, interval_at(one, 2.0)))
+    why = finish(explain(held_out, wrong, interval_at(first, 2.0)))
     assert any("as the run did" in remark for remark in why.remarks)
 
 
@@ -318,15 +318,15 @@ def test_a_track_can_be_read_as_it_was_after_each_edit(tmp_path):
 
 def test_the_probabilities_are_the_runs_where_it_kept_any(bayes):
     path, run = bayes
-    one = run.tested[0]
-    anew = finish(train_held_out(path, run, one.id))
+    result = run.tested[0]
+    anew = finish(train_held_out(path, run, result.id))
     assert not anew.trace_from_run
     rows = anew.probability_trace.values.sum(axis=1)
     assert np.abs(rows[rows > 0].astype(int) - 255).max() <= 2
     values = np.zeros((10, 1), dtype=np.uint8)
-    own = ProbabilityTrace(one.start, 50.0, ("hold",), values)
-    with_trace = replace(run, tested=(replace(one, probability_trace=own), *run.tested[1:]))
-    assert finish(train_held_out(path, with_trace, one.id)).probability_trace is own
+    own = ProbabilityTrace(result.start, 50.0, ("hold",), values)
+    with_trace = replace(run, tested=(replace(result, probability_trace=own), *run.tested[1:]))
+    assert finish(train_held_out(path, with_trace, result.id)).probability_trace is own
 
 
 def test_of_an_unlabelled_demonstration_all_others_are_trained_on(tmp_path):
@@ -338,7 +338,7 @@ def test_of_an_unlabelled_demonstration_all_others_are_trained_on(tmp_path):
     held_out = finish(train_held_out(path, rest, last.id))
     assert held_out.how == "final"
     places = {place.demonstration for place in held_out.training.places}
-    assert places == {one.id for one in rest.tested}
+    assert places == {result.id for result in rest.tested}
 
 
 def test_the_final_recogniser_labels_a_proposal_as_the_run_did_on_any_grid(tmp_path):
@@ -346,10 +346,10 @@ def test_the_final_recogniser_labels_a_proposal_as_the_run_did_on_any_grid(tmp_p
     number = finish(review_job(path, BAYES.replace(rate=37.0), DataSelection(("foam",)), "foam"))
     with Project.open(path) as project:
         run = load_run(project, number)
-    for one in (*run.tested, *run.proposals):
-        held_out = finish(train_held_out(path, run, one.id))
+    for result in (*run.tested, *run.proposals):
+        held_out = finish(train_held_out(path, run, result.id))
         assert held_out.same_share == 1.0
-        assert held_out.how == ("left out" if one in run.tested else "final")
+        assert held_out.how == ("left out" if result in run.tested else "final")
 
 
 def test_it_can_be_stopped_between_any_two_epochs(mlp):
@@ -378,23 +378,23 @@ def test_it_travels_between_processes(bayes):
 # --- explanations --------------------------------------------------------------------------------
 
 
-def explained(mlp, held_out, human, predicted, hidden=()):
-    one = mlp[1].tested[0]
-    hold = next(s for s in one.human if s.action == "hold")
-    place = Interval(one.id, hold.start, hold.end, human, predicted)
+def explain_hold(mlp, held_out, human, predicted, hidden=()):
+    result = mlp[1].tested[0]
+    hold = next(s for s in result.human if s.action == "hold")
+    place = Interval(result.id, hold.start, hold.end, human, predicted)
     return finish(explain(held_out, mlp[1], place, hidden))
 
 
 def test_the_predicted_action_is_spoken_for_and_the_humans_against(mlp, held_out):
-    why = explained(mlp, held_out, "still", "hold")
+    why = explain_hold(mlp, held_out, "still", "hold")
     assert (why.favoured, why.against) == ("hold", "still")
-    back = explained(mlp, held_out, "hold", "still")
+    back = explain_hold(mlp, held_out, "hold", "still")
     assert back.attribution.bands == pytest.approx(-why.attribution.bands)
     assert back.attribution.log_odds == pytest.approx(-why.attribution.log_odds)
 
 
 def test_where_both_agree_the_next_most_probable_action_is_spoken_against(mlp, held_out):
-    why = explained(mlp, held_out, "hold", "hold")
+    why = explain_hold(mlp, held_out, "hold", "hold")
     means = dict(
         zip(
             why.probability_trace.actions,
@@ -408,31 +408,31 @@ def test_where_both_agree_the_next_most_probable_action_is_spoken_against(mlp, h
 
 
 def test_where_nothing_is_predicted_the_most_probable_action_is_spoken_for(mlp, held_out):
-    why = explained(mlp, held_out, None, None)
+    why = explain_hold(mlp, held_out, None, None)
     mean = why.probability_trace.mean(why.place.start, why.place.end)
     assert why.favoured == why.probability_trace.actions[int(np.argmax(mean))]
 
 
 def test_an_action_of_no_other_demonstration_is_remarked_on(mlp, held_out):
-    why = explained(mlp, held_out, "juggle", "hold")
+    why = explain_hold(mlp, held_out, "juggle", "hold")
     assert why.against != "juggle"
     assert "juggle" in why.remarks[0]
 
 
 def test_neighbours_are_of_both_actions_and_of_no_hidden_demonstration(bayes):
     path, run = bayes
-    one, other = run.tested[0].id, run.tested[1].id
-    held_out = finish(train_held_out(path, run, one))
-    why = explained(bayes, held_out, "still", "hold")
+    first, second = run.tested[0].id, run.tested[1].id
+    held_out = finish(train_held_out(path, run, first))
+    why = explain_hold(bayes, held_out, "still", "hold")
     assert [n.place.human for n in why.neighbours["hold"]] == ["hold"] * 3
     assert [n.place.human for n in why.neighbours["still"]] == ["still"] * 3
-    less = explained(bayes, held_out, "still", "hold", hidden={other})
+    less = explain_hold(bayes, held_out, "still", "hold", hidden={second})
     found = {n.place.demonstration for near in less.neighbours.values() for n in near}
-    assert found == {known.id for known in run.tested} - {one, other}
+    assert found == {known.id for known in run.tested} - {first, second}
 
 
 def test_the_strongest_bands_come_in_the_order_of_their_weight(mlp, held_out):
-    why = explained(mlp, held_out, "still", "hold")
+    why = explain_hold(mlp, held_out, "still", "hold")
     weights = [abs(band.weight) for band in why.strongest(5)]
     assert weights == sorted(weights, reverse=True)
     assert weights[0] == np.abs(why.attribution.bands).max()
@@ -442,7 +442,7 @@ def test_the_strongest_bands_come_in_the_order_of_their_weight(mlp, held_out):
 
 
 def test_an_explanation_is_plain_values_too(mlp, held_out):
-    why = explained(mlp, held_out, "still", "hold")
+    why = explain_hold(mlp, held_out, "still", "hold")
     plain = json.loads(json.dumps(why.to_json(), allow_nan=False))
     assert plain["method"] == "gradient"
     assert np.array(plain["bands"]).sum() == pytest.approx(
@@ -452,9 +452,9 @@ def test_an_explanation_is_plain_values_too(mlp, held_out):
 
 
 def test_a_place_without_samples_is_refused(mlp, held_out):
-    one = mlp[1].tested[0]
+    result = mlp[1].tested[0]
     with pytest.raises(InputError, match="no sample"):
-        finish(explain(held_out, mlp[1], Interval(one.id, one.end + 1, one.end + 2)))
+        finish(explain(held_out, mlp[1], Interval(result.id, result.end + 1, result.end + 2)))
 
 
 # --- places --------------------------------------------------------------------------------------
@@ -629,7 +629,7 @@ def test_no_video_needs_no_decoder(tmp_path, monkeypatch):
     path = tmp_path / "study.forcelab"
     run = make_evaluated_project(path, QUICK_SETTINGS.replace(classifier="naive-bayes"), count=2)
     monkeypatch.setitem(sys.modules, "cv2", None)  # importing it fails
-    places = [Interval(one.id, 1.0, 2.0) for one in run.tested]
+    places = [Interval(result.id, 1.0, 2.0) for result in run.tested]
     found = finish(preview_job(path, places))
-    assert [one.name for one in found] == [one.name for one in run.tested]
-    assert all(one.frame is None for one in found)
+    assert [explanation.name for explanation in found] == [result.name for result in run.tested]
+    assert all(explanation.frame is None for explanation in found)

@@ -49,12 +49,14 @@ def recording(number, order=ORDER, actions=ACTIONS, predicted_as=None, confidenc
 
 def listed(run, tracks):
     """What is suspected of segments, the most suspect first."""
-    labelled = [one for one in run.tested if tracks.get(one.id)]
-    all_heard = []
-    for one in labelled:
-        found = find_differences(one.id, tracks[one.id], one.predicted, one.probability_trace)
-        all_heard.append(gather_evidence(one, tracks[one.id], run.actions, found))
-    return suspect_segments(all_heard, run.actions)
+    labelled = [result for result in run.tested if tracks.get(result.id)]
+    evidence = []
+    for result in labelled:
+        found = find_differences(
+            result.id, tracks[result.id], result.predicted, result.probability_trace
+        )
+        evidence.append(gather_evidence(result, tracks[result.id], run.actions, found))
+    return suspect_segments(evidence, run.actions)
 
 
 def relabelled(segments, index, action):
@@ -66,8 +68,8 @@ def relabelled(segments, index, action):
 def test_swapped_labels_are_found_with_what_they_were(probabilities):
     tested = [recording(i) for i in range(6)]
     if not probabilities:
-        tested = [replace(one, probability_trace=None) for one in tested]
-    tracks = {one.id: one.human for one in tested}
+        tested = [replace(r, probability_trace=None) for r in tested]
+    tracks = {r.id: r.human for r in tested}
     for id_, index, action in [("01", 1, "still"), ("03", 2, "release"), ("04", 4, "hold")]:
         tracks[id_] = relabelled(tracks[id_], index, action)
     found = [
@@ -83,20 +85,20 @@ def test_swapped_labels_are_found_with_what_they_were(probabilities):
 
 def test_labels_without_errors_raise_no_suspicion():
     tested = [recording(i) for i in range(6)]
-    found = listed(unscored_run_result(tested, ACTIONS), {one.id: one.human for one in tested})
+    found = listed(unscored_run_result(tested, ACTIONS), {r.id: r.human for r in tested})
     assert all(d.suspicion < 0.1 for d in found)
 
 
 def test_a_confusion_that_occurs_everywhere_is_the_models_weakness():
     tested = [recording(i, predicted_as={"release": "grab"}) for i in range(6)]
-    found = listed(unscored_run_result(tested, ACTIONS), {one.id: one.human for one in tested})
+    found = listed(unscored_run_result(tested, ACTIONS), {r.id: r.human for r in tested})
     assert all(d.suspicion < 0.5 for d in found)
 
 
 def test_an_unusual_order_that_the_model_sees_as_well_is_no_error():
     tested = [recording(i) for i in range(6)]
     tested.append(recording(9, ("still", "hold", "grab", "release", "still"), confidence=1.0))
-    found = listed(unscored_run_result(tested, ACTIONS), {one.id: one.human for one in tested})
+    found = listed(unscored_run_result(tested, ACTIONS), {r.id: r.human for r in tested})
     assert all(d.suspicion < SUSPECT for d in found)
 
 
@@ -116,18 +118,18 @@ def test_where_the_model_sees_what_the_coder_sees_the_order_alone_raises_no_susp
     unsure[(times >= odd.human[1].start) & (times < odd.human[1].end)] = [0.0, 0.35, 0.65, 0.0]
     trace = ProbabilityTrace.from_probabilities(times, unsure, ACTIONS)
     run = unscored_run_result([*tested, replace(odd, probability_trace=trace)], ACTIONS)
-    found = listed(run, {one.id: one.human for one in run.tested})
+    found = listed(run, {r.id: r.human for r in run.tested})
     assert not [d for d in found if d.suspicion >= SUSPECT]
     # And where it contradicts, what it is said to see is what it does see.
     wrong = relabelled(odd.human, 1, "grab")
-    (suspect, *_) = listed(run, {"20": wrong, **{one.id: one.human for one in tested}})
+    (suspect, *_) = listed(run, {"20": wrong, **{r.id: r.human for r in tested}})
     assert (suspect.demonstration, suspect.human, suspect.predicted) == ("20", "grab", "hold")
 
 
 def test_in_any_order_the_model_alone_decides():
     random = np.random.default_rng(5)
     tested = [recording(i, tuple(random.permutation([*ACTIONS, *ACTIONS]))) for i in range(8)]
-    tracks = {one.id: one.human for one in tested}
+    tracks = {r.id: r.human for r in tested}
     old = tracks["02"][3].action
     new = next(a for a in ACTIONS if a != old)
     tracks["02"] = relabelled(tracks["02"], 3, new)
@@ -142,7 +144,7 @@ def test_in_any_order_the_model_alone_decides():
 
 def test_actions_that_the_outcome_does_not_know_are_passed_over():
     tested = [recording(i) for i in range(4)]
-    tracks = {one.id: one.human for one in tested}
+    tracks = {r.id: r.human for r in tested}
     tracks["00"] = relabelled(tracks["00"], 2, "polish")
     found = listed(unscored_run_result(tested, ACTIONS), tracks)
     assert all(d.human != "polish" for d in found)
@@ -153,8 +155,10 @@ def test_of_actions_that_it_never_learnt_the_model_is_no_witness():
     # Trained on a task without "release", which looks like "grab" to it, but not every time.
     learnt = ("still", "grab", "hold")
     confusions = [{"release": "grab" if i else "hold"} for i in range(6)]
-    tested = [recording(i, actions=learnt, predicted_as=one) for i, one in enumerate(confusions)]
-    tracks = {one.id: one.human for one in tested}
+    tested = [
+        recording(i, actions=learnt, predicted_as=action) for i, action in enumerate(confusions)
+    ]
+    tracks = {r.id: r.human for r in tested}
     tracks["03"] = relabelled(tracks["03"], 2, "grab")  # it was "hold", as the model sees
     found = listed(unscored_run_result(tested, ACTIONS), tracks)
     assert all("release" not in (d.human, d.predicted) for d in found)
@@ -164,17 +168,17 @@ def test_of_actions_that_it_never_learnt_the_model_is_no_witness():
 def test_an_edge_is_suspect_if_it_lies_far_from_where_a_sure_model_puts_it():
     found, certainties = [], {}
     for i in range(6):
-        one = recording(i)
-        certainties[one.id] = one.probability_trace
-        edge = one.human[1].end
+        result = recording(i)
+        certainties[result.id] = result.probability_trace
+        edge = result.human[1].end
         moved = edge - (0.12 if i == 4 else 0.02)  # grab ends early; everybody's does a little
         human = (
-            *one.human[:1],
-            replace(one.human[1], end=moved),
-            replace(one.human[2], start=moved),
-            *one.human[3:],
+            *result.human[:1],
+            replace(result.human[1], end=moved),
+            replace(result.human[2], start=moved),
+            *result.human[3:],
         )
-        found += find_differences(one.id, human, one.predicted, one.probability_trace)
+        found += find_differences(result.id, human, result.predicted, result.probability_trace)
     assert {d.kind for d in found} == {"boundary"}
     suspicions = {d.demonstration: d.suspicion for d in suspect_edges(found, certainties)}
     assert suspicions.pop("04") >= SUSPECT
@@ -182,9 +186,9 @@ def test_an_edge_is_suspect_if_it_lies_far_from_where_a_sure_model_puts_it():
     assert all(d.suspicion == 0 for d in suspect_edges(found, {}))
 
 
-def ended_early(one, share=0.4):
+def ended_early(result, share=0.4):
     """A coder who ends "hold" when `share` of it is over: the rest goes to "release"."""
-    before, grab, hold, release, after = one.human
+    before, grab, hold, release, after = result.human
     end = hold.start + share * hold.duration
     return (before, grab, replace(hold, end=end), replace(release, start=end), after)
 
@@ -193,8 +197,8 @@ def ended_early(one, share=0.4):
 def test_of_a_segment_that_is_wrong_in_part_that_part_is_suspected(probabilities):
     tested = [recording(i) for i in range(6)]
     if not probabilities:
-        tested = [replace(one, probability_trace=None) for one in tested]
-    tracks = {one.id: one.human for one in tested}
+        tested = [replace(r, probability_trace=None) for r in tested]
+    tracks = {r.id: r.human for r in tested}
     tracks["03"] = ended_early(tested[3])
     first, *others = listed(unscored_run_result(tested, ACTIONS), tracks)
     assert (first.demonstration, first.human, first.predicted) == ("03", "release", "hold")
@@ -205,7 +209,7 @@ def test_of_a_segment_that_is_wrong_in_part_that_part_is_suspected(probabilities
 
 def test_a_suspected_part_stands_once_in_the_queue():
     tested = [recording(i) for i in range(6)]
-    tracks = {one.id: one.human for one in tested}
+    tracks = {r.id: r.human for r in tested}
     tracks["03"] = ended_early(tested[3])
     found, _ = finish(arrange_queue(unscored_run_result(tested, ACTIONS), tracks, ()))
     (part,) = found.open
@@ -216,8 +220,8 @@ def test_a_suspected_part_stands_once_in_the_queue():
 def test_a_short_action_that_was_overlooked_within_another_is_suspected():
     order = ("still", "grab", "hold", "slip", "hold", "release", "still")
     tested = [recording(i, order, (*ACTIONS, "slip")) for i in range(6)]
-    tracks = {one.id: one.human for one in tested}
-    chosen = max(tested, key=lambda one: one.human[3].duration)
+    tracks = {r.id: r.human for r in tested}
+    chosen = max(tested, key=lambda r: r.human[3].duration)
     still, grab, hold, slip, again, *rest = chosen.human
     tracks[chosen.id] = (still, grab, replace(hold, end=again.end), *rest)
     first = listed(unscored_run_result(tested, (*ACTIONS, "slip")), tracks)[0]
@@ -228,15 +232,13 @@ def test_a_short_action_that_was_overlooked_within_another_is_suspected():
 
 def test_an_action_that_the_model_always_ends_late_is_not_suspicious():
     tested = [recording(i) for i in range(6)]
-    found = listed(
-        unscored_run_result(tested, ACTIONS), {one.id: ended_early(one) for one in tested}
-    )
+    found = listed(unscored_run_result(tested, ACTIONS), {r.id: ended_early(r) for r in tested})
     assert all(d.suspicion < SUSPECT for d in found)
 
 
 def test_an_edge_that_is_displaced_by_a_few_hundredths_is_not_suspected_as_a_part():
     tested = [recording(i) for i in range(6)]
-    tracks = {one.id: one.human for one in tested}
+    tracks = {r.id: r.human for r in tested}
     still, grab, hold, release, after = tested[1].human
     hold, release = replace(hold, end=hold.end - 0.05), replace(release, start=release.start - 0.05)
     sliver = replace(release, end=release.start + 0.1)  # so short that 0.05 s of it is no edge
@@ -247,8 +249,8 @@ def test_an_edge_that_is_displaced_by_a_few_hundredths_is_not_suspected_as_a_par
 
 
 def test_a_part_that_breaks_the_usual_order_is_hardly_suspect():
-    *others, one = sorted((recording(i) for i in range(6)), key=lambda r: r.human[0].duration)
-    still, *rest = one.human
+    *others, quickest = sorted((recording(i) for i in range(6)), key=lambda r: r.human[0].duration)
+    still, *rest = quickest.human
     first, last = 0.1 * still.duration, 0.8 * still.duration
     sees = (
         replace(still, end=first),
@@ -257,9 +259,9 @@ def test_a_part_that_breaks_the_usual_order_is_hardly_suspect():
         *rest,
     )
     trace = certain(sees, ACTIONS, 0.7, np.random.default_rng(1))
-    other = replace(one, stages={"filtered": sees}, probability_trace=trace)
+    other = replace(quickest, stages={"filtered": sees}, probability_trace=trace)
     found = listed(
-        unscored_run_result([*others, other], ACTIONS), {r.id: r.human for r in (*others, one)}
+        unscored_run_result([*others, other], ACTIONS), {r.id: r.human for r in (*others, quickest)}
     )
     assert all(d.suspicion < 0.2 for d in found)
 
@@ -284,7 +286,7 @@ def swapped(items, seed):
     return items, places
 
 
-def evaluated(items, settings, groups=5):
+def evaluate_left_out(items, settings, groups=5):
     """Each demonstration as a recogniser of those of the other groups sees it."""
     examples = finish(prepare_all(items, settings))
     actions = actions_of(examples)
@@ -317,7 +319,7 @@ def test_three_swapped_labels_are_among_the_first_five_of_real_recordings(
 ):
     monkeypatch.setattr(ensemble, "TREES", 10)  # of 50, which find them no worse
     items, places = swapped(read_labelled(real_file(f"tongs/{file}")), 1)
-    run = evaluated(items, settings)
+    run = evaluate_left_out(items, settings)
     tracks = {item.demonstration.id: item.segments for item in items}
     first = listed(run, tracks)[:5]
     assert places <= {(d.demonstration, d.start) for d in first}
@@ -329,7 +331,7 @@ def test_the_part_of_a_real_segment_over_which_the_pen_is_held_still_is_suspecte
 ):
     monkeypatch.setattr(ensemble, "TREES", 10)
     items = read_labelled(real_file("tongs/JPen_sig.pdl"))
-    run = evaluated(items, preset("fast"))
+    run = evaluate_left_out(items, preset("fast"))
     found = listed(run, {item.demonstration.id: item.segments for item in items})
     # Coded still from 2.75 s on; 3.9 N are held until 4.04 s.
     assert [d for d in found[:3] if d.start == 2.75 and abs(d.end - 4.04) < 0.05]

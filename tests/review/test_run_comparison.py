@@ -24,22 +24,22 @@ def counted(result, ids):
 
 
 def test_pooled_scores_are_those_of_the_runs_where_both_tested_the_same():
-    one, other = random_run_result("abcd", ACTIONS), random_run_result("abcd", ACTIONS, right=0.9)
-    found = compare_runs(one, other)
+    old, new = random_run_result("abcd", ACTIONS), random_run_result("abcd", ACTIONS, right=0.9)
+    found = compare_runs(old, new)
     assert found.shared == ("a", "b", "c", "d")
     for stage in ("raw", "filtered"):
-        assert found.pooled[stage] == (one.scores[stage]["pooled"], other.scores[stage]["pooled"])
-        listed = other.scores[stage]["demonstrations"]
+        assert found.pooled[stage] == (old.scores[stage]["pooled"], new.scores[stage]["pooled"])
+        listed = new.scores[stage]["demonstrations"]
         assert [found.each[stage][id_][1] for id_ in "abcd"] == listed
 
 
 def test_what_only_one_run_tested_is_left_out_of_both():
-    one, other = random_run_result("abcd", ACTIONS), random_run_result("dcxb", ACTIONS, seed=1)
-    found = compare_runs(one, other)
+    old, new = random_run_result("abcd", ACTIONS), random_run_result("dcxb", ACTIONS, seed=1)
+    found = compare_runs(old, new)
     assert found.shared == ("b", "c", "d")
-    expected = [pool("pooled", counted(run, "bcd")).to_json() for run in (one, other)]
+    expected = [pool("pooled", counted(run, "bcd")).to_json() for run in (old, new)]
     assert list(found.pooled["filtered"]) == expected
-    paired = difference_intervals(counted(one, "bcd"), counted(other, "bcd"), one.settings.seed)
+    paired = difference_intervals(counted(old, "bcd"), counted(new, "bcd"), old.settings.seed)
     assert found.intervals["filtered"] == paired
     low, high = paired["accuracy"]
     between = look_up(expected[1], "accuracy") - look_up(expected[0], "accuracy")
@@ -54,10 +54,10 @@ def test_runs_with_nothing_in_common_have_no_scores():
 
 
 def test_only_settings_that_differ_are_listed():
-    one = random_run_result("ab", ACTIONS)
-    assert settings_that_differ(one, one) == ()
-    other = replace(one, settings=Settings(median=None, seed=7), author="Bob")
-    assert settings_that_differ(one, other) == (
+    old = random_run_result("ab", ACTIONS)
+    assert settings_that_differ(old, old) == ()
+    new = replace(old, settings=Settings(median=None, seed=7), author="Bob")
+    assert settings_that_differ(old, new) == (
         ("median", "10", "–"),
         ("seed", "0", "7"),
         ("coder", "Ada", "Bob"),
@@ -65,10 +65,10 @@ def test_only_settings_that_differ_are_listed():
 
 
 def test_settings_that_differ_are_written_as_text():
-    one = random_run_result("ab", ACTIONS)
-    changed = one.settings.replace(merge=MergeMap({"grap": "grab"}), phase=False)
-    other = replace(one, settings=changed, tasks=("foam", "soft"), test_task="pen")
-    different = {name: values for name, *values in settings_that_differ(one, other)}
+    old = random_run_result("ab", ACTIONS)
+    changed = old.settings.replace(merge=MergeMap({"grap": "grab"}), phase=False)
+    new = replace(old, settings=changed, tasks=("foam", "soft"), test_task="pen")
+    different = {name: values for name, *values in settings_that_differ(old, new)}
     assert different["phase"] == ["yes", "no"]
     assert different["merge"] == ["–", "grap → grab"]
     assert different["tasks"][1] == "foam + soft"
@@ -76,11 +76,11 @@ def test_settings_that_differ_are_written_as_text():
 
 
 def test_labels_that_changed_between_the_runs_are_named():
-    one = random_run_result("abc", ACTIONS)
-    changed = replace(one.tested[1], human=one.tested[1].human[:-1])
-    other = run_result([one.tested[0], changed, one.tested[2]], ACTIONS)
-    assert compare_runs(one, other).relabelled == ("b",)
-    assert compare_runs(one, one).relabelled == ()
+    old = random_run_result("abc", ACTIONS)
+    changed = replace(old.tested[1], human=old.tested[1].human[:-1])
+    new = run_result([old.tested[0], changed, old.tested[2]], ACTIONS)
+    assert compare_runs(old, new).relabelled == ("b",)
+    assert compare_runs(old, old).relabelled == ()
 
 
 @pytest.mark.parametrize("number", [1, 2])

@@ -35,8 +35,8 @@ def project(path):
 
 
 def test_summaries_say_what_a_list_shows_without_the_result(project):
-    one, two = project.runs.summaries("evaluate")
-    for summary in (one, two):
+    first, second = project.runs.summaries("evaluate")
+    for summary in (first, second):
         run = project.runs.get(summary.id)
         assert (summary.time, summary.settings, summary.labels) == (
             run.time,
@@ -47,7 +47,7 @@ def test_summaries_say_what_a_list_shows_without_the_result(project):
         assert summary.digest["tested"] == 3
         assert summary.digest["f1"] == run.result["filtered"]["pooled"]["f1"]["50"]
     assert project.runs.summaries("simulate") == ()
-    assert project.runs.summaries() == (one, two)
+    assert project.runs.summaries() == (first, second)
 
 
 def test_a_run_without_a_digest_has_an_empty_one(tmp_path):
@@ -187,7 +187,7 @@ def test_a_run_outlives_a_demonstration_that_it_tested(tmp_path, path):
         }
         project.demonstrations.remove_all({gone: heads})
         after = load_run(project, before.number)
-        assert [one.id for one in after.tested] == [one.id for one in before.tested[1:]]
+        assert [result.id for result in after.tested] == [result.id for result in before.tested[1:]]
         assert after.scores["filtered"]["pooled"] == before.scores["filtered"]["pooled"]
         for stage in ("raw", "filtered"):
             each = before.scores[stage]["demonstrations"]

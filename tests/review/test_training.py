@@ -78,7 +78,7 @@ def test_in_groups_as_many_recognisers_are_trained_and_the_run_tells_so(path, tr
     assert [step.fold for step in steps if step.phase == "fold"] == [1, 2]
     assert {step.folds for step in steps[1:]} == {2}  # or too much time would seem to be left
     assert (found.folds, alone.folds) == (2, 0)
-    assert [one.id for one in found.tested] == [one.id for one in alone.tested]
+    assert [result.id for result in found.tested] == [result.id for result in alone.tested]
 
 
 def test_its_tracks_are_those_of_evaluate_to_the_last_bit(path, result, capsys, tmp_path):
@@ -181,14 +181,14 @@ def test_what_was_trained_is_stored_when_no_other_program_keeps_the_project_busy
     with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as other:
         steps = []
 
-        def hear(step):
+        def note_step(step):
             steps.append(step.phase)
             if steps.count("storing") == 1 and steps[-1] == "storing":
                 other.execute("BEGIN IMMEDIATE")
             elif steps.count("storing") == 3:
                 other.execute("ROLLBACK")
 
-        number = finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam"), hear)
+        number = finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam"), note_step)
     assert steps.count("storing") == 3
     with Project.open(path) as project:
         assert [run.id for run in project.runs.summaries()] == [number]
@@ -200,11 +200,11 @@ def test_asking_how_certain_it_is_changes_no_prediction():
     for settings in (BAYES_SETTINGS, BAYES_SETTINGS.replace(threshold=None)):
         plain = finish(leave_one_out(labelled, settings))
         with_trace = finish(leave_one_out(labelled, settings, probability_trace=True))
-        for one, other in zip(plain.tested, with_trace.tested, strict=True):
-            assert np.array_equal(one.raw, other.raw)
-            assert np.array_equal(one.filtered, other.filtered)
-            assert one.probability_trace is None
-            assert other.probability_trace.actions
+        for plain_result, traced_result in zip(plain.tested, with_trace.tested, strict=True):
+            assert np.array_equal(plain_result.raw, traced_result.raw)
+            assert np.array_equal(plain_result.filtered, traced_result.filtered)
+            assert plain_result.probability_trace is None
+            assert traced_result.probability_trace.actions
 
 
 def test_an_svm_without_probabilities_has_no_certainty():
@@ -246,7 +246,7 @@ def test_what_is_removed_while_it_trains_costs_only_itself(tmp_path, which):
         }
         project.demonstrations.remove_all({gone: heads})
         result = load_run(project, finish(job))
-        left = {one.id for one in (*result.tested, *result.proposals)}
+        left = {reviewed.id for reviewed in (*result.tested, *result.proposals)}
         assert left == {info.id for info in project.demonstrations.infos()}
         assert {used.demonstration for used in result.labels} == left
 
@@ -343,7 +343,7 @@ def test_another_task_is_tested_on_and_both_tasks_get_proposals(tmp_path):
     with Project.open(path) as project:
         recogniser = load_recogniser(project.runs.recogniser_path(result.recogniser))
         new = [project.demonstrations.load(item.id) for item in result.proposals]
-    expected = typicality([sample_steps(recogniser.prepare(one)) for one in new])
+    expected = typicality([sample_steps(recogniser.prepare(d)) for d in new])
     assert shares == pytest.approx(expected.tolist())
     assert len(shares) > 1
     assert (result.tasks, result.test_task) == (("foam",), "soft")

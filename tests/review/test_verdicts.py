@@ -31,10 +31,10 @@ def study():
         folder_in_memory() as folder,
         Project.create(folder / "study.forcelab") as project,
     ):
-        one = foam_demonstration()
-        project.demonstrations.add(one)
-        project.tracks.edit(one.id, "Ann", (), HUMAN, "made")
-        tested = DemonstrationResult(one.id, one.name, "foam", 0, 10, HUMAN, {"filtered": SEEN})
+        d = foam_demonstration()
+        project.demonstrations.add(d)
+        project.tracks.edit(d.id, "Ann", (), HUMAN, "made")
+        tested = DemonstrationResult(d.id, d.name, "foam", 0, 10, HUMAN, {"filtered": SEEN})
         yield project, unscored_run_result([tested], number=0)  # no run of the project
 
 
@@ -114,9 +114,9 @@ def test_a_verdict_speaks_also_of_what_the_next_recogniser_finds_a_bit_beside(st
 def test_a_change_is_spelt_as_the_coder_spells_it(study):
     _, run = study
     run = replace(run, apart=True)
-    one = run.tested[0]
+    result = run.tested[0]
     (found,) = find_differences(
-        one.id, (Segment(0, 1, "hold_foam"),), (Segment(0, 1, "grab_foam"),), None
+        result.id, (Segment(0, 1, "hold_foam"),), (Segment(0, 1, "grab_foam"),), None
     )
     assert model_action(run, found) == "grab"
     assert model_action(run, replace(found, predicted=None)) is None

@@ -60,8 +60,8 @@ def test_a_rate_asked_for_within_one_per_cent_leaves_the_recording_alone(share):
 
 def test_a_rate_further_away_is_met_to_a_thousandth():
     demo = recording(np.arange(5000) / 1000, 1.0)
-    for rate_asked in (1010.0, 989.9, 987.654, 701.3, 333.3):
-        assert on_grid(demo, rate_asked).rate == pytest.approx(rate_asked, rel=1e-3)
+    for rate in (1010.0, 989.9, 987.654, 701.3, 333.3):
+        assert on_grid(demo, rate).rate == pytest.approx(rate, rel=1e-3)
 
 
 def test_the_demonstrations_own_grid_rate_counts_unless_another_is_asked_for():

@@ -47,7 +47,7 @@ def force(n, seed=3):
     return x
 
 
-def made(x, start=None, end=None, channel="fz", **settings):
+def make_picture(x, start=None, end=None, channel="fz", **settings):
     demonstration = x if isinstance(x, Demonstration) else recorded(x)
     view = finish(survey(demonstration, channel, 2048.0))
     request = {"scales": SCALES, "columns": 200, **settings}
@@ -84,7 +84,7 @@ def tapped():
     [(20_000, 20_100, 100), (20_000, 21_000, 500), (3_000, 13_000, 1000), (0, 12_000, 600)],
 )
 def test_a_picture_holds_the_largest_power_of_each_column(tapped, first, last, columns):
-    picture = made(tapped, first / RATE, last / RATE, columns=columns)
+    picture = make_picture(tapped, first / RATE, last / RATE, columns=columns)
     expected = reference(tapped, first, last, columns)
     assert picture.values.shape == expected.shape
     assert worst(picture, expected) < 0.02
@@ -148,7 +148,7 @@ def long_from_little(monkeypatch):
     [(0, 60_000, 60, 256), (0, 60_000, 400, 64), (12_345, 51_000, 300, 64)],
 )
 def test_tiles_hold_the_largest_power_of_each_column(tapped, first, last, columns, cell):
-    picture = made(tapped, first / RATE, last / RATE, columns=columns)
+    picture = make_picture(tapped, first / RATE, last / RATE, columns=columns)
     assert worst(picture, reference(tapped, first, last, columns, cell=cell)) < 0.02
 
 
@@ -182,7 +182,7 @@ def test_what_was_computed_before_a_picture_was_cancelled_is_kept(tapped):
     # What a second core was at work on is ended, and kept as well.
     assert len(view.tiles(SCALES).missing(0, 60_000)) in (1, 2, 3)
     entire = finish(scalogram(view, 0.0, 60.0, scales=SCALES, columns=100))
-    np.testing.assert_array_equal(entire.values, made(tapped, columns=100).values)
+    np.testing.assert_array_equal(entire.values, make_picture(tapped, columns=100).values)
 
 
 @pytest.mark.usefixtures("long_from_little")
@@ -243,8 +243,8 @@ def test_the_first_picture_of_a_long_span_knows_all_scales():
     known = ~lost[0]
     for row in np.flatnonzero(first.scales > 145):
         # Edges of columns move to the nearest mean of 16 samples, in columns of 500.
-        power_told = power(first)[row, known]
-        np.testing.assert_allclose(power_told, largest[row, known], atol=0.1 * largest[row].max())
+        shown_power = power(first)[row, known]
+        np.testing.assert_allclose(shown_power, largest[row, known], atol=0.1 * largest[row].max())
 
 
 @pytest.mark.parametrize(("p", "known"), [(60.0, [True, True, False, True]), (200.0, [True, True])])
@@ -296,7 +296,7 @@ def test_a_steady_tone_is_as_high_as_it_is(hertz, columns):
     x = np.sin(2 * np.pi * hertz * np.arange(60_000) / RATE)
     scale = RATE / (Morlet().fourier_factor * hertz)
     scales = np.array([0.8 * scale, scale, 1.25 * scale])
-    picture = made(x, 20.0, 40.0, columns=columns, scales=scales)
+    picture = make_picture(x, 20.0, 40.0, columns=columns, scales=scales)
     expected = np.abs(cwt(x, scales))[:, 30_000] ** 2
     decibels = 10 * np.log10(power(picture)[:, columns // 2] / expected)
     assert np.max(np.abs(decibels)) < 0.05
@@ -308,7 +308,7 @@ def test_tones_that_beat_are_nearly_as_high_as_they_are(apart, columns):
     scale, t = 64.0, np.arange(60_000)
     low, high = (Morlet().p + sign * apart / 2 for sign in (-1, 1))
     x = np.sin(low / scale * t) + np.sin(high / scale * t)
-    picture = made(x, 20.0, 40.0, columns=columns, scales=np.array([scale]))
+    picture = make_picture(x, 20.0, 40.0, columns=columns, scales=np.array([scale]))
     error = worst(picture, reference(x, 20_000, 40_000, picture.values.shape[1], [scale]))
     assert error < 1.02 * math.sin(apart / 16) ** 2
 
@@ -317,7 +317,7 @@ def test_tones_that_beat_are_nearly_as_high_as_they_are(apart, columns):
     ("first", "last", "columns"), [(20_000, 20_100, 100), (3_000, 13_000, 500), (0, 60_000, 100)]
 )
 def test_phases_are_those_of_the_columns_centres(tapped, first, last, columns):
-    picture = made(tapped, first / RATE, last / RATE, columns=columns, phase=True)
+    picture = make_picture(tapped, first / RATE, last / RATE, columns=columns, phase=True)
     width = (last - first) // columns
     exact = cwt(tapped, SCALES)[:, first + width // 2 : last : width]
     error = np.abs(np.angle(np.exp(1j * (picture.values - np.angle(exact)))))
@@ -331,7 +331,7 @@ def test_phases_are_those_of_the_columns_centres(tapped, first, last, columns):
 def test_phases_of_long_spans_go_through_a_coarser_grid_without_loss():
     x = force(600_000)
     scales = np.array([150.0, 300.0, 1000.0])
-    picture = made(x, columns=100, scales=scales, phase=True)
+    picture = make_picture(x, columns=100, scales=scales, phase=True)
     exact = cwt(x, scales)[:, 3000::6000]
     error = np.abs(np.angle(np.exp(1j * (picture.values - np.angle(exact)))))
     size = np.abs(exact)
@@ -347,7 +347,7 @@ def test_a_coarse_picture_comes_first(tapped):
     assert first.values.shape == (4, 100)
     assert pictures.index(first) < len(steps) / 2
     assert pictures[-1] is first, "whoever sees the last step only still gets it"
-    fine = made(tapped, columns=800)
+    fine = make_picture(tapped, columns=800)
     assert not fine.coarse
     assert worst(first, reference(tapped, 0, 60_000, 100, first.scales)) < 0.02
 
@@ -386,7 +386,7 @@ def test_missing_samples_are_bridged_as_in_recognition(tapped):
     x = tapped[:20_000].copy()
     x[5_000:5_004] = np.nan
     x[9_000:9_700] = np.inf
-    picture = made(x, 4.0, 12.0, columns=400)
+    picture = make_picture(x, 4.0, 12.0, columns=400)
     expected = reference(x, 4_000, 12_000, 400)
     known = np.isfinite(picture.values).all(axis=0)
     assert known[50]
@@ -446,7 +446,7 @@ def test_pieces_are_those_of_the_whole_grid(distances, data):
 def test_gaps_of_the_stamps_stay_empty():
     times = np.concatenate([np.arange(4000), 7000.25 + np.arange(4000)]) / RATE
     demonstration = recorded(force(8000), times)
-    picture = made(demonstration, 0.0, 11.0, columns=110)
+    picture = make_picture(demonstration, 0.0, 11.0, columns=110)
     known = np.isfinite(picture.values).all(axis=0)
     assert known[:40].all()
     assert not known[41:70].any()
@@ -456,7 +456,7 @@ def test_gaps_of_the_stamps_stay_empty():
 def test_a_recognition_channel_is_made_of_its_columns():
     parts = np.stack([force(5000, seed) for seed in range(3)], axis=1)
     demonstration = recorded(parts, names=("fx1", "fy1", "fz1"))
-    picture = made(demonstration, channel="tangential 1", columns=500)
+    picture = make_picture(demonstration, channel="tangential 1", columns=500)
     expected = reference(np.hypot(parts[:, 0], parts[:, 1]), 0, 5000, 500)
     error = np.abs(power(picture) - expected) / expected.max(axis=1, keepdims=True)
     assert error.max() < 0.02
@@ -474,9 +474,11 @@ def test_a_stray_stamp_is_refused_in_one_sentence():
 def test_any_size_of_numbers_gives_the_same_picture(size):
     x = force(4000)
     with np.errstate(all="raise", under="ignore"):
-        picture = made(size * x, columns=100)
+        picture = make_picture(size * x, columns=100)
     shift = math.log10(size)
-    np.testing.assert_allclose(picture.values - shift, made(x, columns=100).values, atol=1e-3)
+    np.testing.assert_allclose(
+        picture.values - shift, make_picture(x, columns=100).values, atol=1e-3
+    )
 
 
 @pytest.mark.parametrize("n", [4000, 400_000])
@@ -486,27 +488,29 @@ def test_what_no_sensor_can_have_read_is_drawn_as_a_missing_sample(n, phase):
     missing, printed = x.copy(), x.copy()
     for place in (0, slice(700, n, 997), slice(2000, 2040), n - 1):
         missing[place], printed[place] = np.nan, -3.4e38
-    expected, found = (made(y, columns=columns, phase=phase).values for y in (missing, printed))
+    expected, found = (
+        make_picture(y, columns=columns, phase=phase).values for y in (missing, printed)
+    )
     np.testing.assert_array_equal(found, expected)
 
 
 def test_silence_is_one_colour_and_has_no_phase():
     x = np.full(5000, 7.25)
-    assert np.ptp(made(x, columns=100).values, axis=1).max() == 0.0
-    assert np.isnan(made(x, columns=100, phase=True).values).all()
+    assert np.ptp(make_picture(x, columns=100).values, axis=1).max() == 0.0
+    assert np.isnan(make_picture(x, columns=100, phase=True).values).all()
     x[4000:] += np.sin(np.arange(1000) / 3)
-    picture = made(x, columns=100)
+    picture = make_picture(x, columns=100)
     quiet = picture.values[:8, :60]
     assert np.ptp(quiet, axis=1).max() < 1e-6, "far from the tone the floor has no structure"
 
 
 def test_nothing_recorded_gives_an_empty_picture():
-    picture = made(np.full(3000, np.nan), columns=50)
+    picture = make_picture(np.full(3000, np.nan), columns=50)
     assert np.isnan(picture.values).all()
 
 
 def test_what_lies_outside_the_recording_is_left_out():
-    picture = made(force(3000), -5.0, 50.0, columns=100)
+    picture = make_picture(force(3000), -5.0, 50.0, columns=100)
     assert picture.start == pytest.approx(0.0)
     assert picture.end == pytest.approx(3.0)
 
@@ -514,7 +518,7 @@ def test_what_lies_outside_the_recording_is_left_out():
 @pytest.mark.parametrize("n", [2, 3, 10])
 def test_the_shortest_recordings_have_pictures(n):
     for phase in (False, True):
-        picture = made(np.arange(n) % 2, columns=100, phase=phase)
+        picture = make_picture(np.arange(n) % 2, columns=100, phase=phase)
         assert picture.values.shape == (32, n)
 
 
@@ -552,9 +556,9 @@ def test_pieces_are_what_is_read_one_by_one(even):
     firsts = np.array([-700, 100, 4_000, 11_500, 13_000, 19_500, 21_000, source.count - 500])
     values, known = source.pieces(firsts, 1000)
     for row, first in enumerate(firsts.tolist()):
-        known_values, known_there = source.read(first, first + 1000)
+        known_values, known_columns = source.read(first, first + 1000)
         np.testing.assert_array_equal(values[row], known_values)
-        assert known[row] == known_there.any()
+        assert known[row] == known_columns.any()
     assert not known[4], "all of it in a gap"
 
 
@@ -566,7 +570,7 @@ def test_a_glitch_is_left_out_and_told(n, phase):
     # One in the middle, and one that the first of the stretches meets which tell the colours.
     for place in (n // 2 + 137, 5_000):
         missing[place], wild[place] = np.nan, 1e16
-    expected, found = (made(y, columns=300, phase=phase) for y in (missing, wild))
+    expected, found = (make_picture(y, columns=300, phase=phase) for y in (missing, wild))
     np.testing.assert_array_equal(found.values, expected.values)
     assert (found.view.low, found.view.high) == (expected.view.low, expected.view.high)
     assert found.view.source.left_out(0, n) == 2
@@ -581,7 +585,7 @@ def test_glitches_are_left_out_of_uneven_recordings_and_of_forces_made_of_two_ch
     times = np.arange(20_000) / RATE
     times[12_000:] += 4e-4
     expected, found = (
-        made(recorded(y, times, ("fx1", "fy1", "fz1")), channel="tangential 1", columns=200)
+        make_picture(recorded(y, times, ("fx1", "fy1", "fz1")), channel="tangential 1", columns=200)
         for y in (missing, wild)
     )
     np.testing.assert_array_equal(found.values, expected.values)
@@ -600,9 +604,9 @@ def test_a_spike_that_is_no_glitch_leaves_the_forces_their_colours():
 @pytest.mark.usefixtures("long_from_little")
 def test_a_loud_sample_hides_nothing_that_is_far_from_it():
     x = force(120_000)
-    quiet = made(x, columns=240)
+    quiet = make_picture(x, columns=240)
     x[100_000] = 1e8
-    loud = made(x, columns=240)
+    loud = make_picture(x, columns=240)
     # What rests on no sample of the chunks that the widest wavelets hear it from.
     far = slice(0, 140)
     np.testing.assert_allclose(loud.values[:, far], quiet.values[:, far], atol=0.02)
@@ -612,7 +616,7 @@ def test_a_loud_sample_hides_nothing_that_is_far_from_it():
 def test_rounding_of_what_is_loud_in_the_middle_of_a_wide_column_is_not_told_as_a_force():
     x = 1 + 1e6 * np.exp(-(((np.arange(400_000) - 150_000) / 1500) ** 2))
     # Of the seven chunks of the second column, neither the first nor the last hears of it.
-    column = made(x, columns=4).values[:, 1]
+    column = make_picture(x, columns=4).values[:, 1]
     floor = 1e-6 * 0.5e6 * np.sqrt(SCALES)
     assert np.all(10.0**column >= 0.99 * floor)
 

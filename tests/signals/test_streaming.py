@@ -13,7 +13,7 @@ from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet
 SCALES = geometric_scales(4.0, 256.0)
 
 
-def streamed(stream, x, blocks):
+def stream_through(stream, x, blocks):
     """Coefficients of every sample, shape (c, k, n)."""
     parts, start, turn = [], 0, 0
     while start < len(x):
@@ -25,7 +25,7 @@ def streamed(stream, x, blocks):
     return np.stack(aligned, axis=1)
 
 
-def made(kind, n, seed=0):
+def make_signal(kind, n, seed=0):
     random = np.random.default_rng(seed)
     x = {
         "walk": np.cumsum(random.standard_normal(n)),
@@ -52,9 +52,9 @@ def worst(found, x, scales, wavelet=None):
 @pytest.mark.parametrize("kind", ["walk", "noise", "impulse", "step", "far", "large", "small"])
 @pytest.mark.parametrize("tolerance", [1e-3, 3e-5, 3e-7])
 def test_complete_coefficients_are_the_offline_ones_within_the_tolerance(kind, tolerance):
-    x = made(kind, 6000)
+    x = make_signal(kind, 6000)
     stream = StreamingCwt(SCALES, 1, tolerance=tolerance)
-    assert worst(streamed(stream, x, [20]), x, SCALES) <= tolerance
+    assert worst(stream_through(stream, x, [20]), x, SCALES) <= tolerance
 
 
 @settings(max_examples=12, deadline=None)
@@ -67,18 +67,18 @@ def test_blocks_of_any_size_give_the_same(blocks, n, latency):
     # Many blocks of one sample would take long and show nothing new.
     if sum(blocks) / len(blocks) < n / 300:
         blocks = [*blocks, n]
-    x = made("walk", n)
+    x = make_signal("walk", n)
     first, second = (StreamingCwt(SCALES, 1, latency=latency) for _ in range(2))
-    found, expected = streamed(first, x, blocks), streamed(second, x, [n])
+    found, expected = stream_through(first, x, blocks), stream_through(second, x, [n])
     # Where a block begins decides which samples come from the decimated copy.
     assert np.abs(found - expected).max() <= 3e-9 * max(1.0, np.abs(x - x[0]).max())
 
 
 @pytest.mark.parametrize("latency", [0, 7, 64, 200])
 def test_an_early_coefficient_rests_on_no_later_sample_and_holds_the_newest(latency):
-    x = made("walk", 3000)
+    x = make_signal("walk", 3000)
     stream = StreamingCwt(SCALES, 1, latency=latency)
-    found = streamed(stream, x, [50])
+    found = stream_through(stream, x, [50])
     for b in (500, 1711, 2500):
         for j, scale in enumerate(SCALES):
             end = b + stream.delays[j] + 1
@@ -90,11 +90,13 @@ def test_an_early_coefficient_rests_on_no_later_sample_and_holds_the_newest(late
 
 @pytest.mark.parametrize(("kind", "most"), [("walk", 1.0), ("noise", 1.5)])
 def test_early_estimates_err_as_much_as_is_said(kind, most):
-    x, scale = made(kind, 40_000), 32.0
+    x, scale = make_signal(kind, 40_000), 32.0
     expected = cwt(x[:, 0], [scale])[0]
     inside = slice(400, -400)
     for share in (0.5, 1.0, 2.0, 3.0):
-        found = streamed(StreamingCwt([scale], 1, latency=int(share * scale)), x, [5000])[0, 0]
+        found = stream_through(StreamingCwt([scale], 1, latency=int(share * scale)), x, [5000])[
+            0, 0
+        ]
         error = np.std((found - expected)[inside]) / np.std(expected[inside])
         assert 0.8 * early_error(share) < error < most * early_error(share)
 
@@ -102,24 +104,26 @@ def test_early_estimates_err_as_much_as_is_said(kind, most):
 @pytest.mark.parametrize("wavelet", [Morlet(2.0), Morlet(20.0), RealMorlet(), DOG(2), DOG(9)])
 def test_other_wavelets_stream_too(wavelet):
     scales = np.array([64.0, 8.0, 150.0])  # in any order
-    x = made("walk", 4000)
+    x = make_signal("walk", 4000)
     stream = StreamingCwt(scales, 1, wavelet, tolerance=1e-4)
-    found = streamed(stream, x, [33])
+    found = stream_through(stream, x, [33])
     assert worst(found, x, scales, wavelet) <= 1e-4
     assert not (wavelet.real and found.imag.any())
 
 
 def test_a_cut_wavelet_agrees_as_far_as_its_ringing_is_waited_for():
-    x = np.column_stack([made("impulse", 4000), made("step", 4000), made("walk", 4000)])
+    x = np.column_stack(
+        [make_signal("impulse", 4000), make_signal("step", 4000), make_signal("walk", 4000)]
+    )
     for wavelet, scales in ((Morlet(), [2.0]), (Haar(), [16.0, 100.0])):
         stream = StreamingCwt(scales, 3, wavelet, tolerance=1e-3)
-        assert worst(streamed(stream, x, [100]), x, scales, wavelet) <= 2e-2
+        assert worst(stream_through(stream, x, [100]), x, scales, wavelet) <= 2e-2
 
 
 def test_a_constant_gives_exactly_nothing_at_any_level():
     for level in (0.0, 7.0, 1e300, -1e9):
         stream = StreamingCwt(SCALES, 2)
-        assert not streamed(stream, np.full((3000, 2), level), [700]).any()
+        assert not stream_through(stream, np.full((3000, 2), level), [700]).any()
 
 
 def test_nothing_drifts_and_nothing_grows():
@@ -143,12 +147,12 @@ def test_nothing_drifts_and_nothing_grows():
 
 
 def test_a_stream_that_is_reset_starts_anew():
-    x = made("walk", 1000)
+    x = make_signal("walk", 1000)
     stream = StreamingCwt(SCALES, 1)
-    stream.push(1e5 + made("noise", 777))
+    stream.push(1e5 + make_signal("noise", 777))
     stream.reset()
     fresh = StreamingCwt(SCALES, 1)
-    assert np.array_equal(streamed(stream, x, [100]), streamed(fresh, x, [100]))
+    assert np.array_equal(stream_through(stream, x, [100]), stream_through(fresh, x, [100]))
 
 
 @pytest.mark.parametrize("level", [0.0, 7.0])

@@ -271,7 +271,7 @@ def test_morlets_stay_finite_far_out(p, x):
 
 
 @pytest.mark.parametrize(
-    ("asked", "parameter", "expected"),
+    ("name", "parameter", "expected"),
     [
         ("morlet", None, Morlet(5.0)),
         ("morlet", 6.5, Morlet(6.5)),
@@ -283,8 +283,8 @@ def test_morlets_stay_finite_far_out(p, x):
         ("haar", None, Haar()),
     ],
 )
-def test_a_wavelet_is_found_by_its_name(asked, parameter, expected):
-    wavelet = wavelet_named(asked, parameter)
+def test_a_wavelet_is_found_by_its_name(name, parameter, expected):
+    wavelet = wavelet_named(name, parameter)
     assert wavelet == expected
     assert type(wavelet) is type(expected)
 
@@ -299,7 +299,7 @@ def test_the_names_tell_kinds_and_parameters_apart():
 
 
 @pytest.mark.parametrize(
-    ("asked", "parameter", "complaint"),
+    ("name", "parameter", "complaint"),
     [
         ("mexican", None, "no wavelet 'mexican'; choose from morlet, real-morlet, uncorr"),
         ("morlet", 0.0, "p must lie between 0.1 and 1000, not at 0"),
@@ -314,6 +314,6 @@ def test_the_names_tell_kinds_and_parameters_apart():
         ("haar", 2.0, "has no parameter; leave it out"),
     ],
 )
-def test_a_wavelet_that_cannot_be_is_refused_in_one_sentence(asked, parameter, complaint):
+def test_a_wavelet_that_cannot_be_is_refused_in_one_sentence(name, parameter, complaint):
     with pytest.raises(InputError, match=complaint):
-        wavelet_named(asked, parameter)
+        wavelet_named(name, parameter)

@@ -57,17 +57,17 @@ SCENES = {
 
 def mechanics(scene: Scene, commands: Mapping[str, float] | None = None) -> Mechanics:
     """One lane whose hand stays where it is: commands by name, 0 where not told."""
-    told = dict(commands or {})
-    values = [told.pop(name, 0.0) for name in Layout.of(scene).commands]
-    assert not told
+    commanded = dict(commands or {})
+    values = [commanded.pop(name, 0.0) for name in Layout.of(scene).commands]
+    assert not commanded
     return Mechanics([scene], Trajectory.through([np.tile(values, (3, 1))]))
 
 
 def state(system: Mechanics, numbers: Mapping[str, float]) -> np.ndarray:
     """A state (s,) by names, 0 where not told."""
-    told = dict(numbers)
-    result = np.array([told.pop(name, 0.0) for name in system.names])
-    assert not told
+    given_numbers = dict(numbers)
+    result = np.array([given_numbers.pop(name, 0.0) for name in system.names])
+    assert not given_numbers
     return result
 
 
@@ -141,7 +141,7 @@ def energy(system: Mechanics, states: np.ndarray, commands: Mapping[str, float])
         (scene.jaws.mass, q["right jaw rate"]),
         (scene.body.mass, q["body x rate"]),
     ]
-    kept = [
+    stored = [
         (scene.jaws.stiffness, q["left jaw"] - commands.get("left jaw", 0.0)),
         (
             scene.jaws.stiffness * scene.jaws.asymmetry,
@@ -151,14 +151,14 @@ def energy(system: Mechanics, states: np.ndarray, commands: Mapping[str, float])
     ]
     for axis in axes:
         moving += [(arm.mass, q[f"tongs {axis} rate"]), (scene.body.mass, q[f"body {axis} rate"])]
-        kept.append((arm.stiffness, q[f"tongs {axis}"] - commands.get(f"tongs {axis}", 0.0)))
+        stored.append((arm.stiffness, q[f"tongs {axis}"] - commands.get(f"tongs {axis}", 0.0)))
     if thread:
         moving += [(thread.wrist_inertia, q["wrist angle rate"])]
         moving += [(thread.inertia, q["cap angle rate"])]
-        kept.append((thread.wrist_stiffness, q["wrist angle"] - commands.get("wrist angle", 0.0)))
+        stored.append((thread.wrist_stiffness, q["wrist angle"] - commands.get("wrist angle", 0.0)))
     if holder:
-        kept += [(holder.stiffness, q[f"body {axis}"]) for axis in ("x", *axes)]
-    total = springs(*moving, *kept)
+        stored += [(holder.stiffness, q[f"body {axis}"]) for axis in ("x", *axes)]
+    total = springs(*moving, *stored)
     total = total - commands.get("tap", 0.0) * q["left jaw"]
     if "z" in axes and not holder:
         total = total + scene.body.mass * scene.gravity * q["body z"]
@@ -206,13 +206,13 @@ def _table(system: Mechanics, q: Mapping[str, np.ndarray]) -> tuple[np.ndarray, 
 def power(system: Mechanics, states: np.ndarray, commands: Mapping[str, float]) -> np.ndarray:
     """How fast the energy grows, with that of the bristles under a constant load, W."""
     scene, q = system.scenes[0], named(system, states)
-    seen = system.evaluate(np.zeros(states.shape[1]), states)
+    evaluated = system.evaluate(np.zeros(states.shape[1]), states)
     step = 1e-7
-    ahead, behind = states + step * seen.rates, states - step * seen.rates
+    ahead, behind = states + step * evaluated.rates, states - step * evaluated.rates
     grows = energy(system, ahead, commands) - energy(system, behind, commands)
     total = grows / (2.0 * step)
 
-    rates = named(system, seen.rates)
+    rates = named(system, evaluated.rates)
     inside = q.get("in the socket", np.zeros(states.shape[1]))
     for name, bent in q.items():
         if "bristle" not in name:
@@ -220,7 +220,7 @@ def power(system: Mechanics, states: np.ndarray, commands: Mapping[str, float]) 
         if "jaw" in name:
             right = name.startswith("right")
             pads = (scene.arm or scene.thread).pads
-            load = seen.normal[int(right)] * (pads.asymmetry if right else 1.0)
+            load = evaluated.normal[int(right)] * (pads.asymmetry if right else 1.0)
         elif name.startswith("table"):
             depth, rate = _table(system, q)
             pushed = scene.ground.stiffness * depth + scene.ground.damping * rate

@@ -235,7 +235,7 @@ def test_phases_follow_one_another_without_gaps():
     for action in ("still", "grab", "hold"):
         hand.phase(action, 0.4)
     assert [phase.action for phase in hand.phases] == ["still", "grab", "hold"]
-    assert all(one.end == other.start for one, other in pairwise(hand.phases))
+    assert all(phase.end == following.start for phase, following in pairwise(hand.phases))
     assert hand.t == hand.phases[-1].end
 
 

@@ -126,7 +126,7 @@ def test_segments_stay_in_order_and_inside_whatever_the_habits(actions, coder, s
 def test_the_mistakes_tell_exactly_how_track_and_truth_differ(actions, coder, seed):
     coded = code_row(actions, coder, seed)
     wrong = {mistake.segment: mistake.taken_for for mistake in coded.mistakes}
-    assert all(segment.action != taken_for for segment, taken_for in wrong.items())
+    assert all(segment.action != confused_with for segment, confused_with in wrong.items())
     assert list(wrong) == [action for action in actions if action in wrong]
     named = [(wrong.get(action, action.action), action) for action in actions]
     for name, action in named:

@@ -20,7 +20,7 @@ from forcelab.simulation.tasks import RATE
 from forcelab.terms import glossary
 
 
-def made(orders, tmp_path, jobs=1):
+def produce(orders, tmp_path, jobs=1):
     """The demonstrations of some orders, each call in a folder of its own."""
     scratch = tmp_path / str(len(list(tmp_path.iterdir())))
     scratch.mkdir()
@@ -99,8 +99,8 @@ def test_the_fastest_recording_is_as_fast_as_the_motion():
 
 
 def test_the_mechanics_give_the_same_number_alone_and_among_others(tmp_path):
-    alone = made(unfilmed(2), tmp_path)
-    among = made(unfilmed(1, 2), tmp_path, jobs=2)
+    alone = produce(unfilmed(2), tmp_path)
+    among = produce(unfilmed(1, 2), tmp_path, jobs=2)
     assert among[1] == alone[0]
     assert among[1].truth == alone[0].truth
     assert among[0] != among[1]
@@ -112,16 +112,16 @@ def test_the_mechanics_give_the_same_number_alone_and_among_others(tmp_path):
 
 def test_every_demonstration_is_its_own_whatever_the_others_are(quick, tmp_path):
     orders = [*unfilmed(7, 2, 1), *unfilmed(2, task="LEGO"), *unfilmed(2, seed=4)]
-    every = made(orders, tmp_path)
+    every = produce(orders, tmp_path)
     assert [incoming.source for incoming in every] == [str(order.origin) for order in orders]
-    assert [made([order], tmp_path)[0] for order in reversed(orders)] == list(reversed(every))
+    assert [produce([order], tmp_path)[0] for order in reversed(orders)] == list(reversed(every))
     # Brief performances do not depend on the task: noise and offsets do.
     assert len({incoming.demonstration.id for incoming in every}) == 5
 
 
 def test_a_video_changes_neither_forces_nor_labels(quick, tmp_path):
-    (filmed,) = made([Job(Origin("foam", 3, 1))], tmp_path)
-    (not_filmed,) = made(unfilmed(1), tmp_path)
+    (filmed,) = produce([Job(Origin("foam", 3, 1))], tmp_path)
+    (not_filmed,) = produce(unfilmed(1), tmp_path)
     assert filmed.demonstration.id == not_filmed.demonstration.id
     assert filmed.tracks == not_filmed.tracks
     assert not_filmed.demonstration.video is None
@@ -130,17 +130,17 @@ def test_a_video_changes_neither_forces_nor_labels(quick, tmp_path):
 
 def test_a_coder_labels_the_same_with_and_without_the_other(quick, tmp_path):
     both, incoming = (
-        made([Job(Origin("foam", 3, 1), coders, video=False)], tmp_path)[0]
+        produce([Job(Origin("foam", 3, 1), coders, video=False)], tmp_path)[0]
         for coders in (("Ines", "Tomas"), ("Tomas",))
     )
     assert [track.author for track in both.tracks] == ["Ines", "Tomas"]
     assert incoming.tracks == both.tracks[1:]
-    (nobody,) = made([Job(Origin("foam", 3, 1), (), video=False)], tmp_path)
+    (nobody,) = produce([Job(Origin("foam", 3, 1), (), video=False)], tmp_path)
     assert nobody.tracks == ()
 
 
 def test_another_rate_records_the_same_motion_with_the_same_tongs(quick, tmp_path):
-    fine, coarse = (made(unfilmed(1, rate=rate), tmp_path)[0] for rate in (1000.0, 500.0))
+    fine, coarse = (produce(unfilmed(1, rate=rate), tmp_path)[0] for rate in (1000.0, 500.0))
     assert fine.truth["actions"] == coarse.truth["actions"]
     assert fine.tracks == coarse.tracks
     incoming, other = fine.demonstration, coarse.demonstration
@@ -153,7 +153,7 @@ def test_another_rate_records_the_same_motion_with_the_same_tongs(quick, tmp_pat
 
 def test_videos_are_the_same_bytes_and_their_truth_counts_every_frame(quick, tmp_path):
     orders = [Job(Origin("foam", 3, 1)), Job(Origin("foam", 3, 2), synchronised=False)]
-    once, again = made(orders, tmp_path), made(orders, tmp_path)
+    once, again = produce(orders, tmp_path), produce(orders, tmp_path)
     for incoming, other in zip(once, again, strict=True):
         file = incoming.demonstration.video.path
         assert file.read_bytes() == other.demonstration.video.path.read_bytes()
@@ -170,7 +170,7 @@ def test_videos_are_the_same_bytes_and_their_truth_counts_every_frame(quick, tmp
 
 
 def test_the_truth_says_what_the_coders_got_wrong(quick, tmp_path):
-    every = made(unfilmed(*range(1, 13)), tmp_path)
+    every = produce(unfilmed(*range(1, 13)), tmp_path)
     actions = every[0].truth["actions"]
     assert [name for *_, name in actions] == ["still", "grab", "hold", "release", "still"]
     mistakes = [wrong for incoming in every for wrong in incoming.truth["mistakes"]["Tomas"]]
@@ -185,7 +185,7 @@ def test_the_truth_says_what_the_coders_got_wrong(quick, tmp_path):
 def test_an_action_looks_the_same_in_every_task(quick, tmp_path):
     orders = [order for task in TASKS for order in unfilmed(1, task=task)]
     looks_by_action = {}
-    for incoming in made(orders, tmp_path):
+    for incoming in produce(orders, tmp_path):
         for action in incoming.vocabulary:
             assert looks_by_action.setdefault(action.name, action) == action
     assert looks_by_action.keys() == {entry.action for entry in glossary()}

@@ -57,21 +57,21 @@ def planned(*phases):
 
 
 def test_the_first_and_the_last_event_of_the_kinds_near_the_plan_are_found():
-    events_seen = course((0.1, LEFT), (1.9, RIGHT), (2.0, LEFT), (2.1, "snap in"), (5.0, LEFT))
-    assert first(LEFT, RIGHT)(events_seen, 2.0) == 1.9
-    assert last(LEFT, RIGHT)(events_seen, 2.0) == 2.0
-    assert first(LEFT)(events_seen, 2.0) == 2.0
-    assert first("snap in", lead=0.05)(events_seen, 2.0) == pytest.approx(2.05)
-    assert last("snap in", lead=0.05)(events_seen, 2.0) == pytest.approx(2.05)
+    found = course((0.1, LEFT), (1.9, RIGHT), (2.0, LEFT), (2.1, "snap in"), (5.0, LEFT))
+    assert first(LEFT, RIGHT)(found, 2.0) == 1.9
+    assert last(LEFT, RIGHT)(found, 2.0) == 2.0
+    assert first(LEFT)(found, 2.0) == 2.0
+    assert first("snap in", lead=0.05)(found, 2.0) == pytest.approx(2.05)
+    assert last("snap in", lead=0.05)(found, 2.0) == pytest.approx(2.05)
 
 
 def test_events_too_far_from_the_plan_are_none_of_it():
-    events_seen = course((2.0, LEFT))
-    assert first(LEFT, near=0.2)(events_seen, 2.15) == 2.0
-    assert first(LEFT, near=0.2)(events_seen, 2.25) is None
-    assert last(LEFT, near=0.2)(events_seen, 1.75) is None
-    assert first("snap in")(events_seen, 2.0) is None
-    assert first(*CONTACT_LOST)(events_seen, 2.0) is None
+    found = course((2.0, LEFT))
+    assert first(LEFT, near=0.2)(found, 2.15) == 2.0
+    assert first(LEFT, near=0.2)(found, 2.25) is None
+    assert last(LEFT, near=0.2)(found, 1.75) is None
+    assert first("snap in")(found, 2.0) is None
+    assert first(*CONTACT_LOST)(found, 2.0) is None
 
 
 def test_a_grip_has_settled_where_it_reaches_nine_tenths_of_what_it_will_be():
@@ -148,9 +148,9 @@ def test_whatever_the_cues_the_actions_are_in_order_without_gaps_and_none_is_too
     phases = planned(*plan)
     actions = true_actions(phases, course())
     order = [phase.action for phase in phases]
-    for one, other in pairwise(actions):
-        assert one.end == other.start
-        assert one.action != other.action
+    for earlier, following in pairwise(actions):
+        assert earlier.end == following.start
+        assert earlier.action != following.action
     for action in actions:
         assert action.duration >= SHORTEST - 1e-12
         # The actions are some of the plan's, in its order.

@@ -586,7 +586,7 @@ def test_parts_tell_what_scenes_of_a_batch_have_in_common():
 SOLVERS = [Explicit(tolerance=1e-6), Lsoda(tolerance=1e-6)]
 
 
-def when(solution, kind, lane=0):
+def event_times(solution, kind, lane=0):
     """The times of one kind of event."""
     return [event.time for event in solution.events[lane] if event.kind == kind]
 
@@ -602,8 +602,10 @@ def test_a_falling_body_is_set_down_and_lifted_at_the_times_of_free_fall(solver)
     speed = 9.81 * falls
     # Through the table: a swing about the dent in which it would rest.
     dented = 2.0 * (np.pi - np.arctan2(speed / omega, rest)) / omega
-    assert when(solution, "body set down") == pytest.approx([falls, 3.0 * falls + dented], abs=2e-7)
-    assert when(solution, "body lifted")[0] == pytest.approx(falls + dented, abs=2e-7)
+    assert event_times(solution, "body set down") == pytest.approx(
+        [falls, 3.0 * falls + dented], abs=2e-7
+    )
+    assert event_times(solution, "body lifted")[0] == pytest.approx(falls + dented, abs=2e-7)
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
@@ -614,8 +616,8 @@ def test_a_jaw_meets_and_loses_a_body_after_half_a_swing(solver):
     solution = integrate(system, start[:, None], np.linspace(0.0, 0.1, 101), solver)
     reduced = 0.5 * 0.05
     half = np.pi * np.sqrt(reduced / scene.body.stiffness)
-    assert when(solution, "left jaw: contact made") == pytest.approx([0.02], abs=1e-7)
-    assert when(solution, "left jaw: contact lost") == pytest.approx([0.02 + half], abs=1e-7)
+    assert event_times(solution, "left jaw: contact made") == pytest.approx([0.02], abs=1e-7)
+    assert event_times(solution, "left jaw: contact lost") == pytest.approx([0.02 + half], abs=1e-7)
     end = named(system, solution.states[-1, :, 0])
     assert end["left jaw rate"] == pytest.approx(0.0, abs=1e-6)  # equal masses swap their speeds
     assert end["body x rate"] == pytest.approx(0.5, rel=1e-6)
@@ -633,8 +635,8 @@ def test_a_pulled_grip_slips_when_friction_at_rest_is_used_up(solver):
     start = state(system, {"left jaw": grip, "right jaw": grip})
     times = np.linspace(0.0, 1.5, 1501)
     solution = integrate(system, start[:, None], times, solver)
-    begins = when(solution, "left jaw: slip begins")
-    assert begins == when(solution, "right jaw: slip begins")
+    begins = event_times(solution, "left jaw: slip begins")
+    assert begins == event_times(solution, "right jaw: slip begins")
     fy = system.sensor_forces(times, solution.states[:, :, 0].T).reshape(2, 3, -1)[:, 1]
     limit = scene.arm.pads.static * force
     assert np.abs(fy).max() == pytest.approx(0.96 * limit, rel=0.015)
@@ -673,8 +675,8 @@ def test_a_body_clicks_in_when_the_closed_form_says(solver):
     way = quad(pace, 0.0, 0.001)[0] + quad(pace, 0.001, socket.snap_depth)[0]
     solution = integrate(system, start[:, None], np.linspace(0.0, 0.02, 201), solver)
     kinds = [event.kind for event in solution.events[0]]
-    assert when(solution, "into the socket") == pytest.approx([0.001], abs=1e-8)
-    assert when(solution, "snap in") == pytest.approx([0.001 + way], abs=1e-7)
+    assert event_times(solution, "into the socket") == pytest.approx([0.001], abs=1e-8)
+    assert event_times(solution, "snap in") == pytest.approx([0.001 + way], abs=1e-7)
     order = ["into the socket", "snap in", "snap out", "out of the socket"]
     assert [kind for kind in kinds if kind in order] == order
     end = named(system, solution.states[-1, :, 0])
@@ -701,7 +703,9 @@ def test_a_bounce_is_right_over_seven_decades_of_stiffness_and_eight_of_mass(sti
     rebound = speed * (100.0 - mass) / (100.0 + mass)
     x = named(system, solution.states[:, :, 0].T)
     assert x["body x rate"][-1] == pytest.approx(rebound, abs=1e-4 * speed)
-    assert when(solution, "left jaw: contact lost") == pytest.approx([half], rel=1e-4, abs=2e-10)
+    assert event_times(solution, "left jaw: contact lost") == pytest.approx(
+        [half], rel=1e-4, abs=2e-10
+    )
     depth = 0.02 - x["left jaw"] - x["body x"]
     assert stiffness * depth[2] == pytest.approx(1.0, rel=1e-4)
 

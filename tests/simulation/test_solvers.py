@@ -155,9 +155,9 @@ def test_a_ball_meets_and_leaves_a_spring_and_dashpot_when_the_closed_form_says(
         leaves = meets + float(
             brentq(lambda t: touching(t)[0], 0.5 * period, 1.9 * period, xtol=1e-14)  # noqa: B023
         )
-        contact_made, lost = found.events[lane][:2]
-        assert (contact_made.kind, lost.kind) == ("contact made", "contact lost")
-        assert contact_made.time == pytest.approx(meets, abs=1e-7)
+        made_contact, lost = found.events[lane][:2]
+        assert (made_contact.kind, lost.kind) == ("contact made", "contact lost")
+        assert made_contact.time == pytest.approx(meets, abs=1e-7)
         assert lost.time == pytest.approx(leaves, abs=1e-7)
         within = (times > meets) & (times < leaves)
         error = found.states[within, 0, lane] - touching(times[within] - meets)

@@ -92,8 +92,8 @@ def test_a_frame_is_the_last_at_or_before_a_time(film):
         for time in np.random.default_rng(2).uniform(0, times[-1] + 1, 200):
             assert reader.index_at(time) == np.flatnonzero(times <= time)[-1]
         # A frame's own time gives that frame, also after a journey through another clock.
-        there_and_back = [reader.index_at((time * 1.00003 + 7.1 - 7.1) / 1.00003) for time in times]
-        assert there_and_back == list(range(len(reader)))
+        indices = [reader.index_at((time * 1.00003 + 7.1 - 7.1) / 1.00003) for time in times]
+        assert indices == list(range(len(reader)))
         assert reader.index_at(-0.001) == -1
         assert reader.index_at(1e9) == len(reader) - 1
 
@@ -298,13 +298,6 @@ def path(tmp_path_factory):
     return write_video(path, "libx264", even_frame_times(FRAMES), GOP_250)
 
 
-def decoding(monkeypatch):
-    """What grows by one for each frame that is decoded from now on."""
-    decoded, step = [], Decoder.step
-    monkeypatch.setattr(Decoder, "step", lambda self: decoded.append(None) or step(self))
-    return decoded
-
-
 def jump(reader, number):
     assert frame_number(reader.frame(number)) == number
 
@@ -313,7 +306,7 @@ def test_who_jumps_to_and_fro_is_near_where_he_was(path, monkeypatch):
     with VideoReader(path) as reader:
         for number in (200, 120, 40):
             jump(reader, number)
-        decoded = decoding(monkeypatch)
+        decoded = count_decoding(monkeypatch)
         for number, cost in ((130, 10), (70, 30), (230, 30), (135, 5)):
             before = len(decoded)
             jump(reader, number)
@@ -327,7 +320,7 @@ def test_jumps_anywhere_decode_less_than_from_the_key_frame(path, monkeypatch):
         monkeypatch.setattr("forcelab.video.reader.MOST", most)
         with VideoReader(path, cache=24 * VIDEO_WIDTH * VIDEO_HEIGHT * 3) as reader:
             with monkeypatch.context() as patch:
-                decoded = decoding(patch)
+                decoded = count_decoding(patch)
                 for number in numbers:
                     jump(reader, number)
                 costs[most] = len(decoded)
@@ -339,7 +332,7 @@ def test_going_back_decodes_a_whole_stretch_although_another_decoder_is_near(pat
     with VideoReader(path, cache=40 * VIDEO_WIDTH * VIDEO_HEIGHT * 3) as reader:
         for number in (180, 150, 30):
             jump(reader, number)
-        decoded = decoding(monkeypatch)
+        decoded = count_decoding(monkeypatch)
         for number in range(179, 140, -1):
             jump(reader, number)
         assert len(decoded) < 4 * 180

@@ -41,7 +41,7 @@ def test_at_least_two_values_stand_at_a_lane_inside_of_it(low, span, height, siz
     axis = Axis(low, low + span, height, 0.0)
     marks = lane_marks(axis, size)
     assert len(marks) >= 2
-    assert len({said for _, said in marks}) == len(marks)
+    assert len({text for _, text in marks}) == len(marks)
     spots = [axis.at(value) for value, _ in marks]
     assert all(-1e-3 <= y <= height + 1e-3 for y in spots)
     assert len(marks) == 2 or min(a - b for a, b in pairwise(spots)) >= size

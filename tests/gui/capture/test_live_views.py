@@ -21,7 +21,7 @@ SETTINGS = BAYES_SETTINGS.replace(stride=10, threshold=None, median=None, drop=N
 
 def trained(channels):
     return train(
-        [LabelledDemonstration(*one) for one in synthetic_set(2)],
+        [LabelledDemonstration(*performance) for performance in synthetic_set(2)],
         SETTINGS.replace(channels=channels),
     )
 
@@ -82,14 +82,14 @@ def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
     assert not page.recogniser.which.isEnabled()
     until(lambda: page.controller.recorder.state().devices[0].samples > 600)
     window.grab()  # draws rows, bars and texts
-    said = page.recognition.current_action.accessibleName().removeprefix("Current action: ")
-    assert said in ("still", "grab", "hold", "release")
+    text = page.recognition.current_action.accessibleName().removeprefix("Current action: ")
+    assert text in ("still", "grab", "hold", "release")
     snapshot = page.controller.live_model.track.snapshot
     assert sum(snapshot.probabilities) == pytest.approx(1.0)
     window.commands["record"].trigger()
     until(lambda: page.controller.phase is CaptureState.READY)
-    said = " ".join(sentence for sentence, _ in page.controller.messages)
-    assert "Recognised by 'model tiny'" in said
+    text = " ".join(sentence for sentence, _ in page.controller.messages)
+    assert "Recognised by 'model tiny'" in text
     with Project.open(study) as project:
         (info,) = project.demonstrations.infos()
         (track,) = project.tracks.of(info.id)
@@ -292,7 +292,7 @@ def test_what_a_device_read_before_it_was_unplugged_is_not_shown_as_its_reading(
     connected, tongs, until, monkeypatch
 ):
     shown = []
-    monkeypatch.setattr(connected.live_view, "_paint_name", lambda *told: shown.append(told[4]))
+    monkeypatch.setattr(connected.live_view, "_paint_name", lambda *args: shown.append(args[4]))
     connected.live_view.grab()
     assert len(shown) == 3
     assert np.isfinite(shown).all()

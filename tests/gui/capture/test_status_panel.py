@@ -28,7 +28,7 @@ def test_nothing_wrong_is_nothing_said():
 
 
 @pytest.mark.parametrize(
-    ("alarm", "said"),
+    ("alarm", "part"),
     [
         ("unplugged", "plug it in again"),
         ("stalled", "look at its cable"),
@@ -37,11 +37,11 @@ def test_nothing_wrong_is_nothing_said():
         ("drift", "its clock"),
     ],
 )
-def test_each_alarm_names_its_device(alarm, said):
+def test_each_alarm_names_its_device(alarm, part):
     [sentence] = alarms_of((alarm,))
     assert "optoforce:/dev/ttyACM0" in sentence
     assert "?" not in sentence
-    assert said in sentence
+    assert part in sentence
 
 
 def test_a_zero_that_wanders_is_told_with_how_far_and_what_to_do_and_when():
@@ -54,9 +54,9 @@ def test_a_zero_that_wanders_is_told_with_how_far_and_what_to_do_and_when():
 
 def test_long_names_are_told_apart_in_a_line():
     path = "optoforce:/tmp/forcelab-replay-abcdefgh/ttyACM{}?calibration=x"
-    [one], [other] = (alarms_of(("stalled",), name=path.format(i)) for i in (0, 1))
-    assert one != other
-    assert len(one) < 70
+    [first], [second] = (alarms_of(("stalled",), name=path.format(i)) for i in (0, 1))
+    assert first != second
+    assert len(first) < 70
 
 
 def test_cameras_and_the_disk_have_theirs():

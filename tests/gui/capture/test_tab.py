@@ -30,17 +30,17 @@ def tab_text(window):
 
 def answer(monkeypatch, role):
     """Questions are answered by the button of a role; gives what was asked, two texts each."""
-    asked = []
+    texts = []
 
     def execute(box):
-        asked.append(box.text())
-        asked.append(box.informativeText())
+        texts.append(box.text())
+        texts.append(box.informativeText())
         assert box.textFormat() == Qt.TextFormat.PlainText  # the name of a recording is no markup
         (button,) = (b for b in box.buttons() if box.buttonRole(b) == role)
         button.click()
 
     monkeypatch.setattr(QMessageBox, "exec", execute)
-    return asked
+    return texts
 
 
 def test_tab_title_and_status_bar_say_what_is_recorded(window, recording, until):
@@ -63,9 +63,9 @@ def test_tab_title_and_status_bar_say_what_is_recorded(window, recording, until)
 
 
 def test_who_closes_the_window_while_recording_is_asked(window, recording, study, monkeypatch):
-    asked = answer(monkeypatch, QMessageBox.ButtonRole.RejectRole)
+    texts = answer(monkeypatch, QMessageBox.ButtonRole.RejectRole)
     window.commands["quit"].trigger()
-    assert asked == [
+    assert texts == [
         "'LEGO 01' is being recorded.",
         "If the window is closed, the recording ends and is kept.",
     ]
@@ -73,9 +73,9 @@ def test_who_closes_the_window_while_recording_is_asked(window, recording, study
     assert recording.controller.recording
     monkeypatch.setattr(QCloseEvent, "spontaneous", lambda _: True)  # by the window's own button
     window.close()
-    assert len(asked) == 4
+    assert len(texts) == 4
     assert window.isVisible()
-    asked = answer(monkeypatch, QMessageBox.ButtonRole.AcceptRole)
+    texts = answer(monkeypatch, QMessageBox.ButtonRole.AcceptRole)
     window.close()
     assert not window.isVisible()
     with Project.open(study) as project:
@@ -85,14 +85,14 @@ def test_who_closes_the_window_while_recording_is_asked(window, recording, study
 def test_who_closes_the_window_on_what_could_not_be_kept_is_told_so(
     window, recording, study, until, monkeypatch
 ):
-    asked = answer(monkeypatch, QMessageBox.ButtonRole.RejectRole)
+    texts = answer(monkeypatch, QMessageBox.ButtonRole.RejectRole)
     away = study.with_suffix(".away")
     study.rename(away)
     until(lambda: recording.controller.state.in_memory > 0)
     window.commands["quit"].trigger()
-    assert asked[0] == "'LEGO 01' is being recorded."
-    assert "is kept" not in asked[1]
-    assert "kB that the disk refuses are in memory: all of it is written elsewhere" in asked[1]
+    assert texts[0] == "'LEGO 01' is being recorded."
+    assert "is kept" not in texts[1]
+    assert "kB that the disk refuses are in memory: all of it is written elsewhere" in texts[1]
     window.commands["record"].trigger()
     until(lambda: recording.controller.phase is CaptureState.UNSAVED)
     assert "'LEGO 01' is not lost: mend that and press F9" in recording.status.messages.text()
@@ -100,7 +100,7 @@ def test_who_closes_the_window_on_what_could_not_be_kept_is_told_so(
     until(lambda: window.capture.indicator.text() == "● 'LEGO 01' is not kept yet")
     assert window.windowTitle().startswith("● 'LEGO 01' is not kept yet · ")
     window.commands["quit"].trigger()
-    assert asked[2] == "'LEGO 01' was recorded and could not be kept."
+    assert texts[2] == "'LEGO 01' was recorded and could not be kept."
     assert window.isVisible()
     away.rename(study)
     answer(monkeypatch, QMessageBox.ButtonRole.AcceptRole)
@@ -130,9 +130,9 @@ def test_who_closes_the_window_on_a_disk_that_stays_away_is_told_where_the_recor
 
 
 def test_nobody_is_asked_where_nothing_is_recorded(window, connected, monkeypatch):
-    asked = answer(monkeypatch, QMessageBox.ButtonRole.RejectRole)
+    texts = answer(monkeypatch, QMessageBox.ButtonRole.RejectRole)
     window.commands["quit"].trigger()
-    assert not asked
+    assert not texts
     assert not window.isVisible()
 
 

@@ -24,7 +24,7 @@ from forcelab.project import Project
 from forcelab.vocabulary import Vocabulary
 
 
-def recorded(window, page, until, samples=150):
+def start_recording(window, page, until, samples=150):
     """Press the key and wait until so many samples are in the recording."""
     window.commands["record"].trigger()
     until(lambda: page.controller.recording)
@@ -49,7 +49,7 @@ def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
 ):
     page = connected
     assert page.next_recording.name.placeholderText() == "LEGO 01"
-    recorded(window, page, until, 100)
+    start_recording(window, page, until, 100)
     assert window.focusWidget() is page.live_view or not window.isActiveWindow()
     QTest.keyPress(page.live_view, Qt.Key.Key_2)
     QTest.keyPress(page.live_view, Qt.Key.Key_X)  # marks nothing
@@ -65,7 +65,7 @@ def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
     assert window.label.isVisible()
     assert window.document.demonstration.name == "LEGO 01"
     window.show_workspace("capture")
-    recorded(window, page, until)
+    start_recording(window, page, until)
     texts = shown_on(page.record_button, page.controller)
     window.commands["discard_recording"].trigger()
     until(lambda: page.controller.phase is CaptureState.READY)
@@ -90,7 +90,7 @@ def test_the_last_one_is_discarded_when_asked_for_twice_and_not_once_it_is_label
     page, discard = connected, window.commands["discard_recording"]
     discard.trigger()
     assert "nothing was recorded" in page.status.messages.text()
-    recorded(window, page, until)
+    start_recording(window, page, until)
     keep(window, page, until)
     assert "Discard 'LEGO 01'" in page.discard_button.text()
     assert page.discard_button.isEnabled()
@@ -111,7 +111,7 @@ def test_the_last_one_is_discarded_when_asked_for_twice_and_not_once_it_is_label
     assert page.next_recording.name.placeholderText() == "LEGO 01"
     assert not page.discard_button.isEnabled()
     assert not list((study / "demonstrations").iterdir())
-    recorded(window, page, until)
+    start_recording(window, page, until)
     keep(window, page, until)
     with Project.open(study) as project:
         id_ = project.demonstrations.infos()[0].id
@@ -135,7 +135,7 @@ def test_unplugging_is_an_alarm_and_what_could_not_be_kept_can_be_kept_later(
     window.commands["discard_recording"].trigger()
     assert page.controller.phase is CaptureState.READY
     page.next_recording.countdown.setCurrentIndex(0)
-    recorded(window, page, until, 10)
+    start_recording(window, page, until, 10)
     tongs.unplug()
     until(lambda: "is unplugged" in page.status.alarms.text())
     assert page.status.alarms.isVisible()
@@ -161,7 +161,7 @@ def test_esc_ends_a_countdown_and_forgets_the_mark_that_a_tap_began(
     assert page.controller.phase is CaptureState.READY
     page.next_recording.countdown.setCurrentIndex(0)
     window.document.set_action("grab")  # the brush of another workspace
-    recorded(window, page, until, 60)
+    start_recording(window, page, until, 60)
     QTest.keyClick(page.live_view, Qt.Key.Key_2)
     assert page.held_keys.tapped_action == "pull"
     cancel.trigger()
@@ -203,27 +203,27 @@ def test_record_can_be_pressed_in_a_window_that_is_too_low_for_all_fields(window
 
 @pytest.mark.parametrize(("answer", "task"), [(0, "L e g o"), (1, "L E G O")])
 def test_a_task_that_is_nearly_one_there_is_is_asked_about_once(window, monkeypatch, answer, task):
-    page, asked = window.capture.workspace, []
+    page, questions = window.capture.workspace, []
     window.document.project.actions.set_vocabulary("L e g o", Vocabulary())
 
     def press(box):
-        asked.append(box.text())
+        questions.append(box.text())
         page.next_recording.task.lineEdit().editingFinished.emit()  # it takes the keyboard
         box.buttons()[answer].click()
 
     monkeypatch.setattr(QMessageBox, "exec", press)
     page.next_recording.task.setCurrentText(" L E G O ")
     page.next_recording.task.lineEdit().editingFinished.emit()
-    assert asked == ["'L e g o' already exists."]
+    assert questions == ["'L e g o' already exists."]
     assert (page.controller.task, page.next_recording.task.currentText()) == (task, task)
     page.next_recording.task.lineEdit().editingFinished.emit()
-    assert len(asked) == 1
+    assert len(questions) == 1
 
 
 @pytest.mark.parametrize("trouble", ["away", "full"])
 def test_what_the_disk_refuses_is_an_alarm_and_is_kept(window, connected, until, study, trouble):
     page = connected
-    recorded(window, page, until, 20)
+    start_recording(window, page, until, 20)
     away = study.with_suffix(".away")
     file = page.controller.recorder._journal._file
 
@@ -255,7 +255,7 @@ def test_what_the_disk_refuses_is_an_alarm_and_is_kept(window, connected, until,
 def test_a_window_that_is_closed_while_recording_keeps_the_recording(
     window, connected, until, study
 ):
-    recorded(window, connected, until)
+    start_recording(window, connected, until)
     window.close()
     assert unfinished_journals(study) == ()
     with Project.open(study) as project:
@@ -287,7 +287,7 @@ def test_a_project_that_is_left_while_recording_gets_the_recording(
     window, connected, until, study, tmp_path
 ):
     Project.create(tmp_path / "other.forcelab").close()
-    recorded(window, connected, until)
+    start_recording(window, connected, until)
     window.opening.open(tmp_path / "other.forcelab")
     until(lambda: connected.controller.phase is CaptureState.DISCONNECTED)
     assert window.document.infos == ()
@@ -369,7 +369,7 @@ def test_what_is_switched_off_during_a_recording_says_why(window, connected, unt
     for field in (form.task, form.name, form.countdown, page.recogniser.which):
         assert field.isEnabled()
     assert hovered(page.recogniser.latency) == "Choose a recogniser first."
-    recorded(window, page, until)
+    start_recording(window, page, until)
     for field in (form.task, form.name, form.countdown, page.recogniser.which):
         assert not field.isEnabled()
         assert hovered(field) == "End the recording first."

@@ -60,10 +60,10 @@ def test_darker_means_more_in_grey_print_too():
 @pytest.mark.parametrize("share", np.linspace(0, 1, 21))
 def test_text_in_a_cell_has_the_contrast_that_reading_needs(share):
     colour = colormap_colour(float(share))
-    one, other = (
+    text, cell = (
         luminance(np.array(c.getRgb()[:3], dtype=float)) for c in (colour, ink_on(colour))
     )
-    assert (max(one, other) + 0.05) / (min(one, other) + 0.05) >= 4.5  # WCAG 2.2 AA
+    assert (max(text, cell) + 0.05) / (min(text, cell) + 0.05) >= 4.5  # WCAG 2.2 AA
 
 
 def test_text_changes_with_its_ground():
@@ -93,13 +93,13 @@ def test_counts_change_the_picture_of_large_cells_only():
     small, large = np.eye(30, 31, dtype=int), 7 * np.eye(30, 31, dtype=int)
     inside = []
     for n in (3, 30):
-        one, other = (figure(c[:n, : n + 1], names[:n]) for c in (small, large))
-        box = one.box(1, 1)
+        bare, full = (figure(c[:n, : n + 1], names[:n]) for c in (small, large))
+        box = bare.box(1, 1)
         window = (
             slice(int(box.top() * 2), int(box.bottom() * 2)),
             slice(int(box.left() * 2), int(box.right() * 2)),
         )
-        inside.append(bool((pixels(one.image())[window] != pixels(other.image())[window]).any()))
+        inside.append(bool((pixels(bare.image())[window] != pixels(full.image())[window]).any()))
     assert inside == [True, False]
 
 

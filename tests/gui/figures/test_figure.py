@@ -78,12 +78,12 @@ def rendered_svg(path, width, height):
     return pixels(image)
 
 
-def worst(one, other):
+def worst(first, second):
     """Largest difference of two pictures after 8 x 8 blurring, which forgives antialiasing."""
-    height, width = (8 * int(n // 8) for n in np.minimum(one.shape, other.shape)[:2])
+    height, width = (8 * int(n // 8) for n in np.minimum(first.shape, second.shape)[:2])
     blocks = (height // 8, 8, width // 8, 8, 3)
-    one, other = (p[:height, :width].reshape(blocks).mean(axis=(1, 3)) for p in (one, other))
-    return np.abs(one - other).max()
+    first, second = (p[:height, :width].reshape(blocks).mean(axis=(1, 3)) for p in (first, second))
+    return np.abs(first - second).max()
 
 
 @pytest.mark.parametrize("make", FIGURES)

@@ -94,13 +94,13 @@ def test_what_the_recogniser_does_not_know_is_not_veiled():
 
 def rich(**changes):
     human, predicted = (Segment(1, 9, "grab"),), (Segment(1, 5, "grab"), Segment(5, 9, "hold"))
-    given = {
+    details = {
         "lanes": (PairRow("raw", (Segment(2, 4, "release"),), True), PairRow("Bob & co", human)),
         "probability_trace": sure_of(0.5),
         "marks": find_differences("x", human, predicted),
         **changes,
     }
-    pair = Pair("d 1", human, predicted, 0.0, 10.0, "50 %", **given)
+    pair = Pair("d 1", human, predicted, 0.0, 10.0, "50 %", **details)
     return TimelinePairs("Stylus", (pair, pair), VOCABULARY, note_key="At the right: accuracy.")
 
 

@@ -81,9 +81,9 @@ def test_human_is_above_predicted_and_pairs_go_down_the_page():
 def test_all_pairs_share_one_time_axis():
     pairs = (Pair("1", (), (), 0, 4), Pair("2", (), (), 2, 10))
     first, second = (TimelinePairs("S", pairs, VOCABULARY).boxes(row).human for row in (0, 1))
-    a_second = first.width() / 4
-    assert second.left() - first.left() == pytest.approx(2 * a_second)
-    assert second.width() == pytest.approx(8 * a_second)
+    width_of_second = first.width() / 4
+    assert second.left() - first.left() == pytest.approx(2 * width_of_second)
+    assert second.width() == pytest.approx(8 * width_of_second)
 
 
 @pytest.mark.parametrize("scale", [1.0, 2.0])
@@ -160,10 +160,10 @@ def test_actions_of_one_colour_differ_by_texture():
         strips.append(block[:, 400:700])
     plain = rgb("#e69f00")
     assert (strips[0] == plain).all()
-    for i, one in enumerate(strips):
+    for i, strip in enumerate(strips):
         for other in strips[:i]:
-            assert (np.abs(one - other).max(axis=2) > 40).mean() > 0.05
-        assert (np.abs(one - plain).max(axis=2) < 8).mean() > 0.3  # the colour stays to be seen
+            assert (np.abs(strip - other).max(axis=2) > 40).mean() > 0.05
+        assert (np.abs(strip - plain).max(axis=2) < 8).mean() > 0.3  # the colour stays to be seen
 
 
 @pytest.mark.parametrize("name", ["x" * 400, "two\nlines " * 60, "stylus 7"])
@@ -181,11 +181,11 @@ def test_names_and_notes_keep_clear_of_the_bars(name):
 
 
 def test_an_elided_name_keeps_its_end():
-    one, other = (
+    first, second = (
         pixels(figure(name="a demonstration with a long name, number " + number).image(1.0))
         for number in ("17", "42")
     )
-    assert (one != other).any()
+    assert (first != second).any()
 
 
 def test_the_legend_is_in_the_order_of_occurrence():
@@ -195,8 +195,8 @@ def test_the_legend_is_in_the_order_of_occurrence():
     )
     drawn = TimelinePairs("Stylus", pairs, VOCABULARY)
     assert drawn.actions == ("slip", "grab", "hold", "pull", "release")
-    given = TimelinePairs("Stylus", pairs, VOCABULARY, actions=("still", "grab"))
-    assert given.actions == ("still", "grab", "slip", "hold", "pull", "release")
+    pairs_of_stylus = TimelinePairs("Stylus", pairs, VOCABULARY, actions=("still", "grab"))
+    assert pairs_of_stylus.actions == ("still", "grab", "slip", "hold", "pull", "release")
 
 
 def test_the_legend_of_thirty_actions_wraps_over_lines():

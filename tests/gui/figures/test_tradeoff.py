@@ -21,7 +21,7 @@ def row(error, seconds, name="explicit", size="foam", setting="tolerance 1 mN"):
     )  # fmt: skip
 
 
-def refused(name="Radau", size="foam", setting="step 1 ms"):
+def refused_row(name="Radau", size="foam", setting="step 1 ms"):
     return Row(name, setting, size, "a finer solution", refusal="It takes too many steps.")
 
 
@@ -89,8 +89,8 @@ def test_the_front_is_joined_from_fast_to_exact_whatever_the_order_of_the_rows()
         picture = pixels(drawn.image(4.0))
         exact, fast, middle = sorted((m.spot for m in drawn.marks(0)), key=lambda s: -s.y())
         fast, middle = sorted((fast, middle), key=lambda s: s.x())
-        for one, other, joined in ((fast, middle, 1), (middle, exact, 1), (fast, exact, 0)):
-            spot = one + (other - one) * 0.45
+        for start, end, joined in ((fast, middle, 1), (middle, exact, 1), (fast, exact, 0)):
+            spot = start + (end - start) * 0.45
             assert (colour_at(picture, spot).max() < 200) == joined
 
 
@@ -161,21 +161,21 @@ def test_an_error_of_nothing_is_at_the_lower_edge_and_said(tmp_path):
 
 
 def test_refused_rows_are_named_below_their_panel(tmp_path):
-    drawn = figure(row(0.1, 1.0, size="a"), row(0.1, 1.0, size="b"), refused(size="b"))
+    drawn = figure(row(0.1, 1.0, size="a"), row(0.1, 1.0, size="b"), refused_row(size="b"))
     (where,) = [(x, y) for t, x, y in texts(drawn, tmp_path) if t == "Refused: Radau, step 1 ms."]
     assert where[0] >= drawn.box(1).left()
     assert where[1] > drawn.box(1).bottom()
 
 
 def test_a_size_where_everything_was_refused_has_an_empty_panel():
-    drawn = figure(row(0.1, 1.0, size="a"), refused(size="b"))
+    drawn = figure(row(0.1, 1.0, size="a"), refused_row(size="b"))
     assert drawn.marks(1) == ()
     assert (pixels(drawn.image(1.0)) != 255).any()
 
 
 def test_a_table_of_refusals_only_is_refused():
     with pytest.raises(InputError, match="'Contact mechanics' has nothing to draw"):
-        figure(refused())
+        figure(refused_row())
 
 
 @pytest.mark.parametrize("number", [1, 2, 3, 5])

@@ -14,34 +14,34 @@ def test_each_p_shows_both_tones_and_a_large_p_tells_them_apart():
     middle = len(TIMES) // 2
     window = slice(middle - 50, middle + 50)
     dips = []
-    for seen in (few, many):
-        mean = seen.magnitudes[:, window].mean(axis=1)
-        at = [mean[np.argmin(np.abs(seen.hertz - f))] for f in (*TONES, 12.65)]
+    for view in (few, many):
+        mean = view.magnitudes[:, window].mean(axis=1)
+        at = [mean[np.argmin(np.abs(view.hertz - f))] for f in (*TONES, 12.65)]
         dips.append(at[2] / min(at[:2]))
     assert dips[0] > 0.8
     assert dips[1] < 0.1
 
 
 def test_equal_tones_look_equally_strong():
-    (seen,) = view_wavelets((20.0,), SIGNAL, RATE, 4.0, 40.0)
-    middle = seen.magnitudes[:, 400:600].mean(axis=1)
-    tops = [middle[np.abs(seen.hertz - f) < 1].max() for f in TONES]
+    (view,) = view_wavelets((20.0,), SIGNAL, RATE, 4.0, 40.0)
+    middle = view.magnitudes[:, 400:600].mean(axis=1)
+    tops = [middle[np.abs(view.hertz - f) < 1].max() for f in TONES]
     assert tops[0] == pytest.approx(tops[1], rel=0.02)
-    highest = seen.hertz[np.argmax(middle)]
+    highest = view.hertz[np.argmax(middle)]
     assert min(abs(highest - tone) for tone in TONES) < 0.3
 
 
 def test_the_wavelet_is_the_morlet_of_its_p():
-    (seen,) = view_wavelets((5.0,), SIGNAL, RATE, 4.0, 40.0)
-    expected = np.pi**-0.25 * np.exp(5j * seen.t - seen.t**2 / 2)
-    assert np.abs(seen.psi - expected).max() < 1e-5
+    (view,) = view_wavelets((5.0,), SIGNAL, RATE, 4.0, 40.0)
+    expected = np.pi**-0.25 * np.exp(5j * view.t - view.t**2 / 2)
+    assert np.abs(view.psi - expected).max() < 1e-5
 
 
 def test_each_tone_sounds_in_its_own_time_and_both_in_between():
     times, signal = two_tones(10.0, 16.0, RATE)
     np.testing.assert_array_equal(times, TIMES)
-    (seen,) = view_wavelets((5.0,), signal, RATE, 4.0, 40.0)
-    rows = [np.argmin(np.abs(seen.hertz - tone)) for tone in TONES]
+    (view,) = view_wavelets((5.0,), signal, RATE, 4.0, 40.0)
+    rows = [np.argmin(np.abs(view.hertz - tone)) for tone in TONES]
     columns = np.searchsorted(times, [0.3, 1.5, 2.5, 3.5, 4.7])
-    heard = seen.magnitudes[rows][:, columns] > 0.5 * seen.magnitudes.max()
-    assert heard.tolist() == [[False, True, True, False, False], [False, False, True, True, False]]
+    loud = view.magnitudes[rows][:, columns] > 0.5 * view.magnitudes.max()
+    assert loud.tolist() == [[False, True, True, False, False], [False, False, True, True, False]]

@@ -149,10 +149,10 @@ def test_who_codes_blind_does_not_learn_by_removing_what_others_use(view, docume
         document.project.tracks.edit(id_, "Ben", (), segment, "painted")
     document.project.coding.assign(id_, "Ada", blind=True)
     assert not view.remove("twist")
-    told = (
+    sentence = (
         "'twist' stays in the list, as others may use it: Ada codes demonstrations of foam blind."
     )
-    assert messages[-1][0].startswith(told)
+    assert messages[-1][0].startswith(sentence)
     document.project.coding.set_done(id_, "Ada")
     assert view.remove("twist") is not used
 

@@ -135,20 +135,20 @@ def test_buttons_say_what_they_would_do(document, view, until):
 
 
 def test_hidden_it_reads_nothing(app, document, monkeypatch):
-    asked = []
+    queries = []
     history = TrackStore.history
     monkeypatch.setattr(
-        TrackStore, "history", lambda *given, **more: asked.append(more) or history(*given, **more)
+        TrackStore, "history", lambda *args, **more: queries.append(more) or history(*args, **more)
     )
     view = HistoryView(document)
     paint(document, 2)
-    assert asked == []
+    assert queries == []
     with shown_widget(app, view):
         assert len(rows(view)) == 2
         view.hide()
-        asked.clear()
+        queries.clear()
         paint(document, 1, first=5)
-        assert asked == []
+        assert queries == []
         assert not view._refresh_timer.isActive()
         assert view.model.rowCount() == 0
 

@@ -90,8 +90,8 @@ def test_values_have_the_decimals_that_their_axis_can_tell_apart(value, span, sh
 @settings(max_examples=100, deadline=None)
 def test_columns_are_covered_from_top_to_bottom(data):
     edge = st.floats(-30, 60) | st.just(float("nan")) | st.sampled_from([-1e300, 1e300])
-    one, other = (np.array(data.draw(st.lists(edge, min_size=8, max_size=8))) for _ in range(2))
-    top, bottom = np.minimum(one, other), np.maximum(one, other)
+    first, second = (np.array(data.draw(st.lists(edge, min_size=8, max_size=8))) for _ in range(2))
+    top, bottom = np.minimum(first, second), np.maximum(first, second)
     image = np.zeros((20, 8), dtype=np.uint32)
     fill_columns(image, top[np.newaxis], bottom[np.newaxis], [QColor(10, 200, 255)], [(0, 20)])
     rows = np.arange(20)[:, np.newaxis]
@@ -142,9 +142,7 @@ def test_a_canvas_that_is_used_again_is_empty(app):
 
 def test_numbers_of_neighbouring_axes_do_not_run_into_each_other(app, monkeypatch):
     written = []
-    monkeypatch.setattr(
-        lanes_module.text, "draw_text", lambda *given, **_: written.append(given[2:])
-    )
+    monkeypatch.setattr(lanes_module.text, "draw_text", lambda *args, **_: written.append(args[2:]))
     above, below = lanes(
         [Channel("fy1", "N"), Channel("fz1", "N")], ["fy1", "fz1"], 40.0, overlaid=False
     )

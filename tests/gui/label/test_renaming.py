@@ -32,12 +32,12 @@ def paint(project, demonstration, action):
 
 def rename(view, name, new, press=None):
     """Choose the menu's entry, type a name, and press a button if something is asked."""
-    asked = []
+    questions = []
 
     def answer():
         dialog = QApplication.activeModalWidget()
         if isinstance(dialog, QMessageBox):
-            asked.append(f"{dialog.text()} {dialog.informativeText()}")
+            questions.append(f"{dialog.text()} {dialog.informativeText()}")
             buttons = {button.text().replace("&", ""): button for button in dialog.buttons()}
             QTest.mouseClick(buttons[press], Qt.MouseButton.LeftButton)
         elif isinstance(dialog, QDialog):
@@ -51,7 +51,7 @@ def rename(view, name, new, press=None):
     menu = view.menu(name)
     next(entry for entry in menu.actions() if entry.text() == "Rename…").trigger()
     menu.deleteLater()
-    return asked
+    return questions
 
 
 def test_an_action_in_use_is_renamed_at_once_and_keeps_its_look_and_key(view, document, messages):
@@ -80,11 +80,11 @@ def test_a_stroke_that_was_begun_ends_with_the_new_name(view, document):
 
 @pytest.mark.parametrize(("press", "merged"), [("Merge", True), ("Cancel", False)])
 def test_merging_is_asked_with_how_much_it_changes(view, document, press, merged):
-    (asked,) = rename(view, "grab", "hold", press)
-    assert asked.startswith("Merge 'grab' into 'hold'? ")
-    assert "'grab' becomes 'hold' in 2 segments of Ada" in asked
-    assert "The action 'hold' already exists." in asked
-    assert "in 1 demonstration of foam." in asked
+    (question,) = rename(view, "grab", "hold", press)
+    assert question.startswith("Merge 'grab' into 'hold'? ")
+    assert "'grab' becomes 'hold' in 2 segments of Ada" in question
+    assert "The action 'hold' already exists." in question
+    assert "in 1 demonstration of foam." in question
     if merged:
         assert actions(document) == ["hold", "hold", "hold", "release"]
         assert document.vocabulary.names == ("hold", "release")
@@ -100,8 +100,8 @@ def test_other_tasks_are_asked_about(view, document, press, also):
     project.demonstrations.set_task(other, "sponge")
     project.tracks.edit(other, "Ada", (), (Segment(0, 1, "hold"),), "painted")
     project.actions.add("sponge", ["hold"])
-    (asked,) = rename(view, "hold", "grip", press)
-    assert "in 2 segments of Ada, in 2 demonstrations of foam, sponge." in asked
+    (question,) = rename(view, "hold", "grip", press)
+    assert "in 2 segments of Ada, in 2 demonstrations of foam, sponge." in question
     assert actions(document)[1] == "grip"
     assert (project.tracks.get(other, "Ada").segments[0].action == "grip") is also
     assert ("grip" in project.actions.vocabulary("sponge")) is also
@@ -111,10 +111,10 @@ def test_who_codes_blind_is_not_told_who_else_labelled(view, document, messages)
     document.project.tracks.edit(document.id, "Ben", (), PAINTED_TRACK[:1], "painted")
     document.project.coding.assign(document.id, "Ada", blind=True)
     document.reread()
-    (asked,) = rename(view, "grab", "hold", "Merge")
-    for told in (asked, messages[-1][0]):
-        assert "Ben" not in told
-        assert "'grab' stays in the list, as others may use it." in told
+    (question,) = rename(view, "grab", "hold", "Merge")
+    for text in (question, messages[-1][0]):
+        assert "Ben" not in text
+        assert "'grab' stays in the list, as others may use it." in text
     assert document.project.tracks.get(document.id, "Ben").segments == PAINTED_TRACK[:1]
 
 
@@ -131,14 +131,14 @@ def test_what_is_only_predicted_is_not_renamed(view, document, messages):
 def test_another_window_follows(app, tmp_path):
     with open_painted_document(tmp_path) as document:
         other, ben = Document("Ada"), Document("Ben")
-        for one in (other, ben):
-            one.open_project(document.project.path)
-            one.open_demonstration("01")
+        for another in (other, ben):
+            another.open_project(document.project.path)
+            another.open_demonstration("01")
         other.select(1)
         assert document.rename_action("hold", "grip")
-        for one in (other, ben):
-            one.refresh()
-            assert one.vocabulary == document.vocabulary
+        for another in (other, ben):
+            another.refresh()
+            assert another.vocabulary == document.vocabulary
         assert other.editor.segments == document.editor.segments
         assert ben.other_tracks["Ada"] == document.editor.segments
         assert other.editor.undo_everywhere()
@@ -196,7 +196,7 @@ def other(document):
     return id_
 
 
-def of(document, id_):
+def actions_of(document, id_):
     return [segment.action for segment in document.project.tracks.get(id_, "Ada").segments]
 
 
@@ -207,13 +207,13 @@ def test_a_renaming_is_undone_and_redone_in_every_demonstration_as_one_step(
     assert document.rename_action("hold", "grip")
     assert document.editor.undo_everywhere()
     assert document.editor.segments == PAINTED_TRACK
-    assert of(document, other) == ["hold", "hold"]
+    assert actions_of(document, other) == ["hold", "hold"]
     assert document.vocabulary == document.project.actions.vocabulary("foam") == before
     what = "rename of hold to grip (3 segments in 2 demonstrations)"
     assert messages[-1] == (f"Undone: {what}", False)
     assert document.editor.redo_everywhere()
     assert actions(document) == ["grab", "grip", "grab", "release"]
-    assert of(document, other) == ["grip", "grip"]
+    assert actions_of(document, other) == ["grip", "grip"]
     assert "hold" not in document.project.actions.vocabulary("foam")
     assert messages[-1] == (f"Redone: {what}", False)
 
@@ -225,7 +225,7 @@ def test_where_something_was_edited_since_a_renaming_stays_and_that_is_told(
     paint(document.project, other, "grab")
     document.editor.undo_everywhere()
     assert document.editor.segments == PAINTED_TRACK
-    assert of(document, other) == ["grip", "grip", "grab"]
+    assert actions_of(document, other) == ["grip", "grip", "grab"]
     assert messages[-1][0] == (
         "Undone: rename of hold to grip (1 segment); not in '02', where something else was edited "
         "since"
@@ -233,7 +233,7 @@ def test_where_something_was_edited_since_a_renaming_stays_and_that_is_told(
     document.open_demonstration(other)
     assert document.editor.undo_everywhere()
     assert document.editor.undo_everywhere()
-    assert of(document, other) == ["hold", "hold"]
+    assert actions_of(document, other) == ["hold", "hold"]
 
 
 def test_going_back_past_a_renaming_tells_where_else_it_was_undone(app, document, other, messages):
@@ -243,7 +243,7 @@ def test_going_back_past_a_renaming_tells_where_else_it_was_undone(app, document
         history.refresh()
         history.go_to(2)
     assert document.editor.segments == PAINTED_TRACK
-    assert of(document, other) == ["hold", "hold"]
+    assert actions_of(document, other) == ["hold", "hold"]
     assert "rename of hold to grip (3 segments in 2 demonstrations)" in messages[-1][0]
 
 

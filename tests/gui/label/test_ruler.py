@@ -56,8 +56,8 @@ def test_times_are_told_in_minutes_and_seconds(seconds, decimals, shown):
 def test_numbers_in_minutes_have_room_and_stand_at_whole_steps(start, span, room):
     axis = Axis(start, start + span, 88.0, 88.0 + room)
     marks = clock_marks(axis, 10.0)
-    for (left, one), (right, other) in pairwise(marks):
-        half = (text.width(one, text.font(10)) + text.width(other, text.font(10))) / 2
+    for (left, label), (right, next_label) in pairwise(marks):
+        half = (text.width(label, text.font(10)) + text.width(next_label, text.font(10))) / 2
         assert axis.at(right) - axis.at(left) > half
     assert len({round(b - a, 6) for (a, _), (b, _) in pairwise(marks)}) <= 1
 

@@ -68,7 +68,7 @@ def open_panel(panel, until):
 
 
 @pytest.fixture
-def ran(jobs, monkeypatch):
+def started_jobs(jobs, monkeypatch):
     """The jobs that were started."""
     started = []
     run = jobs.run
@@ -84,23 +84,23 @@ def colour(panel, time, hertz):
     return panel.grab().toImage().pixelColor(int(panel.x_at(time) * ratio), int(y * ratio))
 
 
-def test_a_hidden_panel_computes_nothing(panel, document, ran, app):
+def test_a_hidden_panel_computes_nothing(panel, document, started_jobs, app):
     document.view.set_span(1.0, 2.0)
     panel.set_channel("normal 1")
     QTest.qWait(scalogram_module.LOADING_DELAY_MS + 20)
-    assert not ran
+    assert not started_jobs
     assert panel.picture is None
     assert panel.settled
 
 
-def test_hiding_ends_what_is_being_computed(panel, document, ran, jobs, until):
+def test_hiding_ends_what_is_being_computed(panel, document, started_jobs, jobs, until):
     panel.show()
     panel.hide()
     QTest.qWait(scalogram_module.LOADING_DELAY_MS + 20)
-    assert not ran
+    assert not started_jobs
     assert panel.settled
     panel.show()
-    until(lambda: ran)
+    until(lambda: started_jobs)
     panel.hide()
     assert panel.settled
     until(lambda: not jobs.busy)
@@ -108,14 +108,16 @@ def test_hiding_ends_what_is_being_computed(panel, document, ran, jobs, until):
     assert panel.picture is None
 
 
-def test_a_minimised_window_computes_nothing_until_it_comes_back(open_panel, document, ran, until):
+def test_a_minimised_window_computes_nothing_until_it_comes_back(
+    open_panel, document, started_jobs, until
+):
     open_panel.showMinimized()
     document.view.set_span(1.0, 2.0)
     QTest.qWait(scalogram_module.LOADING_DELAY_MS + 20)
-    assert not ran
+    assert not started_jobs
     assert open_panel.settled
     open_panel.showNormal()
-    until(lambda: ran and open_panel.settled)
+    until(lambda: started_jobs and open_panel.settled)
     assert open_panel.picture.start == pytest.approx(1.0)
 
 
@@ -128,11 +130,11 @@ def test_only_the_visible_span_is_computed_at_the_screens_resolution(open_panel,
     assert not picture.coarse
 
 
-def test_many_changes_of_the_span_make_one_picture(open_panel, document, ran, until):
+def test_many_changes_of_the_span_make_one_picture(open_panel, document, started_jobs, until):
     for i in range(20):
         document.view.set_span(1.0 + 0.01 * i, 3.0)
     until(lambda: open_panel.settled)
-    assert len(ran) == 1
+    assert len(started_jobs) == 1
 
 
 def test_the_old_picture_moves_with_the_time_axis_at_once(open_panel, document, until):
@@ -333,6 +335,14 @@ def test_the_legend_is_short(value, text):
     assert amount_text(value) == text
 
 
+def show_settled(panel, jobs, until):
+    """Show a panel until its picture is computed and kept."""
+    panel.resize(88 + 400 + 8, 160)
+    panel.show()
+    until(lambda: panel.settled and panel.picture is not None and not jobs.busy)
+    return panel
+
+
 @pytest.fixture
 def in_project(app, tmp_path):
     """Begins sessions in which the same long recording of a project is open."""
@@ -360,10 +370,7 @@ def files(document):
 @pytest.mark.usefixtures("long_from_little")
 def test_the_next_session_begins_with_what_was_kept(in_project, jobs, until, monkeypatch):
     first = in_project()
-    panel = ScalogramPanel(first, jobs)
-    panel.resize(88 + 400 + 8, 160)
-    panel.show()
-    until(lambda: panel.settled and panel.picture is not None and not jobs.busy)
+    panel = show_settled(ScalogramPanel(first, jobs), jobs, until)
     (file,) = files(first)
     written, shown = file.read_bytes(), panel.picture.values
     panel.close()
@@ -374,9 +381,7 @@ def test_the_next_session_begins_with_what_was_kept(in_project, jobs, until, mon
     panel = ScalogramPanel(document, jobs)
     pictures = []
     panel._loader.loaded.connect(pictures.append)
-    panel.resize(88 + 400 + 8, 160)
-    panel.show()
-    until(lambda: panel.settled and panel.picture is not None and not jobs.busy)
+    show_settled(panel, jobs, until)
     assert not any(picture.coarse for picture in pictures)
     np.testing.assert_allclose(panel.picture.values, shown, atol=0.001)
     assert file.read_bytes() == written
@@ -404,10 +409,7 @@ def test_nothing_is_kept_of_what_was_not_shown_to_the_end(in_project, jobs, unti
 def test_a_project_that_may_not_be_changed_stays_as_it_is(in_project, jobs, until, monkeypatch):
     document = in_project()
     monkeypatch.setattr(Project, "read_only", True)
-    panel = ScalogramPanel(document, jobs)
-    panel.resize(88 + 400 + 8, 160)
-    panel.show()
-    until(lambda: panel.settled and panel.picture is not None and not jobs.busy)
+    panel = show_settled(ScalogramPanel(document, jobs), jobs, until)
     assert not files(document)
     panel.close()
 
@@ -416,10 +418,7 @@ def test_a_project_that_may_not_be_changed_stays_as_it_is(in_project, jobs, unti
 def test_of_what_is_soon_computed_nothing_is_kept(in_project, jobs, until, monkeypatch):
     monkeypatch.setattr(scalogram_module, "LEAST_CACHED_SAMPLES", 60_001)
     document = in_project()
-    panel = ScalogramPanel(document, jobs)
-    panel.resize(88 + 400 + 8, 160)
-    panel.show()
-    until(lambda: panel.settled and panel.picture is not None and not jobs.busy)
+    panel = show_settled(ScalogramPanel(document, jobs), jobs, until)
     assert not files(document)
     panel.close()
 

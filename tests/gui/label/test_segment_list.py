@@ -95,10 +95,10 @@ times = st.integers(0, 40).map(lambda n: n / 4)
     st.sampled_from(["", "g", "HOLD", "x"]),
 )
 def test_rows_are_the_filtered_track_in_order_whatever_is_painted(
-    document, table, strokes, which, order, wanted
+    document, table, strokes, which, order, filter_text
 ):
     table.table.sortByColumn(which, order)
-    table.filter.setText(wanted)
+    table.filter.setText(filter_text)
     watched = Watched(table.model)
     for start, end, action in strokes:
         if start < end:
@@ -108,7 +108,7 @@ def test_rows_are_the_filtered_track_in_order_whatever_is_painted(
         DURATION: lambda s: (s.end - s.start, s.start),
     }
     expected = sorted(
-        (s for s in document.editor.segments if wanted.lower() in s.action),
+        (s for s in document.editor.segments if filter_text.lower() in s.action),
         key=keys.get(which, lambda s: s.start),
         reverse=order == Qt.SortOrder.DescendingOrder,
     )
@@ -151,15 +151,15 @@ def test_the_segment_under_the_cursor_is_marked(document, table):
         assert marked == rows
 
 
-def edited(table, row, which, typed):
+def edit_cell(table, row, which, typed):
     return table.model.setData(table.model.index(row, which), typed)
 
 
 def test_numbers_are_typed_over(document, table):
-    assert edited(table, 0, START, " 0.5 ")
+    assert edit_cell(table, 0, START, " 0.5 ")
     assert document.editor.segments[0] == Segment(0.5, 2.0, "grab")
-    assert edited(table, 3, END, "7.25 s")
-    assert edited(table, 2, DURATION, "0.5")
+    assert edit_cell(table, 3, END, "7.25 s")
+    assert edit_cell(table, 2, DURATION, "0.5")
     assert document.editor.segments[2:] == (
         Segment(5.0, 5.5, "grab"),
         Segment(6.0, 7.25, "release"),
@@ -181,11 +181,11 @@ def test_numbers_are_typed_over(document, table):
 def test_what_is_no_time_for_it_is_refused_in_a_sentence(
     document, table, row, which, typed, sentence, messages
 ):
-    assert not edited(table, row, which, typed)
+    assert not edit_cell(table, row, which, typed)
     assert document.editor.segments == PAINTED_TRACK
-    (told, trouble) = messages[-1]
+    (message, trouble) = messages[-1]
     assert trouble
-    assert sentence in told
+    assert sentence in message
 
 
 def test_what_was_not_changed_is_no_edit(document, table):

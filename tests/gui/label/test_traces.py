@@ -398,7 +398,7 @@ def test_in_low_lanes_what_the_gutter_says_does_not_overlap(panel, monkeypatch, 
     assert len(boxes) >= 2 * len(NAMES) - 1
     for i, (line, box) in enumerate(boxes):
         assert box.right() <= panel.GUTTER, line
-        assert not [other for other, there in boxes[:i] if box.intersects(there)], line
+        assert not [other for other, earlier in boxes[:i] if box.intersects(earlier)], line
 
 
 def test_a_click_moves_the_cursor_there(panel):

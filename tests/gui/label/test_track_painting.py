@@ -208,8 +208,8 @@ def test_a_name_is_cut_to_what_fits_but_not_to_nothing(app):
 @pytest.mark.parametrize("room", range(4, 120, 3))
 def test_no_two_actions_are_shortened_to_the_same(app, room):
     short = [short_name(name, STYLUS, 12.0, room)[0] for name in STYLUS]
-    for (one, other), (a, b) in zip(combinations(STYLUS, 2), combinations(short, 2), strict=True):
-        assert not a or a != b, (one, other, a)
+    for (name, other), (a, b) in zip(combinations(STYLUS, 2), combinations(short, 2), strict=True):
+        assert not a or a != b, (name, other, a)
 
 
 def test_a_beginning_that_another_name_has_does_not_stand_for_a_longer_one(app):

@@ -163,14 +163,14 @@ def test_esc_ends_a_drag_as_if_nothing_had_happened(document, hand, panel):
 
 
 def test_esc_is_kept_for_the_drag_whatever_else_it_is_bound_to(hand, panel):
-    def wanted():
+    def is_escape_reserved():
         none = Qt.KeyboardModifier.NoModifier
         event = QKeyEvent(QEvent.Type.ShortcutOverride, Qt.Key.Key_Escape, none)
         return is_reserved_key(panel, event)
 
-    assert not wanted()
+    assert not is_escape_reserved()
     hand.press(3.5)
-    assert wanted()
+    assert is_escape_reserved()
 
 
 def test_a_drag_jumps_to_an_edge_nearby_and_says_so(document, hand):

@@ -24,7 +24,7 @@ def bar(app, document):
     player.stop()
 
 
-def typed(bar, text):
+def type_time(bar, text):
     bar.time.setFocus()
     bar.time.selectAll()
     QTest.keyClicks(bar.time, text)
@@ -72,7 +72,7 @@ def test_loop_and_speed_go_both_ways(bar, document):
 )
 def test_a_time_is_typed_to_jump(bar, document, text, cursor):
     document.view.seek(1.0)
-    typed(bar, text)
+    type_time(bar, text)
     assert document.view.cursor == pytest.approx(min(cursor, document.view.bounds[1]))
     assert bar.time.text() == f"{document.view.cursor:.3f}"
 
@@ -80,7 +80,7 @@ def test_a_time_is_typed_to_jump(bar, document, text, cursor):
 def test_what_is_no_time_is_said_and_taken_back(bar, document, messages):
     document.view.seek(1.0)
     for text in ("soon", "nan", "inf"):
-        typed(bar, text)
+        type_time(bar, text)
         assert "is no time" in messages[-1][0]
         assert (document.view.cursor, bar.time.text()) == (1.0, "1.000")
 

@@ -122,7 +122,7 @@ def on_screen(panel):
     )
 
 
-def expected(times, cursor):
+def expected_frame(times, cursor):
     return int(np.flatnonzero(CLOCK.to_force(times - times[0]) <= cursor + 1e-6)[-1])
 
 
@@ -134,7 +134,7 @@ def test_after_any_seek_the_frame_at_the_cursor_is_on_the_screen(panel, document
     for cursor in random.uniform(1.3, 1.2 + ODD[-1], 10):
         document.view.seek(cursor)
         wait(lambda: panel.settled)
-        assert panel.shown_index == expected(ODD, cursor)
+        assert panel.shown_index == expected_frame(ODD, cursor)
         assert on_screen(panel) == panel.shown_index
 
 
@@ -155,7 +155,7 @@ def test_of_many_requests_the_newest_wins(panel, document, video):
     for cursor in np.random.default_rng(2).uniform(1.3, 1.2 + ODD[-1], 200):
         document.view.seek(cursor)
     wait(lambda: panel.settled)
-    assert panel.shown_index == expected(ODD, document.view.cursor) == on_screen(panel)
+    assert panel.shown_index == expected_frame(ODD, document.view.cursor) == on_screen(panel)
     assert len(shown) < 20
 
 
@@ -178,7 +178,7 @@ def test_while_playing_no_frame_is_later_than_the_cursor_and_none_goes_back(pane
     numbers = [number for number, _ in shown]
     assert numbers == sorted(numbers)
     assert all(document.view.frame_times[number] <= cursor + 1e-6 for number, cursor in shown)
-    assert panel.shown_index == expected(ODD, document.view.cursor)
+    assert panel.shown_index == expected_frame(ODD, document.view.cursor)
 
 
 def test_a_video_that_begins_a_little_late_is_opened_at_its_first_frame(panel, document, video):
@@ -310,7 +310,7 @@ def test_hidden_it_asks_for_nothing_and_shown_again_it_is_right(panel, document,
     assert panel.settled
     panel.show()
     wait(lambda: panel.settled)
-    assert panel.shown_index == expected(ODD, 6.0)
+    assert panel.shown_index == expected_frame(ODD, 6.0)
 
 
 def test_zoom_keeps_the_point_under_the_pointer_and_double_click_fits(panel, document, video):
@@ -342,16 +342,16 @@ def test_the_frame_can_be_copied(panel, document, video):
 
 def test_a_long_index_tells_how_far_it_is_and_shows_the_first_frame_at_once(app, folder):
     path = write_opencv_video(folder / "long.mp4", "mp4v", 1200)
-    frames, told = VideoFrames(), []
-    frames.indexed.connect(lambda done, total: told.append(("indexed", done, total)))
-    frames.frame_ready.connect(lambda number, _: told.append(("frame", number)))
-    frames.opened.connect(lambda times: told.append(("opened", len(times))))
+    frames, signals = VideoFrames(), []
+    frames.indexed.connect(lambda done, total: signals.append(("indexed", done, total)))
+    frames.frame_ready.connect(lambda number, _: signals.append(("frame", number)))
+    frames.opened.connect(lambda times: signals.append(("opened", len(times))))
     frames.open(path)
-    wait(lambda: told and told[-1][0] == "opened")
+    wait(lambda: signals and signals[-1][0] == "opened")
     frames.close()
-    assert told[0] == ("frame", 0)
-    assert ("indexed", 1000, 1200) in told
-    assert told[-1] == ("opened", 1200)
+    assert signals[0] == ("frame", 0)
+    assert ("indexed", 1000, 1200) in signals
+    assert signals[-1] == ("opened", 1200)
 
 
 def test_neighbours_are_decoded_while_nothing_is_asked_for(app, video, monkeypatch):
@@ -360,7 +360,7 @@ def test_neighbours_are_decoded_while_nothing_is_asked_for(app, video, monkeypat
     readers, ready = [], []
     start = VideoReader.__init__
     monkeypatch.setattr(
-        VideoReader, "__init__", lambda self, *given: readers.append(self) or start(self, *given)
+        VideoReader, "__init__", lambda self, *args: readers.append(self) or start(self, *args)
     )
     frames = VideoFrames()
     frames.frame_ready.connect(lambda number, _: ready.append(number))
@@ -384,7 +384,7 @@ def test_a_step_to_a_neighbour_scales_nothing_in_the_gui_s_thread(
         monkeypatch.setattr(
             module,
             "scaled",
-            lambda *given: scaling.append(threading.current_thread()) or scaled(*given),
+            lambda *args: scaling.append(threading.current_thread()) or scaled(*args),
         )
     document.show(video)
     wait(lambda: document.view.frame_times is not None)
@@ -448,7 +448,7 @@ def test_after_a_rest_a_jump_shows_a_coarse_picture_of_the_right_frame_first(
     for cursor in (9.0, 2.0, 8.0, 4.0):
         document.view.seek(cursor)
         wait(lambda: panel.settled)
-        assert panel.shown_index == expected(ODD, cursor) == number_of(panel.image)
+        assert panel.shown_index == expected_frame(ODD, cursor) == number_of(panel.image)
     assert all(number_of(image) == number for number, image in coarse)
     assert panel._sharp
 

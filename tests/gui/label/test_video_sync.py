@@ -84,9 +84,9 @@ def test_three_taps_are_fitted_with_their_residual(document, dialog):
     assert dialog.candidate.rate == pytest.approx(fit.clock.rate)
     assert f"{1000 * fit.residual:.1f} ms" in dialog.residual_label.text()
     away = [1000 * (float(fit.clock.to_force(f * FRAME)) - t) for f, t in taps]
-    told = [row[2] for row in cells(dialog)]
-    assert not any("-" in text for text in told), "a minus is as wide as a plus"
-    numbers = [float(text.replace("\N{MINUS SIGN}", "-")) for text in told]
+    residuals = [row[2] for row in cells(dialog)]
+    assert not any("-" in text for text in residuals), "a minus is as wide as a plus"
+    numbers = [float(text.replace("\N{MINUS SIGN}", "-")) for text in residuals]
     assert numbers == pytest.approx(away, abs=0.06)
     press(dialog.fit_rate)
     assert dialog.candidate.rate == 1.00001

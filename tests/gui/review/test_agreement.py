@@ -246,22 +246,22 @@ def test_of_a_long_name_the_task_is_cut_and_not_the_action(app):
 
 
 def test_nothing_is_compared_while_nobody_looks(app, until, monkeypatch):
-    asked = []
+    comparisons = []
     real = coders_module._compare_coders
     monkeypatch.setattr(
-        coders_module, "_compare_coders", lambda *given: asked.append(given) or real(*given)
+        coders_module, "_compare_coders", lambda *args: comparisons.append(args) or real(*args)
     )
     with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
-        count = len(asked)
+        count = len(comparisons)
         b.view.pair.places.interval_chosen.emit(
             b.view.pair.places.rows[0].place
         )  # opening and looking changes no label
         QTest.qWait(coders_module.COMPARE_DELAY + 50)
-        assert len(asked) == count
+        assert len(comparisons) == count
         b.view.hide()
         b.document.editor.paint(8, 9, "grab")
         QTest.qWait(coders_module.COMPARE_DELAY + 50)
-        assert len(asked) == count
+        assert len(comparisons) == count
         b.view.show()
         until(lambda: b.view.result.pairs[0].only == pytest.approx((1.0, 1.0)))
 
@@ -373,24 +373,24 @@ def test_letters_typed_as_a_name_decide_nothing(app, until):
 def test_a_consensus_whose_name_is_nearly_a_coder_s_is_asked_about(
     app, until, monkeypatch, answer, name
 ):
-    asked = []
+    questions = []
     with bench(app, until, {"Ann": ANN, "Ben": BEN, "Cleo": CLEO}) as b:
         b.view.pages.setCurrentIndex(1)
         app.processEvents()
         author = b.bar.choice.author
 
         def press(box):
-            asked.append(box.text())
+            questions.append(box.text())
             author.editingFinished.emit()  # the question takes the keyboard from the field
             box.buttons()[answer].click()
 
         monkeypatch.setattr(QMessageBox, "exec", press)
         author.setText(" cleo ")
         author.editingFinished.emit()
-        assert asked == ["'Cleo' already exists."]
+        assert questions == ["'Cleo' already exists."]
         assert (b.bar.name, author.text()) == (name, name)
         author.editingFinished.emit()
-        assert len(asked) == 1
+        assert len(questions) == 1
         assert b.bar.consensus.author == name
 
 

@@ -140,11 +140,11 @@ def test_settings_that_differ_are_called_as_in_the_dialog_where_they_are_chosen(
     comparison = compare_runs(
         replace(runs[0], settings=plain), replace(runs[1], settings=changed, author="Ben")
     )
-    told = settings_differences(comparison)
-    assert "Learn where actions change: no → yes" in told
-    assert "Classifier: Multilayer perceptron → Extra trees" in told
-    assert "Preset: paper → best" in told
-    assert "Labels of:" in told
+    text = settings_differences(comparison)
+    assert "Learn where actions change: no → yes" in text
+    assert "Classifier: Multilayer perceptron → Extra trees" in text
+    assert "Preset: paper → best" in text
+    assert "Labels of:" in text
 
 
 def test_the_chosen_metric_is_shown_for_each_demonstration(dialog, document, runs):

@@ -27,17 +27,17 @@ def view(app, document, jobs, until):
 
 def small(document):
     """In 01 a grab of 3 s is seen as hold for 2 s, in 02 one of 2 s for 0.5 s."""
-    one, two = (info.id for info in document.infos)
+    first, second = (info.id for info in document.infos)
     return run_result(
         [
             demonstration_result(
-                one,
+                first,
                 [(1, 4, "grab"), (5, 8, "hold")],
                 [(1, 2, "grab"), (2, 4, "hold"), (5, 7, "hold")],
                 raw=[(1, 4, "release"), (5, 8, "hold")],
                 probability_trace=SURE,
             ),
-            demonstration_result(two, [(2, 4, "grab")], [(2, 3.5, "grab"), (3.5, 4, "hold")]),
+            demonstration_result(second, [(2, 4, "grab")], [(2, 3.5, "grab"), (3.5, 4, "hold")]),
         ],
         ACTIONS,
     )
@@ -60,14 +60,14 @@ def test_the_matrix_is_the_time_that_the_scores_count(view, document):
 
 
 def test_hovering_a_cell_says_what_it_holds(view, until):
-    def hovered(row, column, said):
+    def hovered(row, column, sentence):
         # The matrix may yet be given its final room.
         QTest.mouseMove(view.canvas, view.canvas.figure.box(row, column).center().toPoint())
-        return view.sentence.text() == said
+        return view.sentence.text() == sentence
 
-    said = "grab seen as hold: 2.5 s, 50 % of grab, in 2 places"
-    until(lambda: hovered(0, 1, said))
-    assert view.canvas.accessibleDescription() == said
+    sentence = "grab seen as hold: 2.5 s, 50 % of grab, in 2 places"
+    until(lambda: hovered(0, 1, sentence))
+    assert view.canvas.accessibleDescription() == sentence
     until(lambda: hovered(1, 3, "hold left unlabelled: 1.0 s, 33 % of hold, in 1 place"))
 
 
@@ -203,9 +203,9 @@ def test_without_a_run_it_says_what_to_do(view, document):
 
 
 def test_a_run_without_raw_predictions_says_so_and_lets_one_go_back(view, document, until):
-    one = demonstration_result(document.infos[0].id, [(1, 2, "grab")], [(1, 2, "grab")])
+    result = demonstration_result(document.infos[0].id, [(1, 2, "grab")], [(1, 2, "grab")])
     view.switches.stage_box.setCurrentIndex(1)
-    document.review.set_run(run_result([one], ACTIONS))
+    document.review.set_run(run_result([result], ACTIONS))
     until(lambda: "no raw" in view.pages.note.text())
     view.switches.stage_box.setCurrentIndex(0)
     until(lambda: view.cells is not None and view.canvas.isVisible())

@@ -39,10 +39,10 @@ class Trainings:
     """Stands for the training in a process of its own: counts, and waits to be let go on."""
 
     def __init__(self, trained):
-        self.trained, self.asked, self.held, self.closed = trained, [], False, []
+        self.trained, self.requests, self.held, self.closed = trained, [], False, []
 
     def __call__(self, path, run, id_):
-        self.asked.append(id_)
+        self.requests.append(id_)
         try:
             while self.held:
                 time.sleep(0.001)
@@ -59,9 +59,9 @@ class Trainings:
 
 @pytest.fixture
 def trainings(monkeypatch, trained):
-    made = Trainings(trained)
-    monkeypatch.setattr(why_module, "train_without", made)
-    return made
+    replaced = Trainings(trained)
+    monkeypatch.setattr(why_module, "train_without", replaced)
+    return replaced
 
 
 @pytest.fixture
@@ -89,9 +89,9 @@ def view(document, jobs, trainings, until):
 
 
 def place_in(study, number=0, action="hold"):
-    one = study[1].tested[number]
-    segment = next(s for s in one.human if s.action == action)
-    return Interval(one.id, segment.start, segment.end, "hold", "grab", 0.83)
+    result = study[1].tested[number]
+    segment = next(s for s in result.human if s.action == action)
+    return Interval(result.id, segment.start, segment.end, "hold", "grab", 0.83)
 
 
 @pytest.fixture
@@ -117,24 +117,24 @@ def test_it_says_what_is_missing(view, document, study, until):
     document.review.set_run(replace(study[1], tested=study[1].tested[1:]))
     until(lambda: "not part of the training" in message_of(view))
     document.review.set_run(study[1])
-    one = study[1].tested[0]
-    silent = next(t / 100 for t in range(1000) if interval_at(one, t / 100) is None)
+    result = study[1].tested[0]
+    silent = next(t / 100 for t in range(1000) if interval_at(result, t / 100) is None)
     document.view.seek(silent)
     until(lambda: "Nothing is labelled or predicted" in message_of(view))
 
 
 def test_whoever_codes_blind_is_told_nothing(view, document, study, until, trainings):
-    one = study[1].tested[0]
+    result = study[1].tested[0]
     document.review.set_run(study[1])
-    document.project.coding.assign(one.id, "Bob", blind=True)
+    document.project.coding.assign(result.id, "Bob", blind=True)
     try:
         view.show()
         document.review.examine(place_in(study))
         until(lambda: "blind" in message_of(view))
         assert view.why is None
-        assert not trainings.asked
+        assert not trainings.requests
     finally:
-        document.project.coding.unassign(one.id, "Bob")
+        document.project.coding.unassign(result.id, "Bob")
 
 
 def test_neighbours_in_a_demonstration_that_is_coded_blind_are_left_out(
@@ -177,7 +177,7 @@ def test_nothing_is_computed_while_it_is_hidden(view, document, study, app, trai
     document.review.examine(place_in(study))
     app.processEvents()
     QTest.qWait(60)
-    assert not trainings.asked
+    assert not trainings.requests
     assert not jobs.busy
     assert view.place is None
 
@@ -202,13 +202,13 @@ def test_a_second_place_of_the_demonstration_needs_no_training(
     explained, document, study, until, trainings
 ):
     view, first = explained, explained.why
-    assert len(trainings.asked) == 1
+    assert len(trainings.requests) == 1
     document.review.examine(place_in(study, action="release"))
     until(lambda: view.why is not first)
-    assert len(trainings.asked) == 1
+    assert len(trainings.requests) == 1
     document.review.examine(place_in(study, 1))
     until(lambda: view.settled)
-    assert trainings.asked == [one.id for one in study[1].tested[:2]]
+    assert trainings.requests == [result.id for result in study[1].tested[:2]]
 
 
 def test_the_old_explanation_is_grey_until_the_new_one_is_there(
@@ -234,13 +234,13 @@ def test_another_place_ends_the_training_that_nobody_waits_for(
     document.review.set_run(study[1])
     view.show()
     document.review.examine(place_in(study, 0))
-    until(lambda: trainings.asked == [study[1].tested[0].id])
+    until(lambda: trainings.requests == [study[1].tested[0].id])
     document.review.examine(place_in(study, 0, "release"))
     QTest.qWait(60)
     assert not trainings.closed  # another place, but of the same demonstration
     document.review.examine(place_in(study, 1))
     until(lambda: trainings.closed == [study[1].tested[0].id])
-    until(lambda: len(trainings.asked) == 2)
+    until(lambda: len(trainings.requests) == 2)
     view.hide()
     until(lambda: len(trainings.closed) == 2)
 
@@ -279,27 +279,27 @@ def test_a_card_leads_to_its_segment_and_back_leads_to_the_place(
     assert view.why is why
     assert not view.page.back.isVisible()
     assert not card.isChecked()
-    assert len(trainings.asked) == 1
+    assert len(trainings.requests) == 1
 
 
 def test_a_click_into_the_chart_moves_the_cursor_there(explained, document):
     chart = explained.page.chart
     axis = chart.axis
-    wanted = 0.3 * axis.start + 0.7 * axis.end
-    where = QPoint(round(axis.at(wanted)), 40)
+    time = 0.3 * axis.start + 0.7 * axis.end
+    where = QPoint(round(axis.at(time)), 40)
     QTest.mouseClick(chart, Qt.MouseButton.LeftButton, pos=where)
     pixel = (axis.end - axis.start) / (axis.finish - axis.begin)
-    assert document.view.cursor == pytest.approx(wanted, abs=1.1 * pixel)
+    assert document.view.cursor == pytest.approx(time, abs=1.1 * pixel)
 
 
 def test_a_selected_segment_is_explained_and_so_is_what_is_at_the_cursor(
     view, document, study, until
 ):
-    one = study[1].tested[0]
+    result = study[1].tested[0]
     document.review.set_run(study[1])
-    document.open_demonstration(one.id)
+    document.open_demonstration(result.id)
     view.show()
-    place = interval_at(one, 2.0)
+    place = interval_at(result, 2.0)
     document.view.seek(2.0)
     until(lambda: view.place == place)
     document.set_author("Ann")  # who has segments to select
@@ -343,8 +343,8 @@ def test_the_shelf_keeps_what_was_used_last(study):
 
 def test_time_left_is_that_of_a_fold_of_the_run(study):
     run = replace(study[1], seconds={"features": 3.0, "fit": 30.0})
-    told = explanation_plots.held_out_progress(Progress(3, 200, "fit"), "foam 01", 4.0, run)
-    assert told == "Training without foam 01 … about 9 s left"
+    sentence = explanation_plots.held_out_progress(Progress(3, 200, "fit"), "foam 01", 4.0, run)
+    assert sentence == "Training without foam 01 … about 9 s left"
     halves = explanation_plots.held_out_progress(
         Progress(3, 200, "fit"), "foam 01", 4.0, replace(run, folds=2)
     )

@@ -76,8 +76,8 @@ def test_arrows_go_to_either_end_of_the_tabs_with_and_without_room(tabs, app):
     bar = tabs.tabBar()
     for key, end in ((Qt.Key.Key_Right, len(TITLES) - 1), (Qt.Key.Key_Left, 0)):
         before = tabs.currentIndex()
-        wanted = QKeyEvent(QEvent.Type.KeyPress, key, Qt.KeyboardModifier.NoModifier)
-        assert is_reserved_key(bar, wanted)  # else it is the window's, and moves the cursor
+        event = QKeyEvent(QEvent.Type.KeyPress, key, Qt.KeyboardModifier.NoModifier)
+        assert is_reserved_key(bar, event)  # else it is the window's, and moves the cursor
         reached = []
         for _ in TITLES:
             QTest.keyClick(bar, key)

@@ -180,19 +180,19 @@ def test_marks_stand_only_where_both_differ_and_what_is_missed_is_thinner(shown)
 
     def thickness(time):
         heights = np.linspace(0.02, 0.98, 40)
-        seen = [np.abs(colour(view, 0, time, "band", h) - mark).max() < 90 for h in heights]
-        return sum(seen)
+        marked = [np.abs(colour(view, 0, time, "band", h) - mark).max() < 90 for h in heights]
+        return sum(marked)
 
     assert [thickness(time) > 0 for time in (0.5, 2.0, 5.0, 7.5, 9.5)] == [False] * 5
     assert 0 < thickness(8.5) < thickness(3.5)
 
 
 def test_the_legend_is_in_the_order_of_the_keys(shown, study):
-    made = [reviewed(i.id, i.name) for i in study.infos]
-    made[0] = reviewed(study.infos[0].id, "d 1", human=(Segment(0.1, 0.4, "slip"), *HUMAN))
+    results = [reviewed(i.id, i.name) for i in study.infos]
+    results[0] = reviewed(study.infos[0].id, "d 1", human=(Segment(0.1, 0.4, "slip"), *HUMAN))
     study.open_demonstration(study.infos[0].id)
     study.editor.paint(0.1, 0.4, "slip")
-    view = shown(unscored_run_result(made))
+    view = shown(unscored_run_result(results))
     assert view.legend.accessibleDescription() == "1 grab, 2 hold, 3 release, 4 slip"
     study.set_vocabulary(study.vocabulary.rebound("grab", "7"))
     assert view.legend.accessibleDescription() == "2 hold, 3 release, 4 slip, 7 grab"
@@ -211,18 +211,18 @@ def test_the_legend_tells_the_keys_that_paint(shown, study):
 def test_an_action_kept_apart_by_its_task_has_the_key_of_that_task_alone():
     looks = Vocabulary().with_actions("grab_hard", "grab_soft", "slip_hard")
     keys_ = Vocabulary().with_actions("slip", "grab")
-    made = with_keys(looks, keys_, task="hard", apart=True)
-    assert [(a.name, a.key) for a in made] == [
+    actions = with_keys(looks, keys_, task="hard", apart=True)
+    assert [(a.name, a.key) for a in actions] == [
         ("grab_hard", "2"), ("grab_soft", ""), ("slip_hard", "1")
     ]  # fmt: skip
-    assert [a.look for a in made] == [a.look for a in looks]
+    assert [a.look for a in actions] == [a.look for a in looks]
 
 
 def test_a_legend_of_many_actions_leaves_room_for_the_pairs(shown, study):
     names = tuple(f"action number {i} of a long name" for i in range(24))
     human = tuple(Segment(0.4 * i, 0.4 * (i + 1), name) for i, name in enumerate(names))
-    made = unscored_run_result([reviewed(study.infos[0].id, "d 1", human=human)], names)
-    view = shown(made, size=(520, 400))
+    run = unscored_run_result([reviewed(study.infos[0].id, "d 1", human=human)], names)
+    view = shown(run, size=(520, 400))
     assert view.legend.height() > view.height() / 2  # it could not stand there in full
     assert view.area.height() > view.height() / 3
     assert view.minimumSizeHint().height() < 200
@@ -233,9 +233,9 @@ def test_only_visible_rows_are_painted_and_none_twice(shown):
     view = shown(many, size=(600, 300))
     area = view.area
     page = area.viewport().height()
-    a_page = page / area.arrangement.row_height(0)
+    rows_of_page = page / area.arrangement.row_height(0)
     first = area.pictures.painted
-    assert a_page - 1 <= first <= 3 * a_page + 3
+    assert rows_of_page - 1 <= first <= 3 * rows_of_page + 3
     area.viewport().update()
     area.verticalScrollBar().setValue(10)
     shown.settle(view)
@@ -311,8 +311,8 @@ def test_arrows_go_over_rows_and_disagreements_and_enter_goes_there(shown, study
 
 
 def test_a_tooltip_tells_the_three_most_probable_actions_and_takes_no_name_for_markup(shown):
-    made = unscored_run_result([reviewed("x", "<b>odd</b> & name")])
-    view = shown(made)
+    run = unscored_run_result([reviewed("x", "<b>odd</b> & name")])
+    view = shown(run)
     found = view.area.hit_at(spot(view, 0, 5.5, "predicted", 0.5))
     words = hit_tooltip(view.area.entries[0], found)
     assert "&lt;b&gt;odd&lt;/b&gt; &amp; name" in words
@@ -325,17 +325,17 @@ def test_a_tooltip_tells_the_three_most_probable_actions_and_takes_no_name_for_m
 
 def test_rows_are_ordered_and_filtered(shown, study):
     wrong = {"raw": (), "filtered": ()}
-    made = [reviewed(i.id, i.name) for i in study.infos]
-    made[1] = reviewed(study.infos[1].id, study.infos[1].name, stages=wrong)
-    made.append(reviewed("x", "longest", end=12.0))
-    view = shown(unscored_run_result(made))
+    results = [reviewed(i.id, i.name) for i in study.infos]
+    results[1] = reviewed(study.infos[1].id, study.infos[1].name, stages=wrong)
+    results.append(reviewed("x", "longest", end=12.0))
+    view = shown(unscored_run_result(results))
 
     def names():
         return [entry.reviewed.name for entry in view.area.entries]
 
     assert names() == ["d 1", "d 2", "d 10", "longest"]
     view.tools.order.setCurrentIndex(view.tools.order.findData("worst"))
-    assert names()[0] == made[1].name
+    assert names()[0] == results[1].name
     view.tools.order.setCurrentIndex(view.tools.order.findData("longest"))
     assert names()[0] == "longest"
     view.tools.search.setText("FOAM D 1")
@@ -441,8 +441,8 @@ def test_an_edit_reads_and_paints_the_open_row_alone(shown, study, monkeypatch):
 
 def test_tracks_are_spelt_as_they_were_trained(shown, study):
     merged = Settings(merge=MergeMap({"grab": "hold"}))
-    made = [reviewed(i.id, i.name, human=()) for i in study.infos]
-    view = shown(unscored_run_result(made, settings=merged, apart=True))
+    results = [reviewed(i.id, i.name, human=()) for i in study.infos]
+    view = shown(unscored_run_result(results, settings=merged, apart=True))
     actions = [segment.action for segment in view.area.entries[0].human]
     assert actions == ["hold_foam", "hold_foam", "release_foam"]
 
@@ -532,8 +532,8 @@ def test_the_export_has_the_pairs_that_are_shown(shown, until, tmp_path, suffix)
             box = getattr(figure.boxes(row), part)
             for time in (0.5, 2.4, 4.5, 6.5, 8.5):
                 x, y = figure.axis.at(time) * 2, (box.top() + 0.2 * box.height()) * 2
-                seen = np.array(image.pixelColor(int(x), int(y)).getRgb()[:3])
-                assert np.abs(seen - colour(view, row, time, part)).max() <= 4
+                exported = np.array(image.pixelColor(int(x), int(y)).getRgb()[:3])
+                assert np.abs(exported - colour(view, row, time, part)).max() <= 4
     path = tmp_path / f"pairs.{suffix}"
     view.export_to(path)
     until(path.exists)

@@ -32,7 +32,7 @@ def proposed(document):
     run = run_result_of(document.project)
     (third,) = run.proposals
     others = [info for info in document.infos if info.task == "stylus"][:2]
-    made = [
+    proposals = [
         DemonstrationResult(
             info.id, f"stylus {info.name}", "stylus", 0.0, 10.0, (), third.stages, sure
         )
@@ -42,7 +42,7 @@ def proposed(document):
             strict=True,
         )
     ]
-    return run_result_of(document.project, proposals=(third, *made))
+    return run_result_of(document.project, proposals=(third, *proposals))
 
 
 def test_the_most_uncertain_comes_first(view, document, until):
@@ -60,8 +60,8 @@ def test_what_is_typical_comes_before_what_is_odd_and_the_window_says_so(view, d
     assert view.order.text().startswith("The most uncertain comes first. Train again")
     shares = {"03": 0.9, "stylus 01": 0.8, "stylus 02": 0.2}
     run = proposed(document)
-    kept = tuple(replace(one, typicality=shares[one.name]) for one in run.proposals)
-    document.review.set_run(replace(run, proposals=kept))
+    proposals = tuple(replace(item, typicality=shares[item.name]) for item in run.proposals)
+    document.review.set_run(replace(run, proposals=proposals))
     until(lambda: [row.name for row in view.rows] == ["03", "stylus 02", "stylus 01"])
     assert "many of the others are like it" in view.order.text()
     tip = view.model.data(view.model.index(0, 0), Qt.ItemDataRole.ToolTipRole)
@@ -85,8 +85,8 @@ def test_the_order_can_be_read_off_the_list(view, document, until):
     until(lambda: len(view.rows) == 3)
     assert "like others" not in titles()
     shares = {"03": 0.9, "stylus 01": 0.8, "stylus 02": 0.2}
-    kept = tuple(replace(one, typicality=shares[one.name]) for one in run.proposals)
-    document.review.set_run(replace(run, proposals=kept))
+    proposals = tuple(replace(item, typicality=shares[item.name]) for item in run.proposals)
+    document.review.set_run(replace(run, proposals=proposals))
     until(lambda: "like others" in titles())
     figures = [[float(text.removesuffix(" %")) for text in row] for row in shown()]
     products = [uncertain * like for uncertain, like in figures]
@@ -212,15 +212,19 @@ def test_what_the_coder_labelled_stays_when_many_are_accepted(view, document):
 
 def test_what_is_accepted_has_no_suffix_of_its_task(view, document):
     run = run_result_of(document.project)
-    (one,) = run.proposals
-    stages = {"filtered": tuple(replace(s, action=f"{s.action}_{one.task}") for s in one.predicted)}
-    apart = replace(run, apart=True, proposals=(replace(one, stages=stages),))
+    (proposal,) = run.proposals
+    stages = {
+        "filtered": tuple(
+            replace(s, action=f"{s.action}_{proposal.task}") for s in proposal.predicted
+        )
+    }
+    apart = replace(run, apart=True, proposals=(replace(proposal, stages=stages),))
     document.review.set_run(apart)
-    document.open_demonstration(one.id)
+    document.open_demonstration(proposal.id)
     view.accepting.in_view.click()
-    assert document.editor.segments == one.predicted
-    stored = document.project.actions.vocabulary(one.task).names
-    assert not any(name.endswith(one.task) for name in stored)
+    assert document.editor.segments == proposal.predicted
+    stored = document.project.actions.vocabulary(proposal.task).names
+    assert not any(name.endswith(proposal.task) for name in stored)
 
 
 def test_where_nothing_is_predicted_nothing_can_be_accepted(view, document):
@@ -250,10 +254,10 @@ def test_a_step_of_playback_looks_at_few_predictions_of_many(view, document, mon
     monkeypatch.setattr(ReviewState, "prediction", property(lambda _: many))
     document.review.set_run(run_result_of(document.project))
     document.open_demonstration(document.review.run.proposals[0].id)
-    for time, there in ((7.9902, True), (7.9907, False), (0.0, True), (9.5, False)):
+    for time, enabled in ((7.9902, True), (7.9907, False), (0.0, True), (9.5, False)):
         Counted.looked = 0
         document.view.cursor_moved.emit(time)
-        assert view.accepting.here.isEnabled() == there
+        assert view.accepting.here.isEnabled() == enabled
         assert 0 < Counted.looked < 40
 
 
@@ -320,14 +324,14 @@ def test_an_empty_list_says_why(view, document, until):
 def test_who_codes_blind_does_not_learn_whether_others_have_labelled_it(view, document, until):
     document.review.set_run(run_result_of(document.project, proposals=()))
     document.set_author("Bob")
-    told = []
+    notes = []
     for info in document.infos:
         if info.task in document.review.run.tasks:
             document.project.coding.assign(info.id, "Bob", blind=True)
             document.refresh_listing()
             until(lambda: "may be seen" in view.pages.note.text())
-            told.append((view.pages.note.text(), bool(info.labelled)))
+            notes.append((view.pages.note.text(), bool(info.labelled)))
             document.project.coding.unassign(info.id, "Bob")
             document.refresh_listing()
-    assert {labelled for _, labelled in told} == {False, True}
-    assert len({text for text, _ in told}) == 1
+    assert {labelled for _, labelled in notes} == {False, True}
+    assert len({text for text, _ in notes}) == 1

@@ -109,23 +109,23 @@ def test_what_differs_is_listed_by_section(view):
 
 
 def test_every_section_says_what_its_percentages_are(view):
-    one = view.model.sections[0].listed[0]
-    suspected = QueueSection("suspected", (one,), 1, {})
-    actions = QueueSection("actions", (one,), 1, {})
+    entry = view.model.sections[0].listed[0]
+    suspected = QueueSection("suspected", (entry,), 1, {})
+    actions = QueueSection("actions", (entry,), 1, {})
     assert (suspected.percentages, actions.percentages) == ("suspicion", "confidence")
     assert "error of the coder" in suspected.tip
     assert "how sure the model is" in actions.tip
-    unknown = QueueSection("actions", (replace(one, confidence=None),), 1, {})
+    unknown = QueueSection("actions", (replace(entry, confidence=None),), 1, {})
     assert unknown.percentages == ""
     assert unknown.tip == unknown.explained
 
 
 def test_next_and_previous_go_round_what_is_unfolded_and_say_so(view):
-    seen = []
+    places = []
     for _ in range(3):
         view.step(1)
-        seen.append(examined(view))
-    assert seen == [WRONG, MISSED, WRONG]
+        places.append(examined(view))
+    assert places == [WRONG, MISSED, WRONG]
     assert view.messages[-1] == ("Back at the first.", False)
     view.step(-1)
     assert examined(view) == MISSED
@@ -187,8 +187,8 @@ def test_no_place_stays_marked_for_who_looks_next_and_codes_blind(view):
 
 @pytest.mark.parametrize("visible", [True, False])
 def test_what_was_compared_for_another_coder_is_not_shown(view, until, app, visible):
-    document, seen = view.document, []
-    view.reader.changed.connect(lambda: seen.extend(kinds(view)))
+    document, listed = view.document, []
+    view.reader.changed.connect(lambda: listed.extend(kinds(view)))
     view.reader.compare()
     for thread in threading.enumerate():  # it ends; the window has not heard of it yet
         if thread.name.startswith("forcelab"):
@@ -198,7 +198,7 @@ def test_what_was_compared_for_another_coder_is_not_shown(view, until, app, visi
     document.set_author("Bob")
     for _ in range(5):
         app.processEvents()
-    assert seen == []
+    assert listed == []
     assert kinds(view) == []
 
 
@@ -418,13 +418,13 @@ def test_the_keyboard_opens_a_row_and_leaves_letters_to_the_window(view):
 
 def test_of_thousands_of_places_only_those_in_view_are_made_into_rows(view, app, monkeypatch):
     """Otherwise each step and each verdict would take a fifth of a second."""
-    made = []
+    calls = []
     item = QueueSection.item
     many = tuple(
         Difference(view.document.id, t, t + 0.01, "grab", "hold", 0.5)
         for t in np.linspace(0.5, 9.5, 4000).tolist()
     )
-    monkeypatch.setattr(QueueSection, "item", lambda *args: made.append(args) or item(*args))
+    monkeypatch.setattr(QueueSection, "item", lambda *args: calls.append(args) or item(*args))
     view.reader.put_away(Queue(actions=many))
     app.processEvents()
     assert view.model.rowCount() == 4001
@@ -433,7 +433,7 @@ def test_of_thousands_of_places_only_those_in_view_are_made_into_rows(view, app,
     assert view.messages[-1] == ("Back at the last.", False)
     assert view.list.currentIndex().row() == 4000
     app.processEvents()
-    assert len(made) < 200
+    assert len(calls) < 200
 
 
 def test_a_heading_folds_and_unfolds_its_section_and_folded_rows_are_passed_over(view):
@@ -473,8 +473,8 @@ def test_where_nothing_was_tested_it_does_not_claim_that_both_agree(view, until)
 
 def test_where_nothing_could_be_tested_it_says_why(view, until):
     reason = "Nothing could be tested: there is only still, after merging."
-    made = replace(view.document.review.run, tested=(), remarks=(reason, "Another matter."))
-    view.document.review.set_run(made)
+    untested = replace(view.document.review.run, tested=(), remarks=(reason, "Another matter."))
+    view.document.review.set_run(untested)
     until(lambda: not view.reader.stale)
     assert view.pages.note.text().startswith(reason)
     assert "second demonstration" not in view.pages.note.text()

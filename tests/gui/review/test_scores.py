@@ -35,9 +35,9 @@ def column(view, number):
 
 
 def test_every_metric_of_the_scores_is_shown_with_its_own_explanation():
-    shown_ = (*AGREEMENT_METRICS, *ERROR_METRICS)
-    assert tuple(sorted(metric.path for metric in shown_)) == tuple(sorted(METRICS))
-    assert all(metric.tip.endswith(".") for metric in shown_)
+    metrics = (*AGREEMENT_METRICS, *ERROR_METRICS)
+    assert tuple(sorted(metric.path for metric in metrics)) == tuple(sorted(METRICS))
+    assert all(metric.tip.endswith(".") for metric in metrics)
 
 
 def test_numbers_are_those_of_the_run_pooled_first_raw_beside_filtered(view, document):
@@ -63,10 +63,10 @@ def test_how_far_probabilities_can_be_relied_on_stands_below(view, document, unt
 
 
 def test_numbers_have_units_and_as_many_decimals_in_every_row(view):
-    shown_ = {c.name: column(view, i) for i, c in enumerate(view.model.columns)}
-    assert {len(cell.split(".")[1]) for cell in shown_["Accuracy (%)\nfiltered"][2:]} == {1}
-    assert {"." in cell for cell in shown_["Boundary median (ms)\nfiltered"][2:]} == {False}
-    assert {len(cell.split(".")[1]) for cell in shown_["Kappa\nraw"][2:]} == {3}
+    cells = {c.name: column(view, i) for i, c in enumerate(view.model.columns)}
+    assert {len(cell.split(".")[1]) for cell in cells["Accuracy (%)\nfiltered"][2:]} == {1}
+    assert {"." in cell for cell in cells["Boundary median (ms)\nfiltered"][2:]} == {False}
+    assert {len(cell.split(".")[1]) for cell in cells["Kappa\nraw"][2:]} == {3}
 
 
 def test_intervals_are_of_the_pooled_scores(view, document):
@@ -97,11 +97,11 @@ def test_too_few_demonstrations_have_no_interval_and_it_says_why(view, document,
 def test_a_click_on_a_column_sorts_the_demonstrations_below_the_pooled(view):
     before = names(view)
     view.sort_by(1)
-    shown_ = [float(cell) for cell in column(view, 1)[2:]]
-    assert shown_ == sorted(shown_, reverse=True)
+    values = [float(cell) for cell in column(view, 1)[2:]]
+    assert values == sorted(values, reverse=True)
     assert names(view)[:2] == before[:2]
     view.sort_by(1)
-    assert [float(cell) for cell in column(view, 1)[2:]] == sorted(shown_)
+    assert [float(cell) for cell in column(view, 1)[2:]] == sorted(values)
     view.sort_by(1)
     assert names(view) == before
 
@@ -119,15 +119,15 @@ def test_undefined_numbers_are_dashes_and_sort_last(view, document, until):
 
 
 def test_a_click_on_a_demonstration_opens_it_wherever_it_was_sorted_to(view, document):
-    wanted = document.infos[1]
+    info = document.infos[1]
     for descending in (True, False):
         view.sort_by(1)
         assert view.sorting.descending is descending
-        row = names(view).index(f"foam {wanted.id}")
+        row = names(view).index(f"foam {info.id}")
         document.open_demonstration(document.infos[0].id)
         spot = view.table.visualRect(view.model.index(row, 0)).center()
         QTest.mouseClick(view.table.viewport(), Qt.MouseButton.LeftButton, pos=spot)
-        assert document.id == wanted.id
+        assert document.id == info.id
 
 
 def test_a_click_on_the_pooled_scores_opens_nothing(view, document):
@@ -153,14 +153,14 @@ def test_blind_demonstrations_have_no_row(view, document):
 
 
 def test_rows_come_when_the_last_blind_demonstration_is_done(view, document, until):
-    one = document.infos[0].id
-    document.project.coding.assign(one, "Ada", blind=True)
-    document.review.set_run(random_run_result([one], ACTIONS, number=3))
+    id_ = document.infos[0].id
+    document.project.coding.assign(id_, "Ada", blind=True)
+    document.review.set_run(random_run_result([id_], ACTIONS, number=3))
     until(lambda: view.intervals)
     assert len(view.model.rows) == 2
-    document.project.coding.set_done(one, "Ada", True)
+    document.project.coding.set_done(id_, "Ada", True)
     document.refresh_listing()
-    assert names(view)[2:] == [f"foam {one}"]
+    assert names(view)[2:] == [f"foam {id_}"]
 
 
 def test_nothing_is_computed_while_it_is_hidden(view, document, app, jobs, until):

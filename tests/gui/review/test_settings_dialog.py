@@ -213,9 +213,9 @@ def test_only_the_time_that_is_trained_on_is_counted(app):
     [("seed", 2**32 - 1), ("rate", 2e5), ("median", 200_001), ("drop", 200.0), ("step", 20.0)],
 )
 def test_what_a_script_has_set_is_shown_and_kept_however_large(facts, name, value):
-    given = preset("paper").replace(**{name: value})
-    dialog = SettingsDialog(given, facts)
-    assert dialog.chosen == given
+    settings = preset("paper").replace(**{name: value})
+    dialog = SettingsDialog(settings, facts)
+    assert dialog.chosen == settings
     assert type(getattr(dialog.chosen, name)) is type(value)
 
 

@@ -84,22 +84,22 @@ class FakeMeasuring:
     """The jobs of the page, with results that are set."""
 
     def __init__(self):
-        self.asked = []
+        self.requests = []
         self.read = []
         self.steps = []
         self.gate = True
         self.closed = 0
         self.result = None
-        self.kept = {}
+        self.tables = {}
 
     def measure(self, path, task, author, settings):
-        self.asked.append((path, task, author, settings))
+        self.requests.append((path, task, author, settings))
         return (yield from play(self))
 
     def latest(self, _path, task, viewer):
         self.read.append((task, viewer))
         yield None
-        found = self.kept.get(task)
+        found = self.tables.get(task)
         if isinstance(found, Exception):
             raise found
         return found
@@ -114,7 +114,7 @@ def document(app):
 @pytest.fixture
 def work(document):
     work = FakeMeasuring()
-    work.kept["foam"] = measured_of(document.project)
+    work.tables["foam"] = measured_of(document.project)
     return work
 
 
@@ -152,7 +152,7 @@ def test_nothing_is_read_while_it_is_hidden(hidden_controller, work, until):
     hidden_controller.set_visible(True)
     until(lambda: hidden_controller.measured is not None)
     assert work.read == [("foam", "Ann")]
-    assert hidden_controller.measured is work.kept["foam"]
+    assert hidden_controller.measured is work.tables["foam"]
     assert hidden_controller.edits == 0
 
 
@@ -179,13 +179,13 @@ def test_measuring_tells_how_far_it_is_and_shows_what_came_of_it(controller, doc
     work.gate = True
     until(lambda: not controller.running)
     assert controller.measured.number == 2
-    assert work.asked == [(document.project.path, "foam", "Ann", PAPER)]
+    assert work.requests == [(document.project.path, "foam", "Ann", PAPER)]
 
 
 def test_cancel_ends_the_work_and_keeps_what_is_shown(controller, work, until):
     work.gate = False
     controller.measure()
-    until(lambda: work.asked)
+    until(lambda: work.requests)
     controller.cancel()
     assert not controller.running
     until(lambda: work.closed)
@@ -208,7 +208,7 @@ def test_it_goes_on_while_another_workspace_is_in_front(controller, document, wo
 def test_another_project_ends_it(controller, document, work, until):
     work.gate = False
     controller.measure()
-    until(lambda: work.asked)
+    until(lambda: work.requests)
     document.close()
     assert not controller.running
     until(lambda: work.closed)
@@ -224,7 +224,7 @@ def test_a_refusal_is_said(controller, document, work, until, messages):
 
 
 def test_what_cannot_be_read_is_said(hidden_controller, work, until):
-    work.kept["foam"] = InputError("It is damaged; measure again.")
+    work.tables["foam"] = InputError("It is damaged; measure again.")
     hidden_controller.set_visible(True)
     until(lambda: hidden_controller.trouble)
     assert hidden_controller.trouble == "It is damaged; measure again."
@@ -338,7 +338,7 @@ def test_what_comes_for_another_coder_than_asked_is_read_as_that_one_may_see_it(
     work.result, work.gate = measured_of(document.project, number=2), False
     work.steps = [None]
     controller.measure()
-    work.kept["foam"] = None  # nothing that Bo may see
+    work.tables["foam"] = None  # nothing that Bo may see
     document.set_author("Bo")
     work.gate = True
     until(lambda: not controller.running and not controller.reading)
@@ -389,8 +389,8 @@ def test_names_cover_neither_each_other_nor_marks(app, seed, size):
     ]  # fmt: skip
     layout = lay_out(points, QRectF(0, 0, *size), 1)
     marks = [QRectF(s.x() - MARK, s.y() - MARK, 2 * MARK, 2 * MARK) for s in layout.spots.values()]
-    for one, other in combinations(layout.names.values(), 2):
-        assert not covered_area(one, [other])
+    for label, another in combinations(layout.names.values(), 2):
+        assert not covered_area(label, [another])
     for name in layout.names.values():
         assert not covered_area(name, marks)
         assert layout.box.contains(name)

@@ -47,7 +47,7 @@ def test_training_ends_with_the_run_in_the_document(trainer, document, work, unt
     assert document.review.run is work.result
     assert trainer.edits == 0
     assert [step.epoch for step in trainer.step_history] == [1, 2, 3]
-    path, settings, choice, name = work.asked[0]
+    path, settings, choice, name = work.requests[0]
     assert path == document.project.path
     assert settings == preset("best")
     assert choice.tasks == ("foam",)
@@ -57,19 +57,19 @@ def test_training_ends_with_the_run_in_the_document(trainer, document, work, unt
 def test_many_demonstrations_are_left_out_in_groups_unless_somebody_chose_otherwise(
     trainer, work, train, monkeypatch
 ):
-    def asked():
+    def train_and_get_choice():
         train()
-        return work.asked[-1][2]
+        return work.requests[-1][2]
 
-    assert asked().folds == 0
+    assert train_and_get_choice().folds == 0
     monkeypatch.setattr(groups, "MANY", 0)
-    assert asked().folds == 10
+    assert train_and_get_choice().folds == 10
     trainer.set_choice(DataSelection(("foam",), folds=0))
-    assert asked().folds == 0
+    assert train_and_get_choice().folds == 0
     trainer.set_choice(DataSelection(("foam",), folds=4))
     trainer._choice = None  # as after a restart
     assert trainer.choice.folds == 4
-    assert asked().folds == 4
+    assert train_and_get_choice().folds == 4
 
 
 def test_never_are_two_trainings_under_way(trainer, work, until):
@@ -78,7 +78,7 @@ def test_never_are_two_trainings_under_way(trainer, work, until):
     assert not trainer.train()
     work.gate = True
     until(lambda: not trainer.training)
-    assert len(work.asked) == 1
+    assert len(work.requests) == 1
 
 
 def test_cancel_answers_at_once_and_the_old_result_stays(trainer, document, work, until, train):
@@ -87,7 +87,7 @@ def test_cancel_answers_at_once_and_the_old_result_stays(trainer, document, work
     work.gate = False
     work.result = run_result_of(document.project, 2)
     trainer.train()
-    until(lambda: len(work.asked) == 2)  # what never began is not closed either
+    until(lambda: len(work.requests) == 2)  # what never began is not closed either
     trainer.cancel()
     assert not trainer.training
     until(lambda: work.closed == 2)
@@ -142,7 +142,7 @@ def test_after_edits_and_a_pause_it_trains_by_itself(trainer, document, work, un
     trainer.pause.setInterval(20)
     trainer.set_automatic(True)
     document.editor.paint(6.0, 7.0, "grab")
-    until(lambda: len(work.asked) == 1)
+    until(lambda: len(work.requests) == 1)
     until(lambda: not trainer.training)
     assert document.review.run is work.result
 
@@ -164,12 +164,12 @@ def test_after_a_long_training_none_comes_by_itself_for_as_long(
     fired = []
     trainer.pause.timeout.connect(lambda: fired.append(None))
     until(lambda: len(fired) > 3)
-    assert len(work.asked) == 1
+    assert len(work.requests) == 1
     now[0] += 239.0
     until(lambda: len(fired) > 6)
-    assert len(work.asked) == 1
+    assert len(work.requests) == 1
     now[0] += 2.0
-    until(lambda: len(work.asked) == 2)
+    until(lambda: len(work.requests) == 2)
 
 
 def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_used(
@@ -178,7 +178,7 @@ def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_
     project = document.project
     trainer.pause.setInterval(1)
     trainer.set_automatic(True)
-    asked = add_run(project)
+    requested = add_run(project)
     for number in range(6):
         work.result = run_result_of(project, add_run(project))
         document.editor.paint(6.0, 7.0 + number / 10, "grab")
@@ -189,7 +189,7 @@ def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_
                 Verdict(document.id, "Bea", "Ann", 6.0, 7.0, "grab", "hold", "human", judged)
             )
     stored = [run.id for run in project.runs.summaries()]
-    assert stored[:2] == [asked, judged]
+    assert stored[:2] == [requested, judged]
     assert stored[2:] == list(range(work.result.number - 2, work.result.number + 1))
     assert [verdict.run for verdict in project.coding.verdicts()] == [judged]
 
@@ -205,13 +205,13 @@ def test_a_run_that_somebody_asked_for_while_it_was_made_by_itself_stays(
         work.result = run_result_of(project, add_run(project))
         document.editor.paint(6.0, 7.0 + number / 10, "grab")
         if number == 0:
-            wanted = work.result.number
+            requested = work.result.number
             until(lambda: trainer.training)
             assert not trainer.train()  # Train is pressed
             work.gate = True
         until(lambda: document.review.run is work.result and not trainer.training)
     stored = [run.id for run in project.runs.summaries()]
-    assert stored[0] == wanted
+    assert stored[0] == requested
     assert len(stored) == 4  # the last three that came by themselves besides
 
 
@@ -223,7 +223,7 @@ def test_without_an_edit_nothing_is_trained_by_itself(trainer, document, work, a
     for _ in range(50):
         app.processEvents()
     trainer.pause.timeout.emit()
-    assert len(work.asked) == 1
+    assert len(work.requests) == 1
 
 
 def test_what_was_painted_meanwhile_is_trained_next(trainer, document, work, until):
@@ -234,15 +234,15 @@ def test_what_was_painted_meanwhile_is_trained_next(trainer, document, work, unt
     document.editor.paint(6.0, 7.0, "grab")
     document.editor.paint(7.0, 8.0, "hold")
     until(lambda: trainer.pause.isActive() is False)
-    assert len(work.asked) == 1  # not while the first one is under way
+    assert len(work.requests) == 1  # not while the first one is under way
     work.gate = True
-    until(lambda: len(work.asked) == 2)
+    until(lambda: len(work.requests) == 2)
     work.result = run_result_of(document.project, 2)
     until(lambda: not trainer.training and trainer.edits == 0)
 
 
 def test_a_reopened_project_shows_its_last_result(document, work, until):
-    work.kept = (run_info(9, "stylus"), run_info(7, "foam"), run_info(3, "foam"))
+    work.runs = (run_info(9, "stylus"), run_info(7, "foam"), run_info(3, "foam"))
     work.outcomes = {n: run_result_of(document.project, n, "foam") for n in (3, 7)}
     jobs = Jobs()
     trainer = Trainer(document, jobs, backend=work)
@@ -265,7 +265,7 @@ def test_a_task_s_own_run_comes_before_a_later_one_that_tested_another_task(docu
         ((across, onto), 5),
         ((across,), 9),
     ):
-        work.kept = runs
+        work.runs = runs
         work.outcomes = {number: run_result_of(document.project, number, "foam")}
         document.review.set_run(None)
         jobs = Jobs()
@@ -291,7 +291,7 @@ def test_a_run_of_another_task_that_is_chosen_turns_to_that_task(
     until(lambda: document.review.run is work.outcomes[4])
     assert trainer.task == "stylus"
     assert trainer.train()
-    assert work.asked[-1][2].tasks == ("stylus",)
+    assert work.requests[-1][2].tasks == ("stylus",)
     trainer.cancel()
     trainer.show_run(4)
     trainer.set_task("foam")  # which has no run: what is still read for the other task is late
@@ -329,11 +329,11 @@ def test_a_removed_demonstration_leaves_the_review_at_once(trainer, document, wo
 def test_where_all_that_was_tested_is_removed_nothing_is_reviewed(
     trainer, document, work, until, monkeypatch
 ):
-    def gone(_path, number):
+    def refuse_load(_path, number):
         yield None
         raise InputError(f"All demonstrations that run {number} tested were removed.")
 
-    monkeypatch.setattr(work, "load", gone)
+    monkeypatch.setattr(work, "load", refuse_load)
     project = document.project
     document.review.set_run(run_result_of(project, 4))
     for result in (*document.review.run.tested, *document.review.run.proposals):
@@ -378,15 +378,15 @@ def test_broken_settings_do_not_stand_in_the_way(trainer, document, work):
 
 def test_the_coders_own_labels_are_trained_on_where_there_are_some(trainer, document, work, train):
     train()
-    assert work.asked[-1][2].author == "Ann"
+    assert work.requests[-1][2].author == "Ann"
     messages = status_messages(document)
     document.set_author("Ben")  # has no labels: those of who labelled most, and it is said
     train()
-    assert work.asked[-1][2].author == "Ann"
+    assert work.requests[-1][2].author == "Ann"
     assert any("Ben" in text and "Ann" in text for text, _ in messages)
     trainer.set_choice(DataSelection(("foam",), author="Ann"))
     train()
-    assert work.asked[-1][2].author == "Ann"
+    assert work.requests[-1][2].author == "Ann"
 
 
 def test_a_result_of_another_project_is_thrown_away(trainer, document, work, until):
@@ -527,9 +527,9 @@ def test_what_was_trained_on_another_coder_is_not_up_to_date(
     assert trainer.reviewed_author == "Ann"
     assert line.text() == "Recogniser: trained on the labels of Ann"
     work.result = run_result_of(document.project, 2, author="Nora")
-    until(lambda: len(work.asked) == 2)  # by itself, though no label of Ann's was edited
+    until(lambda: len(work.requests) == 2)  # by itself, though no label of Ann's was edited
     until(lambda: not trainer.training)
-    assert work.asked[-1][2].author == "Nora"
+    assert work.requests[-1][2].author == "Nora"
     assert line.text() == "Recogniser: up to date"
 
 
@@ -550,7 +550,7 @@ def test_demonstrations_of_no_task_are_trained_too(app, until):
         assert trainer.train()
         until(lambda: not trainer.training)
         assert document.review.run is work.result
-        _, _, choice, name = work.asked[0]
+        _, _, choice, name = work.requests[0]
         assert (choice.tasks, name) == (("",), "no task")
         document.close()
         jobs.close()

@@ -113,12 +113,12 @@ def test_whose_labels_are_trained_on_stands_beside_the_button_among_several(
         assert not bar.author.isVisible() or bar.author.width() >= bar.author.sizeHint().width()
     trainer.train()
     until(lambda: not trainer.training)
-    assert trainer._backend.asked[-1][2].author == "Ann"
+    assert trainer._backend.requests[-1][2].author == "Ann"
 
 
 @pytest.mark.parametrize("training", [False, True])
 def test_at_no_width_is_anything_cut_off(bar, trainer, work, until, app, training):
-    work.kept = tuple(run_info(n) for n in range(1, 4))
+    work.runs = tuple(run_info(n) for n in range(1, 4))
     trainer.list_runs()
     until(lambda: trainer.runs)
     if training:
@@ -137,7 +137,7 @@ def test_at_no_width_is_anything_cut_off(bar, trainer, work, until, app, trainin
 
 
 def test_what_has_no_room_is_in_the_menu(bar, trainer, work, until, app):
-    work.kept = (run_info(2), run_info(1))
+    work.runs = (run_info(2), run_info(1))
     work.outcomes = {n: run_result_of(trainer.document.project, n) for n in (1, 2)}
     trainer.list_runs()
     until(lambda: trainer.document.review.run is not None)
@@ -184,15 +184,15 @@ def test_what_training_hides_hands_the_keyboard_to_what_cancels_it(bar, trainer,
 
 
 def test_the_runs_can_be_chosen(bar, trainer, work, document, until):
-    work.kept = (run_info(2, f1=None), run_info(1))
+    work.runs = (run_info(2, f1=None), run_info(1))
     work.outcomes = {n: run_result_of(document.project, n) for n in (1, 2)}
     trainer.list_runs()
     until(lambda: bar.runs.currentData() == 2)
     assert "F1 90 %" in bar.runs.itemText(1)
     assert "F1" not in bar.runs.itemText(0)
     assert bar.runs.itemText(0).startswith("2: foam · 01 Mar")
-    told = run_text(replace(run_info(7), preset="fast"))  # two runs of a task are told apart
-    assert told.startswith("7: foam · fast · F1 90 %")
+    text = run_text(replace(run_info(7), preset="fast"))  # two runs of a task are told apart
+    assert text.startswith("7: foam · fast · F1 90 %")
     bar.runs.activated.emit(1)
     until(lambda: document.review.run.number == 1)
     assert bar.runs.currentData() == 1
@@ -209,16 +209,16 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
     project = document.project
     numbers = [add_run(project, n=n) for n in range(3)]
     id_ = project.demonstrations.infos("foam")[0].id
-    said = Verdict(id_, "Bob", "Ann", 0.0, 1.0, "grab", "hold", "model", run=numbers[2])
-    project.coding.add_verdict(said)
-    work.kept = tuple(run_info(n) for n in reversed(numbers))
+    verdict = Verdict(id_, "Bob", "Ann", 0.0, 1.0, "grab", "hold", "model", run=numbers[2])
+    project.coding.add_verdict(verdict)
+    work.runs = tuple(run_info(n) for n in reversed(numbers))
     work.outcomes = {n: run_result_of(project, n) for n in numbers}
     trainer.list_runs()
     until(lambda: bar.runs.currentData() == numbers[2])
 
-    def asked():
+    def ask_removal():
         bar.runs.ask_removal()
-        return [one for one in bar.findChildren(Removal) if one.isVisible()][-1]
+        return [removal for removal in bar.findChildren(Removal) if removal.isVisible()][-1]
 
     middle = bar.runs.rect().center()
     where = bar.runs.mapToGlobal(middle)
@@ -228,24 +228,24 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
     assert action.text() == "Remove this run…"
     assert action.isEnabled()
     menu.close()
-    dialog = asked()
+    dialog = ask_removal()
     assert run_text(run_info(numbers[2])) in dialog.text.text()
     assert "Verdicts were given on it (1)" in dialog.text.text()
     dialog.reject()
     until(lambda: not trainer.jobs.busy)
     assert [run.id for run in project.runs.summaries()] == numbers
-    asked().remove.click()
+    ask_removal().remove.click()
     until(lambda: document.review.run is not None and document.review.run.number == numbers[1])
     until(lambda: bar.runs.currentData() == numbers[1])
     assert bar.runs.count() == 2
     assert [run.id for run in project.runs.summaries()] == numbers[:2]
     assert [verdict.run for verdict in project.coding.verdicts()] == [None]
-    assert "accepted" not in asked().text.text()
-    assert "Verdicts" not in asked().text.text()
+    assert "accepted" not in ask_removal().text.text()
+    assert "Verdicts" not in ask_removal().text.text()
 
 
 def test_a_run_that_cannot_be_read_is_not_said_to_be_reviewed(bar, trainer, work, document, until):
-    work.kept = (run_info(2), run_info(1))
+    work.runs = (run_info(2), run_info(1))
     work.outcomes = {2: run_result_of(document.project, 2)}
     trainer.list_runs()
     until(lambda: bar.runs.currentData() == 2)

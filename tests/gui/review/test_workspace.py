@@ -78,12 +78,12 @@ def rested(until):
     """Wait until nothing in a window moves any more."""
 
     def wait(window):
-        label, seen = window.label, []
+        label, sizes = window.label, []
 
         def calm():
             places = (window, label, label.tracks, label.video, label.vocabulary)
-            seen.append(tuple((place.width(), place.height()) for place in places))
-            return window.settled and len(seen) > 20 and len(set(seen[-20:])) == 1
+            sizes.append(tuple((place.width(), place.height()) for place in places))
+            return window.settled and len(sizes) > 20 and len(set(sizes[-20:])) == 1
 
         until(calm)
 
@@ -105,8 +105,8 @@ def test_the_pairs_on_screen_are_those_of_evaluate(study, windows, until, tmp_pa
     assert not trainer.trouble
     until(lambda: not window.jobs.busy)
     entries = {entry.id: entry for entry in window.review.workspace.pairs.area.entries}
-    asked = ("--task", "foam", "--classifier", "naive-bayes", "--max-scale", "32", "--jobs", "1")
-    assert not main(["evaluate", str(study), *asked, "--json", str(tmp_path / "scores.json")])
+    options = ("--task", "foam", "--classifier", "naive-bayes", "--max-scale", "32", "--jobs", "1")
+    assert not main(["evaluate", str(study), *options, "--json", str(tmp_path / "scores.json")])
     scores = json.loads((tmp_path / "scores.json").read_text())
     with Project.open(study) as project:
         evaluated = project.runs.all()[-1].result
@@ -219,7 +219,7 @@ def test_undo_goes_back_to_the_last_verdict_and_then_to_what_was_painted_here(
     window = windows(study, "review")
     document = window.document
     queue = window.review.workspace.queue
-    first, second = (one.id for one in document.review.run.tested[:2])
+    first, second = (result.id for result in document.review.run.tested[:2])
 
     def stored():
         return [rows(document.project.tracks.get(id_, "Ada").segments) for id_ in (first, second)]
@@ -311,11 +311,11 @@ def test_who_comes_back_to_the_review_has_the_keyboard_where_it_was(study, windo
 def test_keys_that_decide_a_consensus_paint_nothing(study, windows, until, elsewhere):
     """Nor where another demonstration was open, whose track has the keyboard when it opens."""
     with Project.open(study) as project:
-        one, another = project.demonstrations.infos("foam")[:2]
-        track = project.tracks.get(one.id, "Ada").segments
+        first, second = project.demonstrations.infos("foam")[:2]
+        track = project.tracks.get(first.id, "Ada").segments
         other = (replace(track[0], action="release"), *track[1:])
-        project.tracks.edit(one.id, "Ben", (), other, "made")
-    window = windows(study, "review", (another if elsewhere else one).name)
+        project.tracks.edit(first.id, "Ben", (), other, "made")
+    window = windows(study, "review", (second if elsewhere else first).name)
     workspace = window.review.workspace
     window.label.tracks.setFocus()
     titles = [workspace.lists.tabText(at) for at in range(workspace.lists.count())]
@@ -342,8 +342,8 @@ def test_keys_that_decide_a_consensus_paint_nothing(study, windows, until, elsew
     QTest.keyClick(keyboard, Qt.Key.Key_2)
     assert document.stroke is None
     assert document.editor.segments == before
-    assert document.project.tracks.get(one.id, "Ada").segments == before
-    decided = document.project.tracks.get(one.id, "consensus").segments
+    assert document.project.tracks.get(first.id, "Ada").segments == before
+    decided = document.project.tracks.get(first.id, "consensus").segments
     assert (place.start, "release") in [(s.start, s.action) for s in decided]
     # Anywhere else the same key paints as ever.
     window.label.tracks.setFocus()

@@ -10,9 +10,10 @@ from functools import cache
 
 import numpy as np
 import pytest
+from factories import blas_threads
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from threadpoolctl import threadpool_info, threadpool_limits
+from threadpoolctl import threadpool_limits
 
 from forcelab.errors import InputError
 from forcelab.runtime import one_blas_thread
@@ -100,7 +101,7 @@ CASES = {
 
 
 @cache
-def known(n):
+def direct_coefficients(n):
     x, scales = CASES[n]
     return [direct(x, scale, 5.0, shown(n)) for scale in scales]
 
@@ -111,10 +112,10 @@ def test_every_tolerance_is_held_at_every_scale_edges_included(tolerance, n):
     x, scales = CASES[n]
     found = plan_for(n, scales, tolerance=tolerance).coefficients(x)
     assert found.shape == (len(x), len(scales), n)
-    assert worst(x, found, scales, expected=known(n)).max() < allowed(tolerance)
+    assert worst(x, found, scales, expected=direct_coefficients(n)).max() < allowed(tolerance)
 
 
-def unlike(seed, n):
+def random_signal(seed, n):
     """A random signal: rough or smooth, perhaps with impacts, steps and a trend."""
     random = np.random.default_rng(seed)
     x = random.standard_normal(n)
@@ -128,7 +129,7 @@ def unlike(seed, n):
 
 def test_every_tolerance_is_held_on_twenty_random_signals_at_every_scale_edges_included():
     n, scales = 600, np.r_[geometric_scales(4.4, 600, 0.4), 1300.0]
-    x = condition(np.stack([unlike(seed, n) for seed in range(20)])).values
+    x = condition(np.stack([random_signal(seed, n) for seed in range(20)])).values
     expected = [direct(x, scale, 5.0, shown(n)) for scale in scales]
     for tolerance in TOLERANCES:
         found = plan_for(n, scales, tolerance=tolerance).coefficients(x)
@@ -184,7 +185,13 @@ def test_memory_is_not_had_from_the_system_again_for_each_transform():
 def test_the_tolerances_are_not_held_by_chance_with_much_to_spare():
     x, scales = CASES[1500]
     errors = [
-        worst(x, plan_for(1500, scales, tolerance=t).coefficients(x), scales, 5.0, known(1500))
+        worst(
+            x,
+            plan_for(1500, scales, tolerance=t).coefficients(x),
+            scales,
+            5.0,
+            direct_coefficients(1500),
+        )
         for t in TOLERANCES
     ]
     assert np.all(np.diff([e.max() for e in errors]) < 0)
@@ -352,27 +359,21 @@ def test_a_long_ring_is_the_fourier_transform_of_the_whole():
 
 
 def test_blas_has_its_threads_back_when_the_last_transform_has_ended():
-    def threads():
-        return [pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"]
-
-    before = threads()
+    before = blas_threads()
     first, second = one_blas_thread(), one_blas_thread()
     first.__enter__()
     second.__enter__()
     first.__exit__(None, None, None)
-    assert set(threads()) == {1}
+    assert set(blas_threads()) == {1}
     second.__exit__(None, None, None)
-    assert threads() == before
+    assert blas_threads() == before
 
 
 def test_a_blas_that_comes_while_a_transform_runs_is_kept_on_one_thread_too():
-    def threads():
-        return [pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"]
-
     with threadpool_limits(1, user_api="blas"):
         with one_blas_thread():
             threadpool_limits(2, user_api="blas")  # as one that has just been loaded
             with one_blas_thread():
-                assert set(threads()) == {1}
-            assert set(threads()) == {1}
-        assert set(threads()) == {2}
+                assert set(blas_threads()) == {1}
+            assert set(blas_threads()) == {1}
+        assert set(blas_threads()) == {2}
