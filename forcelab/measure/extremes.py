@@ -135,7 +135,7 @@ def tabulate_extremes(cases: Sequence[Case] = CASES) -> Generator[Progress, None
         "forcelab, live": (_streaming, True),
     }
     tried = {peer.name: _try_peer(peer) for peer in PEERS}
-    left_out = [method for method in tried.values() if isinstance(method, str)]
+    left_out = [reason for reason in tried.values() if isinstance(reason, str)]
     methods |= {
         name: (method, False) for name, method in tried.items() if not isinstance(method, str)
     }

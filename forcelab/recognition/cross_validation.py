@@ -164,8 +164,8 @@ def duplicate_remarks(labelled: Sequence[LabelledDemonstration]) -> tuple[str, .
     """A remark on recordings that occur more than once."""
     names = [item.demonstration.name for item in labelled]
     return tuple(
-        f"{' and '.join(names[i] for i in same)} hold the same recording, or nearly so: they were "
-        f"left out together; remove all but one."
+        f"{' and '.join(names[i] for i in same)} hold the same recording, so that they were left "
+        f"out together; remove all but one."
         for same in find_duplicates([item.demonstration for item in labelled])
         if len(same) > 1
     )
@@ -194,15 +194,15 @@ def unlearnable_remarks(
     return (f"Cannot be recognised when its only {what} is left out: {actions}.",)
 
 
-#: Seconds that the largest scale lasts at least in a recording that the scales are meant for: 1.0
-#: in the paper's. At 10 kHz, where it is a tenth of that, 27 % of the paper's stylus are right.
+#: A largest scale that lasts fewer seconds sees little of an action. In the paper's recordings it
+#: lasts 1.0 s; of the stylus at 10 kHz, where that is 0.1 s, preset paper gets 27 % right.
 LEAST_SECONDS = 0.2
 
 
 def settings_remarks(
     labelled: Sequence[LabelledDemonstration], examples: Sequence[Examples], settings: Settings
 ) -> tuple[str, ...]:
-    """Remarks on rates that differ, scales that see little of an action, and short gaps."""
+    """Remarks on rates that differ, and on scales that see little of an action or too much."""
     remarks = []
     rates = sorted(item.demonstration.rate for item in labelled)
     if rates[-1] > 1.01 * rates[0]:
@@ -215,8 +215,8 @@ def settings_remarks(
     if settings.features == "wavelets" and widest < LEAST_SECONDS:
         remarks.append(
             f"At {rate:g} Hz the largest scale, {settings.max_scale:g} samples, lasts "
-            f"{widest:.2g} s only and sees little of an action, so expect poor labels; "
-            f"--rate {settings.max_scale:.0f} makes it 1 s."
+            f"{widest:.2g} s only and sees little of an action, so expect poor labels; use a "
+            f"larger one, or a lower rate."
         )
     short = [
         example.name
@@ -229,11 +229,11 @@ def settings_remarks(
             + (f" and {len(short) - 1} more" if len(short) > 1 else "")
             + ": there it sees held end values more than forces."
         )
-    return (*remarks, *bridged_remarks(examples, settings))
+    return tuple(remarks)
 
 
 def bridged_remarks(examples: Sequence[Examples], settings: Settings) -> tuple[str, ...]:
-    """A remark on gaps that the decoder looked through."""
+    """A remark on gaps in tested demonstrations that the decoder looked through."""
     step = settings.hop(examples[0].rate) / examples[0].rate
     runs = (bridged_runs(example.valid, 0) for example in examples)
     gaps = [after - before for own in runs for (_, before), (after, _) in pairwise(own)]
@@ -335,6 +335,7 @@ def leave_one_out(
             *unlearnable_remarks(examples, parts),
             *dropped_remarks([segment for result in results for segment in result.dropped]),
             *settings_remarks(used, examples, settings),
+            *bridged_remarks(examples, settings),
             *empty_prediction_remarks(tested, settings, examples[0].rate),
         ),
     )
@@ -502,6 +503,7 @@ def train_and_test(
         + _trained_on_remarks(train_items, tested_items)
         + dropped_remarks(recogniser.dropped)
         + settings_remarks([*train_items, *tested_items], examples, settings)
+        + bridged_remarks(examples[len(train_items) :], settings)
         + empty_prediction_remarks(tested, settings, recogniser.rate),
     )
 
@@ -513,8 +515,8 @@ def _trained_on_remarks(
     every = [item.demonstration for item in (*train, *test)]
     train_count = len(train)
     return tuple(
-        f"'{every[place].name}' holds the same recording as '{every[same[0]].name}', or nearly "
-        f"so: it was tested by a recogniser that had seen it; remove one of them."
+        f"'{every[place].name}' holds the same recording as '{every[same[0]].name}', so that it "
+        f"was tested by a recogniser that had seen it; remove one of them."
         for same in find_duplicates(every)
         for place in same
         if same[0] < train_count <= place

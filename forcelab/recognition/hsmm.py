@@ -7,8 +7,9 @@ A segmentation of the steps ``0 .. n`` into segments, neighbours of different ac
 
 the first and the last segment cut off by the ends of the recording: of them is known only that they
 last at least so long, S, and of the ones between how long they last, F. Both are log-normal up to a
-length that is longer than nearly all, and fall by the same share a step from there on: so nothing
-is too long to be, and a step costs no more the longer the recording is.
+length that is longer than nearly all, or :data:`MOST` steps, and fall by the same share a step from
+there on, or not at all where that is less than usual: so nothing is too long to be, and a step
+costs no more the longer the recording is.
 
 With ``h_t(k)`` the score of the best segmentation (or the sum of all) of the steps before ``t``
 whose last segment, of action k, ends at ``t``, and ``g_t(k)`` that of those after which k starts at
@@ -55,8 +56,8 @@ UNIT = 0.5
 SHORTEST = 1 / 8
 #: Up to so many sd above the mean of the logarithms durations are log-normal.
 LOG_NORMAL = 2.0
-#: But never up to more steps, 164 s of the presets' 20 ms: a step costs as many additions.
-MOST = 2**13
+#: But never up to more steps, 655 s of the presets' 20 ms: a step costs as many additions.
+MOST = 2**15
 #: Exponent of the probabilities of one 20 ms step. Neighbouring steps say nearly the same: 1 would
 #: count it many times over.
 EVIDENCE = 0.25
@@ -373,10 +374,11 @@ def prepare_runs(
     scores = HsmmParameters.from_grammar(grammar, step, use)
     known = np.where(valid[:, None], log_probabilities, -np.inf)  # a step that says nothing
     likelier = None if changes is None else np.where(valid, changes, LIKELIER)  # scores 0
-    for first, last in bridged_runs(valid, bridged_steps(step)):
+    most = bridged_steps(step)
+    for first, last in bridged_runs(valid, most):
         yield (
             slice(first, last),
-            scores if first == 0 else scores.anywhere(),
+            scores if first <= most else scores.anywhere(),
             scores.evidence(known[first:last]),
             None if likelier is None else scores.change_scores(likelier[first:last]),
         )
@@ -392,8 +394,9 @@ def bridged_runs(valid: NDArray[np.bool_], most: int) -> list[tuple[int, int]]:
     edges = np.flatnonzero(np.diff(valid.astype(np.int8), prepend=0, append=0))
     runs: list[tuple[int, int]] = []
     for first, last in edges.reshape(-1, 2).tolist():
-        joined = bool(runs) and first - runs[-1][1] <= most
-        runs[-1:] = [(runs[-1][0], last)] if joined else [*runs[-1:], (first, last)]
+        if runs and first - runs[-1][1] <= most:
+            first, _ = runs.pop()  # noqa: PLW2901 - the stretch goes on
+        runs.append((first, last))
     return runs
 
 

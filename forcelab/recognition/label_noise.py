@@ -274,7 +274,7 @@ def _training_stride(codes: Sequence[NDArray[np.int64]], rate: float, settings: 
     """Of how many time steps one is used to grow the trees."""
     labelled = sum(int(np.count_nonzero(item_codes != UNLABELLED)) for item_codes in codes)
     apart = round(APART * rate / settings.hop(rate))
-    return max(settings.training_stride(rate), apart, math.ceil(labelled / MOST), 1)
+    return max(settings.training_stride(rate), apart, math.ceil(labelled / MOST))
 
 
 def _means(examples: Examples, trees: Any) -> Real:

@@ -85,6 +85,7 @@ class FixedLag:
         self._parameters = HsmmParameters.from_grammar(grammar, step, use)
         self._bridged = bridged_steps(step)
         self._forward: ForwardPass | None = None
+        self._before = 0  # steps before the first stretch
         self._begun = False
         # Whether each step that waits for a code is no gap; the last of them, as many as the gap
         # that there is now has, are not in the forward pass.
@@ -101,6 +102,8 @@ class FixedLag:
         m = len(log_probabilities)
         valid = np.ones(m, dtype=np.bool_) if valid is None else valid
         valid = decodable_steps(log_probabilities, valid, self._grammar)
+        if not log_probabilities.size:
+            return np.full(m, UNLABELLED, dtype=np.int64)
         evidence = self._parameters.evidence(np.where(valid[:, None], log_probabilities, -np.inf))
         decided: list[int] = []
         for row, is_valid in zip(evidence, valid.tolist(), strict=True):
@@ -122,7 +125,8 @@ class FixedLag:
         seen = len(valid) - self._gap
         if self._forward is not None and seen > 0:
             codes[:seen] = np.where(valid[:seen], self._forward.best_codes(seen), UNLABELLED)
-        self._begun |= len(valid) > 0 or self._forward is not None
+        self._before += len(valid)
+        self._begun |= self._forward is not None or self._before > self._bridged
         self._forward, self._gap = None, 0
         self._waiting.clear()
         return codes

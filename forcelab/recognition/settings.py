@@ -273,12 +273,12 @@ class Settings:
     def training_stride(self, rate: float) -> int:
         """Time steps from one that is trained on to the next, at this rate of the grid.
 
-        Where samples are farther apart than time steps are to be, `stride` of those take as many
-        seconds as at any other rate.
+        Where samples are farther apart than time steps are to be, fewer of them take as many
+        seconds as `stride` time steps.
         """
-        if self.step is None:
+        if self.step is None or self.step * rate >= 1:
             return self.stride
-        return max(1, round(self.stride * self.step * rate / self.hop(rate)))
+        return max(1, round(self.stride * self.step * rate))
 
     def replace(self, **changes: Any) -> Settings:
         """The same settings with some values changed."""

@@ -110,9 +110,10 @@ def fit_cleaned(
     least one training sample; an InputError where these are fewer than two.
     """
     all_actions = actions_of(examples)
+    stride = settings.training_stride(examples[0].rate)
     codes, groups, steps = training_steps(
         [example.codes(all_actions) for example in examples],
-        settings.training_stride(examples[0].rate),
+        stride,
         complete=settings.classifier not in MEMBERS,
     )
     used, y = np.unique(codes, return_inverse=True)
@@ -122,7 +123,7 @@ def fit_cleaned(
         available = f"only {actions[0]}" if actions else "none of any action"
         raise InputError(
             f"Training needs samples of two actions and there is {available}, after merging, "
-            f"without missing samples and with a stride of {settings.stride}; label more or "
+            f"without missing samples and with a stride of {stride}; label more or "
             "change these."
         )
     near, near_steps = boundary_steps(examples, settings)

@@ -343,36 +343,6 @@ def test_a_recording_that_is_there_twice_is_left_out_as_a_whole(six, count):
     ]
 
 
-COPIES = {
-    "rounded": lambda d: replace(d, signals=np.round(d.signals, 1)),
-    "cropped": lambda d: replace(d, times=d.times[107:-30], signals=d.signals[107:-30]),
-    "scaled": lambda d: replace(d, signals=1.001 * d.signals),
-    "thinned": lambda d: replace(d, times=d.times[::4], signals=d.signals[::4]),
-    "with lost samples": lambda d: replace(
-        d, signals=np.where(np.arange(len(d.times))[:, None] % 9 == 0, np.nan, d.signals)
-    ),
-}
-
-
-@pytest.mark.parametrize("change", COPIES)
-def test_copies_that_were_changed_a_little_are_left_out_together(change):
-    items = labelled_set(4, 250.0)
-    copy = replace(items[1], demonstration=COPIES[change](items[1].demonstration))
-    parts = grouping.fold_groups([i.demonstration for i in (*items, copy)], None)
-    assert parts == [[0], [1, 4], [2], [3]]
-
-
-@pytest.mark.real
-@pytest.mark.parametrize("file", ["soft_sig.pdl", "JPen_sig.pdl"])
-def test_no_two_real_recordings_are_taken_for_copies_and_copies_are_found(file, real_file):
-    found = [item.demonstration for item in read_labelled(real_file(f"tongs/{file}"))]
-    assert grouping.find_duplicates(found) == [[i] for i in range(len(found))]
-    for change in COPIES.values():
-        copies = [change(demonstration) for demonstration in found]
-        expected = [[i, i + len(found)] for i in range(len(found))]
-        assert grouping.find_duplicates([*found, *copies]) == expected
-
-
 @pytest.mark.parametrize("count", [2, 5, 11])
 @pytest.mark.parametrize("groups", [None, 0, 2, 3, 5, 99])
 def test_neighbours_are_left_out_in_different_groups(count, groups):

@@ -335,6 +335,19 @@ def test_a_short_gap_is_unlabelled_and_what_lies_around_it_is_decoded_as_one(use
     np.testing.assert_allclose(share.sum(axis=1), valid, atol=1e-12)
 
 
+def test_what_lies_between_gaps_of_more_than_half_a_second_is_decoded_by_itself():
+    # By order and durations the middle is 1; seen alone, it is whatever is seen a little.
+    logs = np.zeros((150, 3))
+    logs[:50, 0] = logs[100:, 2] = 3.0
+    logs[60:90, 0] = 0.02
+    for gap, middle in ((25, 1), (26, 0)):
+        valid = np.ones(150, dtype=bool)
+        valid[62 - gap : 62] = valid[88 : 88 + gap] = False
+        codes = decode(logs, valid, 0.02, a_known_one(), "order")
+        assert set(codes[62:88]) == {middle}
+        assert (codes[~valid] == -1).all()
+
+
 @pytest.mark.parametrize("use", USES)
 @pytest.mark.parametrize("n", [0, 1, 2, 40])
 def test_certain_and_impossible_probabilities_and_few_steps(n, use):

@@ -111,13 +111,13 @@ def _summary(run: RunSummary, use: RunUse) -> dict[str, Any]:
 
 
 def _comparison_text(comparison: Comparison) -> str:
-    earlier, later = comparison.first, comparison.second
+    first, second = comparison.first, comparison.second
     parts = [
-        f"Run {earlier.number} ({printable(earlier.title)}) and {later.number} "
-        f"({printable(later.title)})"
+        f"Run {first.number} ({printable(first.title)}) and {second.number} "
+        f"({printable(second.title)})"
     ]
     if comparison.settings:
-        header = ["asked for", f"run {earlier.number}", f"run {later.number}"]
+        header = ["asked for", f"run {first.number}", f"run {second.number}"]
         parts.append(table([header, *map(list, comparison.settings)]))
     if not comparison.shared:
         parts.append("They tested no demonstration in common, so there are no scores to compare.")
@@ -125,8 +125,8 @@ def _comparison_text(comparison: Comparison) -> str:
     for stage in STAGES:
         header = [
             stage,
-            f"run {earlier.number}",
-            f"run {later.number}",
+            f"run {first.number}",
+            f"run {second.number}",
             "difference",
             "95 % interval",
         ]
