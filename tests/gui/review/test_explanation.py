@@ -219,7 +219,7 @@ def test_the_old_explanation_is_grey_until_the_new_one_is_there(
     document.review.examine(place_in(study, 1))
     until(lambda: view.page.stale)
     assert view.why is first
-    assert view.page.found.isVisible()
+    assert view.page.content.isVisible()
     until(lambda: view.page.state_text.text().startswith("Training without foam"))
     trainings.held = False
     until(lambda: not view.page.stale)
