@@ -348,6 +348,7 @@ def decode(
     in nats of how much likelier than usual a change is near; they count for nothing with "none".
     Of equally good sequences it is always the same one.
     """
+    valid = decodable_steps(log_probabilities, valid, grammar)
     codes = np.full(len(log_probabilities), UNLABELLED, dtype=np.int64)
     for part, scores, evidence, after in prepare_runs(
         log_probabilities, valid, step, grammar, use, changes
@@ -355,7 +356,7 @@ def decode(
         forward = ForwardPass(scores, len(evidence), best=True)
         forward.push(evidence, after)
         codes[part] = forward.best_codes(len(evidence))
-    codes[~decodable_steps(log_probabilities, valid, grammar)] = UNLABELLED
+    codes[~valid] = UNLABELLED
     return codes
 
 
@@ -367,8 +368,10 @@ def prepare_runs(
     use: Use,
     changes: NDArray[np.floating] | None,
 ) -> Iterator[tuple[slice, HsmmParameters, Real, Real | None]]:
-    """Each stretch between long gaps: its steps, the model, its evidence and scores of changes."""
-    valid = decodable_steps(log_probabilities, valid, grammar)
+    """Each stretch between long gaps: its steps, the model, its evidence and scores of changes.
+
+    `valid` as of :func:`decodable_steps`.
+    """
     if not valid.any():
         return
     scores = HsmmParameters.from_grammar(grammar, step, use)
@@ -435,12 +438,13 @@ def marginals(
     Exact: the forward-backward algorithm over segments. Rows sum to 1, and are 0 where nothing is
     decoded. Parameters as of :func:`decode`.
     """
+    valid = decodable_steps(log_probabilities, valid, grammar)
     result = np.zeros(np.shape(log_probabilities))
     for part, scores, evidence, after in prepare_runs(
         log_probabilities, valid, step, grammar, use, changes
     ):
         result[part] = _marginals(evidence, scores.per_place(), after)
-    result[~decodable_steps(log_probabilities, valid, grammar)] = 0.0
+    result[~valid] = 0.0
     return result
 
 

@@ -78,7 +78,7 @@ def measuring(
         *(_Run.of(x, scales, tolerance, None, block, out) for tolerance in tolerances),
         *(_Run.of(x, scales, 3e-7, share, block, out) for share in shares),
     ]
-    ways = [Method(run.name, run.stream, partial(run.look, exact)) for run in runs]
+    ways = [Method(run.name, run.stream, partial(run.judge, exact)) for run in runs]
     timed = yield from timed_methods(ways, repetitions)
     rows = []
     for run, found in zip(runs, timed, strict=True):
@@ -136,7 +136,7 @@ class _Run:
         self.taken.append(taken)
         return self.out
 
-    def look(self, exact: Complex, found: Complex) -> Judgement:
+    def judge(self, exact: Complex, found: Complex) -> Judgement:
         """Largest error; median rms error, and the largest delay over scale."""
         largest, rms = 0.0, []
         for j, delay in enumerate(self.transform.delays.tolist()):

@@ -84,10 +84,10 @@ def _checks() -> Iterator[Check]:
     yield from _run_check("devices", _devices)
 
 
-def _run_check(subject: str, look: Callable[[], Iterator[Check]]) -> Iterator[Check]:
+def _run_check(subject: str, check: Callable[[], Iterator[Check]]) -> Iterator[Check]:
     """The findings of one look, or why it cannot be taken."""
     try:
-        yield from look()
+        yield from check()
     except (ImportError, InputError) as error:
         yield Check(subject, f"cannot be tried: {error}", well=False, cure=_cure("."))
 
