@@ -85,7 +85,7 @@ def _checks() -> Iterator[Check]:
 
 
 def _run_check(subject: str, check: Callable[[], Iterator[Check]]) -> Iterator[Check]:
-    """The findings of one look, or why it cannot be taken."""
+    """The findings of a check, or why it cannot be made."""
     try:
         yield from check()
     except (ImportError, InputError) as error:
