@@ -141,8 +141,9 @@ class Hand(QObject):
         if self.done >= self.actions or now - self.began >= self.seconds:
             self.rest(self.end)
             return
-        # Even over the time, so that trainings and timers come in between as with people.
-        due = self.began + self.done * self.seconds / self.actions
+        # Even over the time, so that trainings and timers come in between as with people; a
+        # little ahead of it, so that what delays it at the end does not cost the last actions.
+        due = self.began + self.done * 0.95 * self.seconds / self.actions
         self.call_after(max(0.0, due - now), self.act)
         if now < due:
             return
