@@ -33,8 +33,9 @@ from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.metrics import count_segments, pool
 from forcelab.recognition.presets import preset
 from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
-from forcelab.review.run_result import DemonstrationResult, RunResult
+from forcelab.review.run_result import RunResult
 from forcelab.simulation.scene import Body, Jaws, Motion, Performance, Scene
 from forcelab.simulation.system import Event
 from forcelab.video.codecs import opencv
@@ -543,18 +544,7 @@ def evaluate_as_run(
     evaluation = finish(leave_one_out(labelled, settings, "foam", folds=folds))
     ids = [item.demonstration.id for item in labelled]
     return unscored_run_result(
-        [
-            DemonstrationResult(
-                item.id,
-                item.name,
-                "foam",
-                item.start,
-                item.end,
-                item.segments("human"),
-                {"filtered": item.segments("filtered")},
-            )
-            for item in evaluation.tested
-        ],
+        [replace(item.result, task="foam") for item in evaluation.tested],
         evaluation.actions,
         settings=settings,
         labels=tuple(LabelsUsed(id_, "Ann", project.tracks.head(id_, "Ann")) for id_ in ids),

@@ -30,7 +30,8 @@ from forcelab.text import tidy_name
 from forcelab.vocabulary import Action, Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.review.run_result import DemonstrationResult, RunResult
+    from forcelab.recognition.results import DemonstrationResult
+    from forcelab.review.run_result import RunResult
 
 __all__ = ["Document", "ReviewState", "Stroke"]
 

@@ -36,7 +36,8 @@ from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.review.differences import Interval
 
 if TYPE_CHECKING:
-    from forcelab.review.run_result import DemonstrationResult, RunResult
+    from forcelab.recognition.results import DemonstrationResult
+    from forcelab.review.run_result import RunResult
 
 
 #: Time steps of each demonstration that are looked at: their mean and spread are known to a

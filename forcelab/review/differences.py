@@ -17,7 +17,8 @@ from forcelab.project import Project
 
 if TYPE_CHECKING:
     from forcelab.recognition.probabilities import ProbabilityTrace
-    from forcelab.review.run_result import DemonstrationResult, RunResult  # loads SciPy
+    from forcelab.recognition.results import DemonstrationResult  # loads SciPy
+    from forcelab.review.run_result import RunResult  # loads SciPy
 
 
 @dataclass(frozen=True, slots=True)

@@ -45,8 +45,8 @@ from forcelab.recognition.label_noise import (
     score_suspicions,
 )
 from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.review.differences import Difference
-from forcelab.review.run_result import DemonstrationResult
 
 Real = NDArray[np.float64]
 

@@ -9,42 +9,13 @@ from datetime import datetime
 from typing import Any
 
 from forcelab.errors import InputError
-from forcelab.labels import Segment, Segments
-from forcelab.project import DemonstrationInfo, LabelsUsed, Project, StoredRun
-from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.project import LabelsUsed, Project, StoredRun
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
 from forcelab.vocabulary import Vocabulary, joined
 
 #: The kind of the runs that can be reviewed; ``forcelab evaluate`` and the window make them.
 KIND = "evaluate"
-
-#: What a track may hold besides the segments of its stages.
-_NO_STAGE = ("demonstration", "start", "end", "human", "certainty", "typicality")
-
-
-@dataclass(frozen=True)
-class DemonstrationResult:
-    """The predictions of a run for one demonstration."""
-
-    id: str
-    name: str
-    task: str
-    #: start, end: its first sample and the end of its last one, in seconds
-    start: float
-    end: float
-    human: Segments  # as trained and scored with; empty in a proposal
-    #: Predictions after each step: ``"raw"``, ``"threshold"``, ``"median"`` as far as they are
-    #: switched on and were kept, and always ``"filtered"``
-    stages: Mapping[str, Segments]
-    probability_trace: ProbabilityTrace | None = None  # None where the run kept no probabilities
-    #: Of a proposal: how typical it is of all of the run's, 0 to 1, as
-    #: :func:`forcelab.review.active_learning.typicality` tells; None in runs that did not keep it
-    typicality: float | None = None
-
-    @property
-    def predicted(self) -> Segments:
-        """The final prediction."""
-        return self.stages["filtered"]
 
 
 @dataclass(frozen=True)
@@ -196,12 +167,16 @@ def _run_result(project: Project, run: StoredRun) -> RunResult:
     """The result of a run; whatever is raised while reading it, the run is damaged."""
     result = run.result
     infos = {info.id: info for info in project.demonstrations.infos()}
+    # Older runs keep probabilities here, and those of the command line no span.
     traces = result.get("certainty", {})
 
     def reviewed(plain: Mapping[str, Any]) -> DemonstrationResult:
-        id_ = plain["demonstration"]
-        return _demonstration_result(
-            project, infos[id_], plain, plain.get("certainty", traces.get(id_))
+        info = infos[plain["demonstration"]]
+        if "start" not in plain:
+            demonstration = project.demonstrations.load(info.id)
+            plain = {"start": demonstration.start, "end": demonstration.end, **plain}
+        return DemonstrationResult.from_json(
+            {"certainty": traces.get(info.id), **plain}, info.name, info.task
         )
 
     def existing(key: str) -> list[Mapping[str, Any]]:
@@ -268,42 +243,6 @@ def _scores(
 def _is_id(plain: Mapping[str, Any]) -> bool:
     """Whether a row is of a demonstration, be it one that was removed since."""
     return re.fullmatch("[0-9a-f]{32}", plain["demonstration"]) is not None
-
-
-def _demonstration_result(
-    project: Project,
-    info: DemonstrationInfo,
-    plain: Mapping[str, Any],
-    trace: Mapping[str, Any] | None,
-) -> DemonstrationResult:
-    """The result of one demonstration of a run."""
-    if "start" in plain:
-        start, end = float(plain["start"]), float(plain["end"])
-    else:  # of a run that was made on the command line
-        demonstration = project.demonstrations.load(info.id)
-        start, end = demonstration.start, demonstration.end
-    stages = {name: _segments(rows) for name, rows in plain.items() if name not in _NO_STAGE}
-    if "filtered" not in stages or not start < end:
-        raise ValueError("no prediction, or no time")
-    share = plain.get("typicality")
-    if share is not None and not 0 <= float(share) <= 1:
-        raise ValueError("typicality is a share")
-    return DemonstrationResult(
-        id=info.id,
-        name=info.name,
-        task=info.task,
-        start=start,
-        end=end,
-        human=_segments(plain.get("human", ())),
-        stages=stages,
-        probability_trace=None if trace is None else ProbabilityTrace.from_json(trace),
-        typicality=None if share is None else float(share),
-    )
-
-
-def _segments(rows: Sequence[Sequence[Any]]) -> Segments:
-    """Segments out of plain values."""
-    return tuple(Segment(float(start), float(end), action) for start, end, action in rows)
 
 
 def action_styles(project: Project, run: RunResult) -> Vocabulary:

@@ -14,10 +14,8 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, Literal, TypeVar, cast
 
-from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError, StoreBusyError
 from forcelab.jobs import Progress
-from forcelab.labels import from_codes
 from forcelab.process import interruptible
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project, Provenance
 from forcelab.recognition.dataset import DataSelection, Dataset
@@ -29,8 +27,14 @@ from forcelab.recognition.experiments import (
     unused_merge_remarks,
 )
 from forcelab.recognition.groups import fold_groups
-from forcelab.recognition.recogniser import Prediction, Recogniser
-from forcelab.recognition.results import Evaluation, run_record, run_summary, run_title
+from forcelab.recognition.recogniser import Recogniser
+from forcelab.recognition.results import (
+    DemonstrationResult,
+    Evaluation,
+    run_record,
+    run_summary,
+    run_title,
+)
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
 from forcelab.recognition.training import FitProgress, Known, training_job
@@ -214,7 +218,7 @@ def review_job(
         known: Known = {}  # examples for testing, which the final fit learns from, too
         evaluation, remarks = yield from _evaluate(snapshot, settings, selection, steps, fit, known)
         if evaluation is not None:
-            result = run_record(evaluation, probability_trace=True)
+            result = run_record(evaluation)
             trained_on: Sequence[str] = evaluation.trained_on
         else:
             result = _empty_record(title, settings)
@@ -231,7 +235,7 @@ def review_job(
             trained_on = recogniser.trained_on
             result.setdefault("labels", list(recogniser.actions))
             proposals, refused = yield from _proposals(project, snapshot, recogniser, steps)
-            result["proposals"] = proposals
+            result["proposals"] = [proposal.to_json() for proposal in proposals]
             remarks += refused
         result["remarks"] = [*result["remarks"], *remarks]
         result["trained_on"] = list(trained_on)
@@ -320,13 +324,12 @@ def _empty_record(title: str, settings: Settings) -> dict[str, Any]:
         "tested": [],
         "remarks": [],
         "tracks": [],
-        "certainty": {},
     }
 
 
 def _proposals(
     project: Project, snapshot: _Snapshot, recogniser: Recogniser, steps: TrainingProgress
-) -> Generator[TrainingStep, None, tuple[list[dict[str, Any]], tuple[str, ...]]]:
+) -> Generator[TrainingStep, None, tuple[list[DemonstrationResult], tuple[str, ...]]]:
     """Predictions for the demonstrations that the coder has not labelled, each with its typicality.
 
     Also for those that are blind for the coder: the window hides them.
@@ -346,31 +349,13 @@ def _proposals(
         remarks += [
             f"'{info.name}': {remark}" for remark in recogniser.unit_remarks(demonstration.channels)
         ]
-        proposals.append(_proposal(demonstration, prediction))
+        proposals.append(DemonstrationResult.of(demonstration, prediction))
         samples.append(sample_steps(examples))
-    for proposal, share in zip(proposals, typicality(samples).tolist(), strict=True):
-        proposal["typicality"] = share
-    return proposals, tuple(remarks)
-
-
-def _proposal(demonstration: Demonstration, prediction: Prediction) -> dict[str, Any]:
-    """A prediction as plain values, as a run stores tracks, with its probability trace."""
-    where = {
-        "demonstration": demonstration.id,
-        "start": demonstration.start,
-        "end": demonstration.end,
-    }
-    stages = {"raw": prediction.raw, **prediction.stages, "filtered": prediction.filtered}
-    tracks = {
-        stage: [
-            [s.start, s.end, s.action]
-            for s in from_codes(codes, prediction.times, prediction.actions)
-        ]
-        for stage, codes in stages.items()
-    }
-    trace = prediction.probability_trace
-    kept_trace = {} if trace is None else {"certainty": trace.to_json()}
-    return {**where, **tracks, **kept_trace}
+    shares = typicality(samples).tolist()
+    return [
+        replace(proposal, typicality=share)
+        for proposal, share in zip(proposals, shares, strict=True)
+    ], tuple(remarks)
 
 
 def _store(

@@ -358,14 +358,16 @@ def _draw_pairs(
         }
         pairs = tuple(
             Pair(
-                item.name,
-                item.segments("human"),
-                item.segments("filtered"),
-                item.start,
-                item.end,
+                result.name,
+                result.human,
+                result.predicted,
+                result.start,
+                result.end,
                 note=f"{percent(scores.accuracy)} %",
             )
-            for item, scores in zip(evaluation.tested, each, strict=True)
+            for result, scores in zip(
+                (item.result for item in evaluation.tested), each, strict=True
+            )
         )
         TimelinePairs(
             evaluation.title,

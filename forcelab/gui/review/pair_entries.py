@@ -18,8 +18,9 @@ from forcelab.gui.figures.tracks import agreed_share
 from forcelab.gui.jobs import Jobs
 from forcelab.labels import Segments, is_model
 from forcelab.project import LabelsUsed, Project
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.review.differences import Difference, as_trained, find_differences
-from forcelab.review.run_result import DemonstrationResult, RunResult
+from forcelab.review.run_result import RunResult
 from forcelab.text import natural_order
 
 #: Tracks by coder, spelt as in the run.

@@ -28,7 +28,8 @@ from forcelab.gui.widgets import combo_box
 from forcelab.jobs import Progress
 from forcelab.recognition.intervals import METHOD, Intervals, score_intervals
 from forcelab.recognition.metrics import count_segments
-from forcelab.review.run_result import DemonstrationResult, RunResult
+from forcelab.recognition.results import DemonstrationResult
+from forcelab.review.run_result import RunResult
 
 #: As the scores and the table name them.
 STAGES = ("raw", "filtered")

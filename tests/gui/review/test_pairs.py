@@ -24,9 +24,10 @@ from forcelab.labels import Segment
 from forcelab.project import Project
 from forcelab.project.tracks import TrackStore
 from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
 from forcelab.review.differences import Interval
-from forcelab.review.run_result import DemonstrationResult, action_styles
+from forcelab.review.run_result import action_styles
 from forcelab.vocabulary import Vocabulary
 
 VOCABULARY = Vocabulary().with_actions(*FOAM_ACTIONS)

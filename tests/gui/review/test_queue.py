@@ -18,9 +18,9 @@ from forcelab.gui.review.queue import QueueView
 from forcelab.gui.review.queue_list import QueueSection
 from forcelab.labels import Segment
 from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.review.differences import Difference, Interval
 from forcelab.review.queue import Queue
-from forcelab.review.run_result import DemonstrationResult
 
 HUMAN = (Segment(0, 2, "grab"), Segment(2, 6, "hold"), Segment(6, 8, "release"))
 #: An edge 0.1 s late, a wrong action, a hole, and something after the last label.
