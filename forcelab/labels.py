@@ -21,6 +21,7 @@ from forcelab.runs import sample_ends, stretches
 __all__ = [
     "MODEL_PREFIX",
     "UNLABELLED",
+    "Interval",
     "Segment",
     "Segments",
     "Track",
@@ -92,6 +93,32 @@ class Segment:
     def duration(self) -> float:
         """Length in seconds."""
         return self.end - self.start
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A stretch of a demonstration with its human and its predicted action."""
+
+    demonstration: str  # its id
+    #: start, end: seconds, ``start < end``
+    start: float
+    end: float
+    #: human, predicted: the action that each sees there; None where it is unlabelled or nothing is
+    #: known
+    human: str | None = None
+    predicted: str | None = None
+    #: Mean probability, 0 to 1, that the model gives to what it predicts
+    confidence: float | None = None
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds."""
+        return self.end - self.start
+
+    @property
+    def score(self) -> float:
+        """Seconds times confidence, for ordering; seconds where that is unknown."""
+        return self.duration * (1.0 if self.confidence is None else self.confidence)
 
 
 def model_author(name: str) -> str:

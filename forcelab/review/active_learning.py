@@ -30,10 +30,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.labels import UNLABELLED, Segments, to_codes
+from forcelab.labels import UNLABELLED, Interval, Segments, to_codes
 from forcelab.recognition.examples import Examples
 from forcelab.recognition.probabilities import ProbabilityTrace
-from forcelab.review.differences import Interval
 
 if TYPE_CHECKING:
     from forcelab.recognition.results import DemonstrationResult

@@ -33,11 +33,10 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
-from forcelab.labels import Segment, Segments, is_model, to_codes
+from forcelab.labels import Interval, Segment, Segments, is_model, to_codes
 from forcelab.project import Project
 from forcelab.recognition.intervals import FEWEST, LEVEL, draw_resamples
 from forcelab.recognition.metrics import OVERLAPS, Overlay, f1, match_segments
-from forcelab.review.differences import Interval
 from forcelab.runs import Runs
 from forcelab.segment_edits import SLIVER
 

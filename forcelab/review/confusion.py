@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
+from forcelab.labels import Interval
 from forcelab.recognition.metrics import TICKS, overlay_segments
 from forcelab.recognition.results import DemonstrationResult
-from forcelab.review.differences import Interval
 from forcelab.review.run_result import RunResult
 
 #: What a cell counts: seconds, or human segments by what covers most of each.

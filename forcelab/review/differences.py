@@ -12,39 +12,13 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from forcelab.labels import Segment, Segments
+from forcelab.labels import Interval, Segment, Segments
 from forcelab.project import Project
 
 if TYPE_CHECKING:
     from forcelab.recognition.probabilities import ProbabilityTrace
     from forcelab.recognition.results import DemonstrationResult  # loads SciPy
     from forcelab.review.run_result import RunResult  # loads SciPy
-
-
-@dataclass(frozen=True, slots=True)
-class Interval:
-    """A stretch of a demonstration with its human and its predicted action."""
-
-    demonstration: str  # its id
-    #: start, end: seconds, ``start < end``
-    start: float
-    end: float
-    #: human, predicted: the action that each sees there; None where it is unlabelled or nothing is
-    #: known
-    human: str | None = None
-    predicted: str | None = None
-    #: Mean probability, 0 to 1, that the model gives to what it predicts
-    confidence: float | None = None
-
-    @property
-    def duration(self) -> float:
-        """Length in seconds."""
-        return self.end - self.start
-
-    @property
-    def score(self) -> float:
-        """Seconds times confidence, for ordering; seconds where that is unknown."""
-        return self.duration * (1.0 if self.confidence is None else self.confidence)
 
 
 def action_over(segments: Segments, start: float, end: float) -> str | None:

@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
-from forcelab.labels import UNLABELLED, Segments, to_codes
+from forcelab.labels import UNLABELLED, Interval, Segments, to_codes
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition.attribution import (
     BlackBoxScorer,
@@ -56,7 +56,7 @@ from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.storage import load_recogniser
 from forcelab.recognition.training import fit_cleaned, prepare_all
-from forcelab.review.differences import Interval, action_over, interval_at
+from forcelab.review.differences import action_over, interval_at
 from forcelab.review.run_result import RunResult
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import measured

@@ -22,7 +22,7 @@ from sklearn.neighbors import NearestNeighbors
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.labels import Segment
+from forcelab.labels import Interval, Segment
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition import training
 from forcelab.recognition.attribution import BlackBoxScorer, MlpScorer, log_odds, make_scorer
@@ -34,7 +34,7 @@ from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
 from forcelab.review import explanation
-from forcelab.review.differences import Interval, action_over, interval_at, interval_of
+from forcelab.review.differences import action_over, interval_at, interval_of
 from forcelab.review.explanation import (
     SegmentFeatures,
     attribute_bands,

@@ -16,8 +16,8 @@ from forcelab.cli.options import add_demonstration, add_json, add_project
 from forcelab.cli.output import print_result, printable, progress_bar, table
 from forcelab.errors import InputError
 from forcelab.jobs import finish
+from forcelab.labels import Interval
 from forcelab.project import Project
-from forcelab.review.differences import Interval
 from forcelab.review.explanation import Explanation, Neighbour, explain_at
 from forcelab.review.run_result import KIND, RunResult, load_run, tasks_of
 

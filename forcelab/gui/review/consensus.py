@@ -31,10 +31,10 @@ from forcelab.gui.review.agreement_details import IntervalRow, IntervalTable, se
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.text import escape_ampersands, settle_name
 from forcelab.gui.widgets import ElidedComboBox
+from forcelab.labels import Interval
 from forcelab.project import Edit
 from forcelab.review.agreement import CoderDifference, CoderTracks
 from forcelab.review.consensus import CONSENSUS, Consensus
-from forcelab.review.differences import Interval
 from forcelab.text import tidy_name
 
 #: Where it is remembered who the consensus is by.

@@ -47,8 +47,8 @@ from forcelab.gui.label.track_painting import narrow_columns, outline
 from forcelab.gui.review.pair_entries import PairEntry
 from forcelab.gui.theme import Colours, colours, themes
 from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, is_plain
-from forcelab.labels import Segment, Segments
-from forcelab.review.differences import Interval, action_over
+from forcelab.labels import Interval, Segment, Segments
+from forcelab.review.differences import action_over
 
 #: The human's and the model's bars.
 BAR_NAMES = "human", "predicted"

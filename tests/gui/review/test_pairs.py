@@ -20,13 +20,12 @@ from forcelab.gui.review.pairs import PairsView
 from forcelab.gui.review.pairs_list import hit_tooltip
 from forcelab.gui.review.reviewed_run import with_keys
 from forcelab.label_map import MergeMap
-from forcelab.labels import Segment
+from forcelab.labels import Interval, Segment
 from forcelab.project import Project
 from forcelab.project.tracks import TrackStore
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
-from forcelab.review.differences import Interval
 from forcelab.review.run_result import action_styles
 from forcelab.vocabulary import Vocabulary
 

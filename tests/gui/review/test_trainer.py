@@ -186,7 +186,17 @@ def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_
         if number == 1:
             judged = work.result.number
             project.coding.add_verdict(
-                Verdict(document.id, "Bea", "Ann", 6.0, 7.0, "grab", "hold", "human", judged)
+                Verdict(
+                    document.id,
+                    6.0,
+                    7.0,
+                    "grab",
+                    "hold",
+                    author="Bea",
+                    coder="Ann",
+                    verdict="human",
+                    run=judged,
+                )
             )
     stored = [run.id for run in project.runs.summaries()]
     assert stored[:2] == [requested, judged]

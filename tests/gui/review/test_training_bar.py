@@ -209,7 +209,9 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
     project = document.project
     numbers = [add_run(project, n=n) for n in range(3)]
     id_ = project.demonstrations.infos("foam")[0].id
-    verdict = Verdict(id_, "Bob", "Ann", 0.0, 1.0, "grab", "hold", "model", run=numbers[2])
+    verdict = Verdict(
+        id_, 0.0, 1.0, "grab", "hold", author="Bob", coder="Ann", verdict="model", run=numbers[2]
+    )
     project.coding.add_verdict(verdict)
     work.runs = tuple(run_info(n) for n in reversed(numbers))
     work.outcomes = {n: run_result_of(project, n) for n in numbers}
