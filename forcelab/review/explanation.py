@@ -60,6 +60,7 @@ from forcelab.review.differences import action_over, interval_at
 from forcelab.review.run_result import RunResult
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import measured
+from forcelab.signals.minmax import run_extremes
 
 Real = NDArray[np.float64]
 
@@ -180,12 +181,10 @@ def force_preview(
     """The forces of ``[start, end)`` seconds, without the frame."""
     first, last = np.searchsorted(demonstration.times, (start, end)).tolist()
     first = min(first, len(demonstration.times) - 1)  # the last sample lasts on after its stamp
-    values = np.array(demonstration.signals[first : max(last, first + 1)])
-    values[~np.isfinite(values)] = np.nan
+    values = demonstration.signals[first : max(last, first + 1)]
     firsts = np.unique(np.linspace(0, len(values), columns, endpoint=False).astype(np.int64))
-    # fmin and fmax pass over what is missing, and give NaN only where there is nothing else.
-    low, high = np.fmin.reduceat(values, firsts), np.fmax.reduceat(values, firsts)
-    return ForcePreview(demonstration.name, low, high)
+    extremes = run_extremes(values, firsts, np.append(firsts[1:], len(values)))
+    return ForcePreview(demonstration.name, extremes.low, extremes.high)
 
 
 def preview_job(
