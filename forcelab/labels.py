@@ -116,6 +116,11 @@ class Interval:
         return self.end - self.start
 
     @property
+    def differs(self) -> bool:
+        """Whether human and model see different actions."""
+        return self.human != self.predicted
+
+    @property
     def score(self) -> float:
         """Seconds times confidence, for ordering; seconds where that is unknown."""
         return self.duration * (1.0 if self.confidence is None else self.confidence)

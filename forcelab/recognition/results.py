@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, reduce
 from operator import add
 from typing import Any
@@ -39,6 +39,8 @@ class DemonstrationResult:
     #: Of a proposal: how typical it is of all of the run's, 0 to 1, as
     #: :func:`forcelab.review.active_learning.typicality` tells; None in runs that did not keep it
     typicality: float | None = None
+    #: By stage, as ``forcelab evaluate --json`` prints them; a run stores them apart
+    scores: Mapping[str, Mapping[str, Any]] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(
@@ -64,8 +66,17 @@ class DemonstrationResult:
         """The final prediction."""
         return self.stages["filtered"]
 
+    def confidence(self, action: str | None, start: float, end: float) -> float | None:
+        """Mean probability of a predicted action over a stretch (s).
+
+        None for unlabelled, and without probabilities.
+        """
+        if action is None or self.probability_trace is None:
+            return None
+        return self.probability_trace.of_action(action, start, end)
+
     def to_json(self) -> dict[str, Any]:
-        """Plain values as a run stores them: all but name and task, which may be changed."""
+        """Plain values as a run stores them: without name and task, which may be changed."""
         tracks = {"human": self.human, **self.stages}
         plain: dict[str, Any] = {"demonstration": self.id, "start": self.start, "end": self.end}
         plain |= {
@@ -236,7 +247,7 @@ class Evaluation:
         }
         if self.reliability is not None:
             result["reliability"] = self.reliability.to_json()
-        for kind in self.kinds:
+        for kind in self.kinds if self.tested else ():
             pooled, single = self.scores(kind)
             result[kind] = {
                 "pooled": pooled.to_json(),

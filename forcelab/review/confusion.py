@@ -97,9 +97,7 @@ class ConfusionCounts:
         """One stretch with the model's confidence in what it predicts."""
         item = self.demonstrations[parts.owners[number]]
         start, end = float(parts.starts[number]), float(parts.ends[number])
-        confidence = None
-        if item.probability_trace is not None and predicted is not None:
-            confidence = item.probability_trace.of_action(predicted, start, end)
+        confidence = item.confidence(predicted, start, end)
         return Interval(item.id, start, end, human, predicted, confidence)
 
     def _parts(self, unit: Unit) -> _Parts:

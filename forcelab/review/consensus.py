@@ -16,7 +16,8 @@ from typing import Literal
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
 from forcelab.project import Edit, Project
-from forcelab.review.agreement import CoderDifference, actions_of, coder_differences, overlay_tracks
+from forcelab.review.agreement import actions_of, coder_differences, overlay_tracks
+from forcelab.review.differences import Difference
 from forcelab.segment_edits import SLIVER, erase, paint
 from forcelab.text import counted
 
@@ -75,7 +76,7 @@ class Consensus:
         self.a, self.b, self.author = a, b, author
         self.track_a: Segments = ()
         self.track_b: Segments = ()
-        self.differences: tuple[CoderDifference, ...] = ()
+        self.differences: tuple[Difference, ...] = ()
         self.refresh()
         for name, segments in ((a, self.track_a), (b, self.track_b)):
             if not segments:
@@ -89,7 +90,7 @@ class Consensus:
         self.track_b = read(self.demonstration, self.b).segments
         self.segments = read(self.demonstration, self.author).segments
         if (self.track_a, self.track_b) != before:
-            self.differences = coder_differences(self.track_a, self.track_b)
+            self.differences = coder_differences(self.demonstration, self.track_a, self.track_b)
         history = self.project.tracks.history(self.demonstration, self.author)
         edits = effective_edits(history)
         self._left = frozenset(edit.what for edit in edits)
@@ -101,11 +102,11 @@ class Consensus:
         return bool(self.segments) or bool(self._left)
 
     @property
-    def undecided(self) -> tuple[CoderDifference, ...]:
+    def undecided(self) -> tuple[Difference, ...]:
         """The differences that wait for a decision, in order of time."""
         return tuple(difference for difference in self.differences if not self.decided(difference))
 
-    def decided(self, difference: CoderDifference) -> bool:
+    def decided(self, difference: Difference) -> bool:
         """Whether the consensus labels anything there, or was left unlabelled there on purpose."""
         return bool(_cut(self.segments, difference.start, difference.end)) or (
             _left_text(difference) in self._left
@@ -120,36 +121,38 @@ class Consensus:
                 after = paint(after, start, end, segment.action)
         return self._store(after, f"what {self.a} and {self.b} agree on taken")
 
-    def take(self, difference: CoderDifference, side: Literal["a", "b"]) -> Edit | None:
+    def take(self, difference: Difference, side: Literal["a", "b"]) -> Edit | None:
         """Decide for one of the two coders."""
         name = self.a if side == "a" else self.b
-        action = difference.a if side == "a" else difference.b
+        action = difference.human if side == "a" else difference.predicted
         if action is None:
             return self.leave(difference)
         return self.put(difference, action, f"as {name}")
 
-    def put(self, difference: CoderDifference, action: str, why: str = "decided") -> Edit | None:
+    def put(self, difference: Difference, action: str, why: str = "decided") -> Edit | None:
         """Decide for any action."""
         description = f"{action} {_span_text(difference)} {why}"
         return self._decide(
             [(difference, [(difference.start, difference.end, action)])], description
         )
 
-    def leave(self, difference: CoderDifference) -> Edit | None:
+    def leave(self, difference: Difference) -> Edit | None:
         """Decide that it is unlabelled."""
         parts: _Parts = [(difference.start, difference.end, None)]
         return self._decide([(difference, parts)], _left_text(difference), force=True)
 
-    def mean(self, difference: CoderDifference) -> Edit | None:
+    def mean(self, difference: Difference) -> Edit | None:
         """Set the boundary to the middle between the two coders' edges."""
-        if not difference.edge:
+        if difference.kind != "boundary":
             raise InputError("Only a boundary has a mean; here the actions differ.")
         description = f"edge in {_span_text(difference)} set to the mean"
         return self._decide([(difference, self._halves(difference))], description)
 
     def mean_all(self, tolerance: float = TOLERANCE) -> Edit | None:
         """Set every undecided boundary that differs by at most `tolerance` s to its mean."""
-        near = [d for d in self.undecided if d.edge and d.duration <= tolerance + SLIVER]
+        near = [
+            d for d in self.undecided if d.kind == "boundary" and d.duration <= tolerance + SLIVER
+        ]
         if not near:
             return None
         edges = counted(len(near), "edge")
@@ -172,17 +175,17 @@ class Consensus:
         self.refresh()
         return edit
 
-    def _halves(self, difference: CoderDifference) -> _Parts:
+    def _halves(self, difference: Difference) -> _Parts:
         """The action before up to the middle, the action after from there on."""
         middle = difference.start + difference.duration / 2
         ending = _cut(self.track_a, difference.start - 3 * SLIVER, difference.start)
         before = ending[0].action if ending else None
-        after = difference.b if before == difference.a else difference.a
+        after = difference.predicted if before == difference.human else difference.human
         return [(difference.start, middle, before), (middle, difference.end, after)]
 
     def _decide(
         self,
-        decisions: Sequence[tuple[CoderDifference, _Parts]],
+        decisions: Sequence[tuple[Difference, _Parts]],
         description: str,
         force: bool = False,
     ) -> Edit | None:
@@ -236,11 +239,11 @@ def _free(segments: Segments, start: float, end: float) -> list[tuple[float, flo
     ]
 
 
-def _span_text(difference: CoderDifference) -> str:
+def _span_text(difference: Difference) -> str:
     """Its bounds in a line of history."""
     return f"{difference.start:.3f}-{difference.end:.3f} s"
 
 
-def _left_text(difference: CoderDifference) -> str:
+def _left_text(difference: Difference) -> str:
     """The line of history of a stretch that was left unlabelled on purpose."""
     return f"{_span_text(difference)} decided: unlabelled"

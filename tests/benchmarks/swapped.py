@@ -186,16 +186,6 @@ def _evidence(
     actions: tuple[str, ...],
 ) -> ModelEvidence:
     """What the model says about the labels of one demonstration."""
-    demonstration = item.demonstration
-    result = DemonstrationResult(
-        demonstration.id,
-        demonstration.name,
-        demonstration.task,
-        float(demonstration.times[0]),
-        float(demonstration.times[-1]),
-        segments,
-        {"filtered": prediction.segments},
-        prediction.probability_trace,
-    )
+    result = DemonstrationResult.of(item.demonstration, prediction, segments)
     found = find_differences(result.id, segments, prediction.segments, prediction.probability_trace)
     return gather_evidence(result, segments, actions, found)

@@ -214,13 +214,12 @@ def segment_at(segments: Sequence[Segment], time: float) -> Segment | None:
 
 def hit_interval(entry: PairEntry, place: Segment | Interval) -> Interval:
     """A segment or a disagreement as an interval: what each sees in most of it, and how sure."""
-    predicted = action_over(entry.reviewed.predicted, place.start, place.end)
-    human = action_over(entry.human or (), place.start, place.end)
     if isinstance(place, Interval):
         human, predicted = place.human, place.predicted
-    certainty, confidence = entry.reviewed.probability_trace, None
-    if certainty is not None and predicted is not None:
-        confidence = certainty.of_action(predicted, place.start, place.end)
+    else:
+        human = action_over(entry.human or (), place.start, place.end)
+        predicted = action_over(entry.reviewed.predicted, place.start, place.end)
+    confidence = entry.reviewed.confidence(predicted, place.start, place.end)
     return Interval(entry.id, place.start, place.end, human, predicted, confidence)
 
 
@@ -248,9 +247,7 @@ def hit_tooltip(entry: PairEntry, hit: Hit) -> str:
 
 
 def difference_text(mark: Interval) -> str:
-    predicted = mark.predicted
-    if predicted is None:
-        predicted = "unlabelled"
+    predicted = mark.predicted or "unlabelled"
     return f"{_interval_text(mark.start, mark.end)}: human {mark.human}, predicted {predicted}"
 
 
