@@ -582,15 +582,13 @@ def unscored_run_result(tested=(), actions=FOAM_ACTIONS, **changes):
 
 def run_result(tested, actions, number=1, settings=None):
     """A run's result with the scores that ``forcelab evaluate`` would find."""
-    scores = {}
+    scores, single = {}, [{} for _ in tested]
     for stage in ("raw", "filtered"):
         counts = [count_segments(d.human, d.stages.get(stage, ()), actions) for d in tested]
-        scores[stage] = {
-            "pooled": pool("pooled", counts).to_json() if counts else {},
-            "demonstrations": [
-                pool(d.name, [c]).to_json() for d, c in zip(tested, counts, strict=True)
-            ],
-        }
+        scores[stage] = {"pooled": pool("pooled", counts).to_json() if counts else {}}
+        for d, count, each in zip(tested, counts, single, strict=True):
+            each[stage] = pool(d.name, [count]).to_json()
+    tested = [replace(d, scores=each) for d, each in zip(tested, single, strict=True)]
     return unscored_run_result(
         tested,
         actions,

@@ -283,12 +283,7 @@ def train_held_out(path: Path, run: RunResult, id_: str) -> Generator[Progress, 
     Progress over features, a demonstration each; then over the fit, an epoch each. An InputError
     says that the run has nothing to do with the demonstration, or it cannot be trained any more.
     """
-    result = run.find(id_)
-    if result is None:
-        raise InputError(
-            f"Run {run.number} neither tested nor proposed labels for this demonstration; "
-            f"train again to have it explained."
-        )
+    result = run.result_of(id_)
     started = perf_counter()
     with Project.open(path) as project:
         labelled = _labelled(project, run)
@@ -672,12 +667,7 @@ def explain_at(
     InputError
         If the run did not test it, or neither the human nor the run says anything at that time.
     """
-    result = run.find(id_)
-    if result is None:
-        raise InputError(
-            f"Run {run.number} neither tested nor proposed labels for this demonstration; "
-            f"choose another run, or evaluate again."
-        )
+    result = run.result_of(id_)
     place = interval_at(result, time)
     if place is None:
         raise InputError(

@@ -10,7 +10,6 @@ from typing import Any
 from forcelab.jobs import Progress, finish
 from forcelab.recognition.intervals import Intervals, difference_intervals
 from forcelab.recognition.metrics import Counts, count_segments, pool
-from forcelab.recognition.results import DemonstrationResult
 from forcelab.review.run_result import RunResult
 
 #: The stages of prediction that have scores.
@@ -79,8 +78,10 @@ def comparison_job(first: RunResult, second: RunResult) -> Generator[Progress, N
         sides = list(zip((first, second), counts, strict=True))
         first_scores, second_scores = (_pooled(run, stage, shared, parts) for run, parts in sides)
         pooled[stage] = (first_scores, second_scores)
-        mine_by_id, yours_by_id = (_by_id(run, stage) for run in (first, second))
-        each[stage] = {id_: (mine_by_id.get(id_, {}), yours_by_id.get(id_, {})) for id_ in shared}
+        each[stage] = {
+            mine.id: (mine.scores.get(stage, {}), yours.scores.get(stage, {}))
+            for mine, yours in pairs
+        }
         intervals[stage] = difference_intervals(*counts, seed=first.settings.seed)
     return Comparison(
         first,
@@ -137,10 +138,3 @@ def _pooled(
     if stored is not None and len(shared) == len(run.tested) + run.removed:
         return stored
     return pool("pooled", counts).to_json() if counts else {}
-
-
-def _by_id(run: RunResult, stage: str) -> dict[str, Mapping[str, Any]]:
-    """The scores of each tested demonstration; the run lists them in the same order."""
-    listed = run.scores.get(stage, {}).get("demonstrations", ())
-    tested: tuple[DemonstrationResult, ...] = run.tested
-    return {item.id: scores for item, scores in zip(tested, listed, strict=False)}

@@ -49,7 +49,8 @@ class RunResult:
     recogniser : str
         Id of the final recogniser in the project; ``""`` where none was trained.
     scores : mapping
-        ``"raw"`` and ``"filtered"``, as ``forcelab evaluate --json`` prints them.
+        ``"raw"`` and ``"filtered"``, as ``forcelab evaluate --json`` prints them, without those of
+        each demonstration.
     seconds : mapping of str to float
         Run time of ``features``, ``fit``, ``predict``, ``filter``.
     remarks : tuple of str
@@ -92,6 +93,15 @@ class RunResult:
         """The demonstration of this id, tested or proposed; None where it is neither."""
         return next((d for d in (*self.tested, *self.proposals) if d.id == id_), None)
 
+    def result_of(self, id_: str) -> DemonstrationResult:
+        """The demonstration of this id, tested or proposed; an InputError where it is neither."""
+        if (result := self.find(id_)) is None:
+            raise InputError(
+                f"Run {self.number} neither tested nor proposed labels for this demonstration; "
+                f"choose another run, or train again."
+            )
+        return result
+
 
 def load_run(project: Project, number: int) -> RunResult:
     """A run of a project, made ready for looking.
@@ -133,16 +143,13 @@ def latest_run(project: Project, tasks: Sequence[str] | None = None) -> RunResul
     """
     runs = project.runs.summaries(KIND)[::-1]
     if tasks is not None:
-        candidates = [(run, *tasks_of(run.settings)) for run in runs]
         requested = set(tasks)
-        trained = [
-            (run, test) for run, trained_on, test in candidates if set(trained_on) == requested
-        ]
+        trained = [run for run in runs if set(run.tasks) == requested]
         runs = (
             # A task's own demonstrations come first, before tests on those of another one.
-            *(run for run, test in trained if test is None),
-            *(run for run, _, test in candidates if {test} == requested),
-            *(run for run, _ in trained),
+            *(run for run in trained if run.test_task is None),
+            *(run for run in runs if {run.test_task} == requested),
+            *trained,
         )
     return load_run(project, runs[0].id) if runs else None
 
@@ -157,18 +164,16 @@ def edits_since(project: Project, run: RunResult) -> int:
     return project.tracks.edits_since(run.labels, (*run.tasks, *tested))
 
 
-def tasks_of(settings: Mapping[str, Any]) -> tuple[tuple[str, ...], str | None]:
-    """The tasks that a run was trained on, and the one that it was tested on instead, if any."""
-    selection = settings.get("choice", {})
-    return tuple(selection.get("tasks", ())), selection.get("test_task")
-
-
 def _run_result(project: Project, run: StoredRun) -> RunResult:
     """The result of a run; whatever is raised while reading it, the run is damaged."""
     result = run.result
     infos = {info.id: info for info in project.demonstrations.infos()}
-    # Older runs keep probabilities here, and those of the command line no span.
+    # Earlier runs kept probabilities here, and those of the command line no start and end.
     traces = result.get("certainty", {})
+    scores: dict[str, Any] = {
+        stage: dict(result[stage]) for stage in ("raw", "filtered") if stage in result
+    }
+    each = {stage: stage_scores.pop("demonstrations", ()) for stage, stage_scores in scores.items()}
 
     def reviewed(plain: Mapping[str, Any]) -> DemonstrationResult:
         info = infos[plain["demonstration"]]
@@ -179,14 +184,20 @@ def _run_result(project: Project, run: StoredRun) -> RunResult:
             {"certainty": traces.get(info.id), **plain}, info.name, info.task
         )
 
-    def existing(key: str) -> list[Mapping[str, Any]]:
-        rows = result.get(key, ())
-        return [row for row in rows if row["demonstration"] in infos or not _is_id(row)]
+    def exists(plain: Mapping[str, Any]) -> bool:
+        return plain["demonstration"] in infos or not _is_id(plain)
 
-    tracks = existing("tracks")
+    tested = [
+        replace(
+            reviewed(plain),
+            scores={stage: rows[i] for stage, rows in each.items() if i < len(rows)},
+        )
+        for i, plain in enumerate(result["tracks"])
+        if exists(plain)
+    ]
     remarks = list(result["remarks"])
-    if removed := len(result["tracks"]) - len(tracks):
-        if not tracks:
+    if removed := len(result["tracks"]) - len(tested):
+        if not tested:
             raise InputError(
                 f"All demonstrations that run {run.id} tested were removed from "
                 f"'{project.path}'; train again."
@@ -195,49 +206,27 @@ def _run_result(project: Project, run: StoredRun) -> RunResult:
             f"{removed} of the {len(result['tracks'])} demonstrations that were tested were "
             f"removed from the project since; the scores are those of all."
         )
-    tasks, test_task = tasks_of(run.settings)
-    selection = run.settings.get("choice", {})
     return RunResult(
         number=run.id,
         time=run.time,
         title=str(result["title"]),
-        tasks=tasks,
-        test_task=test_task,
-        author=run.labels[0].author if run.labels else str(selection.get("author") or ""),
-        apart=bool(selection.get("apart", False)),
+        tasks=run.tasks,
+        test_task=run.test_task,
+        author=run.labels[0].author if run.labels else str(run.choice.get("author") or ""),
+        apart=bool(run.choice.get("apart", False)),
         settings=Settings.from_json(result["settings"]),
         actions=tuple(result["labels"]),
         labels=run.labels,
-        tested=tuple(reviewed(plain) for plain in tracks),
-        proposals=tuple(reviewed(plain) for plain in existing("proposals")),
+        tested=tuple(tested),
+        proposals=tuple(reviewed(plain) for plain in result.get("proposals", ()) if exists(plain)),
         recogniser=str(result.get("recogniser", "")),
-        scores={
-            kind: _scores(result[kind], result["tracks"], tracks)
-            for kind in ("raw", "filtered")
-            if kind in result
-        },
+        scores=scores,
         seconds={name: float(duration) for name, duration in result["seconds"].items()},
         remarks=tuple(remarks),
         removed=removed,
-        folds=int(selection.get("folds") or 0),
+        folds=int(run.choice.get("folds") or 0),
         reliability=result.get("reliability", {}),
     )
-
-
-def _scores(
-    stage: Mapping[str, Any],
-    tested: Sequence[Mapping[str, Any]],
-    existing: Sequence[Mapping[str, Any]],
-) -> Mapping[str, Any]:
-    """Scores of a stage without those of demonstrations that were removed since."""
-    if len(existing) == len(tested) or "demonstrations" not in stage:
-        return stage
-    ids = {plain["demonstration"] for plain in existing}
-    each = zip(tested, stage["demonstrations"], strict=False)
-    return {
-        **stage,
-        "demonstrations": [scores for plain, scores in each if plain["demonstration"] in ids],
-    }
 
 
 def _is_id(plain: Mapping[str, Any]) -> bool:

@@ -32,13 +32,11 @@ from forcelab.recognition.results import (
     DemonstrationResult,
     Evaluation,
     run_record,
-    run_summary,
     run_title,
 )
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
 from forcelab.recognition.training import FitProgress, Known, training_job
-from forcelab.resources import versions
 from forcelab.review.active_learning import sample_steps, typicality
 from forcelab.review.run_result import KIND
 
@@ -214,31 +212,37 @@ def review_job(
         snapshot = _snapshot(project, settings, selection)
         selection = selection.with_default_folds(snapshot.train)
         steps = TrainingProgress(_folds(snapshot, selection), fit)
-        title = run_title(snapshot.tasks, selection.test_task)
         known: Known = {}  # examples for testing, which the final fit learns from, too
         evaluation, remarks = yield from _evaluate(snapshot, settings, selection, steps, fit, known)
-        if evaluation is not None:
-            result = run_record(evaluation)
-            trained_on: Sequence[str] = evaluation.trained_on
-        else:
-            result = _empty_record(title, settings)
         remarks += dataset_unit_remarks(snapshot.datasets, settings)
         remarks += unused_merge_remarks(
             settings, frozenset().union(*(part.spellings for part in snapshot.datasets))
         )
-        recogniser = None
+        recogniser: Recogniser | None = None
+        proposals: list[DemonstrationResult] = []
         if fit:
             job = training_job(snapshot.train.labelled, settings, known)
             recogniser = yield from steps.fit(job)
             known.clear()
             remarks += unlearnt_remarks(snapshot.train, recogniser)
-            trained_on = recogniser.trained_on
-            result.setdefault("labels", list(recogniser.actions))
             proposals, refused = yield from _proposals(project, snapshot, recogniser, steps)
-            result["proposals"] = [proposal.to_json() for proposal in proposals]
             remarks += refused
-        result["remarks"] = [*result["remarks"], *remarks]
-        result["trained_on"] = list(trained_on)
+            if evaluation is None:
+                evaluation = Evaluation(
+                    title=run_title(snapshot.tasks, selection.test_task),
+                    settings=settings,
+                    actions=recogniser.actions,
+                    tested=(),
+                    rate=recogniser.rate,
+                    channels=recogniser.channels,
+                    trained_on=(),
+                    seconds={},
+                )
+            evaluation = replace(evaluation, trained_on=recogniser.trained_on)
+        assert evaluation is not None  # without a fit, what stands in its way was raised
+        result = run_record(replace(evaluation, remarks=evaluation.remarks + remarks))
+        if fit:
+            result["proposals"] = [proposal.to_json() for proposal in proposals]
         origin = provenance(settings, selection, snapshot.tasks, snapshot.labels)
         while True:
             yield steps.storing()
@@ -309,22 +313,6 @@ def _evaluate(
         if not fit:
             raise
         return None, (f"Nothing could be tested: {error}",)
-
-
-def _empty_record(title: str, settings: Settings) -> dict[str, Any]:
-    """The record of a run that tested nothing."""
-    return {
-        "digest": run_summary(title, {}),
-        "title": title,
-        "preset": settings.preset,
-        "settings": settings.to_json(),
-        "seed": settings.seed,
-        "versions": versions(),
-        "seconds": {},
-        "tested": [],
-        "remarks": [],
-        "tracks": [],
-    }
 
 
 def _proposals(

@@ -29,7 +29,7 @@ def test_pooled_scores_are_those_of_the_runs_where_both_tested_the_same():
     assert found.shared == ("a", "b", "c", "d")
     for stage in ("raw", "filtered"):
         assert found.pooled[stage] == (old.scores[stage]["pooled"], new.scores[stage]["pooled"])
-        listed = new.scores[stage]["demonstrations"]
+        listed = [item.scores[stage] for item in new.tested]
         assert [found.each[stage][id_][1] for id_ in "abcd"] == listed
 
 

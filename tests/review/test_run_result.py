@@ -210,10 +210,10 @@ def test_a_run_outlives_a_demonstration_that_it_tested(tmp_path, path):
         after = load_run(project, before.number)
         assert [result.id for result in after.tested] == [result.id for result in before.tested[1:]]
         assert after.scores["filtered"]["pooled"] == before.scores["filtered"]["pooled"]
-        for stage in ("raw", "filtered"):
-            each = before.scores[stage]["demonstrations"]
-            assert after.scores[stage]["demonstrations"] == each[1:]
-            assert each[0] != each[1]
+        each = [item.scores for item in before.tested]
+        assert [item.scores for item in after.tested] == each[1:]
+        assert set(each[0]) == {"raw", "filtered"}
+        assert all(each[0][stage] != each[1][stage] for stage in each[0])
         assert after.removed == 1
         assert after.remarks[-1].startswith(f"1 of the {len(before.tested)} demonstrations")
         edits_since(project, after)

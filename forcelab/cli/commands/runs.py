@@ -22,7 +22,7 @@ from forcelab.recognition.intervals import METHOD, METRICS, look_up
 from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.results import run_title
 from forcelab.review.run_comparison import STAGES, Comparison, as_text, compare_runs
-from forcelab.review.run_result import load_run, tasks_of
+from forcelab.review.run_result import load_run
 from forcelab.text import counted
 
 
@@ -70,12 +70,11 @@ def _megabytes(count: int) -> str:
 
 def _row(run: RunSummary, use: RunUse) -> list[str]:
     digest = run.digest
-    tasks, test_task = tasks_of(run.settings)
     return [
         str(run.id),
         f"{run.time:%Y-%m-%d %H:%M}",
         run.kind,
-        str(digest.get("title", run_title(tasks, test_task))),
+        str(digest.get("title", run_title(run.tasks, run.test_task))),
         _settings(run.settings),
         str(digest.get("tested", "")),
         percent(digest.get("accuracy")),

@@ -24,9 +24,10 @@ from forcelab.gui.layout import muted_label, resize_on_screen
 from forcelab.gui.review.confusion import stage_combo_box
 from forcelab.gui.review.metrics import AGREEMENT_METRICS, ERROR_METRICS, Metric
 from forcelab.gui.review.reviewed_run import blind_demonstrations
-from forcelab.gui.review.training_backend import Backend, RunInfo, run_text
+from forcelab.gui.review.training_backend import Backend, run_text
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ElidedComboBox
+from forcelab.project import RunSummary
 from forcelab.recognition.settings import FIELDS
 from forcelab.review.run_comparison import Comparison, comparison_job
 
@@ -223,7 +224,7 @@ class ComparisonDialog(QDialog):
             self._backend.list_runs(project.path), self._offer, self._fail, key=LISTING_JOB
         )
 
-    def _offer(self, runs: tuple[RunInfo, ...]) -> None:
+    def _offer(self, runs: tuple[RunSummary, ...]) -> None:
         """Offer the runs: at first the reviewed one, and the one before it of its tasks."""
         if len(runs) < 2:
             self.settings.setText(
@@ -233,15 +234,15 @@ class ComparisonDialog(QDialog):
         for box, chosen in zip((self.first, self.second), self._first_two(runs), strict=True):
             box.blockSignals(True)
             for run in runs:
-                box.addItem(run_text(run), run.number)
+                box.addItem(run_text(run), run.id)
             box.setCurrentIndex(chosen)
             box.blockSignals(False)
         self._compare()
 
-    def _first_two(self, runs: tuple[RunInfo, ...]) -> tuple[int, int]:
+    def _first_two(self, runs: tuple[RunSummary, ...]) -> tuple[int, int]:
         """Indices of an older and a newer run that are worth a comparison; the latest is first."""
         run = self.document.review.run
-        numbers = [run.number for run in runs]
+        numbers = [run.id for run in runs]
         reviewed = None if run is None else run.number
         newer = numbers.index(reviewed) if reviewed in numbers else 0
         same = [i for i, run in enumerate(runs) if run.title == runs[newer].title and i != newer]

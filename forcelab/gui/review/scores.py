@@ -82,10 +82,9 @@ def score_rows(
     pairs = [(metric, stage) for metric in metrics for stage in STAGES]
     pooled = [metric.value(run.scores.get(stage, {}).get("pooled", {})) for metric, stage in pairs]
     each = {
-        d.id: [metric.value(scores[stage]) if stage in scores else None for metric, stage in pairs]
-        for d, scores in _scores_by_demonstration(run)
+        d.id: [metric.value(d.scores.get(stage, {})) for metric, stage in pairs] for d in visible
     }
-    listed = [d for d in visible if d.id in each]
+    listed = list(visible)
     if sorting.column is not None:
         listed.sort(key=lambda d: _sort_key(each[d.id][sorting.column or 0], sorting.descending))
     rows = [
@@ -94,20 +93,6 @@ def score_rows(
         *(_score_row(d.name, pairs, each[d.id]) for d in listed),
     ]
     return tuple(rows), tuple(d.id for d in listed)
-
-
-def _scores_by_demonstration(
-    run: RunResult,
-) -> list[tuple[DemonstrationResult, dict[str, Mapping[str, object]]]]:
-    """Each tested demonstration with its scores by stage, in the order of the run."""
-    lists = {stage: run.scores.get(stage, {}).get("demonstrations", ()) for stage in STAGES}
-    return [
-        (
-            reviewed,
-            {stage: intervals[i] for stage, intervals in lists.items() if i < len(intervals)},
-        )
-        for i, reviewed in enumerate(run.tested)
-    ]
 
 
 def _score_row(
