@@ -97,7 +97,10 @@ class Segment:
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """A stretch of a demonstration with its human and its predicted action."""
+    """A stretch of a demonstration with its human and its predicted action.
+
+    Where two coders are compared, `human` is the first one's action and `predicted` the second's.
+    """
 
     demonstration: str  # its id
     #: start, end: seconds, ``start < end``

@@ -7,27 +7,21 @@ that was left unlabelled on purpose, from the effective edits of the consensus.
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Sequence
-from itertools import chain
-from operator import attrgetter
 from typing import Literal
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
 from forcelab.project import Edit, Project
 from forcelab.review.agreement import actions_of, coder_differences, overlay_tracks
-from forcelab.review.differences import Difference
-from forcelab.segment_edits import SLIVER, erase, paint
+from forcelab.review.differences import Difference, action_over
+from forcelab.segment_edits import SLIVER, erase, free_parts, overlapping, paint
 from forcelab.text import counted
 
 #: The default author of a consensus.
 CONSENSUS = "consensus"
 #: Seconds up to which edges may be set to their mean all at once.
 TOLERANCE = 0.1
-
-_start = attrgetter("start")
-_end = attrgetter("end")
 
 #: What is put in the place of a difference, by two edges that may be the same.
 _Parts = list[tuple[float, float, str | None]]
@@ -108,17 +102,14 @@ class Consensus:
 
     def decided(self, difference: Difference) -> bool:
         """Whether the consensus labels anything there, or was left unlabelled there on purpose."""
-        return bool(_cut(self.segments, difference.start, difference.end)) or (
-            _left_text(difference) in self._left
-        )
+        labelled = overlapping(self.segments, difference.start, difference.end, SLIVER)
+        return bool(self.segments[labelled]) or _left_text(difference) in self._left
 
     def begin(self) -> Edit | None:
         """Take what both agree on, wherever the consensus is still empty."""
-        agreed = self._agreed()
         after = self.segments
-        for segment in agreed:
-            for start, end in _free(self.segments, segment.start, segment.end):
-                after = paint(after, start, end, segment.action)
+        for part in free_parts(self.segments, self._agreed()):
+            after = paint(after, part.start, part.end, part.action)
         return self._store(after, f"what {self.a} and {self.b} agree on taken")
 
     def take(self, difference: Difference, side: Literal["a", "b"]) -> Edit | None:
@@ -178,8 +169,7 @@ class Consensus:
     def _halves(self, difference: Difference) -> _Parts:
         """The action before up to the middle, the action after from there on."""
         middle = difference.start + difference.duration / 2
-        ending = _cut(self.track_a, difference.start - 3 * SLIVER, difference.start)
-        before = ending[0].action if ending else None
+        before = action_over(self.track_a, difference.start - 3 * SLIVER, difference.start)
         after = difference.predicted if before == difference.human else difference.human
         return [(difference.start, middle, before), (middle, difference.end, after)]
 
@@ -219,24 +209,6 @@ class Consensus:
         same = overlay.joined(overlay.codes[0] == overlay.codes[1])
         rows = zip(same.starts.tolist(), same.ends.tolist(), same.codes[0].tolist(), strict=True)
         return tuple(Segment(start, end, actions[code]) for start, end, code in rows)
-
-
-def _cut(segments: Segments, start: float, end: float) -> Segments:
-    """The segments of which more than float dust lies in a stretch."""
-    first = bisect_right(segments, start + SLIVER, key=_end)
-    last = bisect_left(segments, end - SLIVER, key=_start)
-    return segments[first:last]
-
-
-def _free(segments: Segments, start: float, end: float) -> list[tuple[float, float]]:
-    """The parts of a stretch that no segment covers."""
-    edges = chain.from_iterable((s.start, s.end) for s in _cut(segments, start, end))
-    bounds = [start, *edges, end]
-    return [
-        (left, right)
-        for left, right in zip(bounds[::2], bounds[1::2], strict=True)
-        if right - left > SLIVER
-    ]
 
 
 def _span_text(difference: Difference) -> str:

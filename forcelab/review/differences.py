@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Literal
 
 from forcelab.labels import Interval, Segment, Segments
 from forcelab.project import Project
+from forcelab.segment_edits import overlapping
 
 if TYPE_CHECKING:
     from forcelab.recognition.probabilities import ProbabilityTrace
@@ -25,10 +26,9 @@ if TYPE_CHECKING:
 def seconds_covered(segments: Segments, start: float, end: float) -> dict[str, float]:
     """How much of ``[start, end)`` each action covers that covers any of it, in seconds."""
     covered: dict[str, float] = {}
-    for segment in segments:
+    for segment in segments[overlapping(segments, start, end)]:
         shared = min(segment.end, end) - max(segment.start, start)
-        if shared > 0:
-            covered[segment.action] = covered.get(segment.action, 0.0) + shared
+        covered[segment.action] = covered.get(segment.action, 0.0) + shared
     return covered
 
 
@@ -75,7 +75,7 @@ EDGE_SHARE = 0.25
 
 @dataclass(frozen=True, slots=True)
 class Difference(Interval):
-    """A stretch where human and model differ, or two coders: then the second one is `predicted`.
+    """A stretch where human and model differ, or two coders.
 
     `confidence` is the mean probability that the model gives to what it predicts there; where it
     predicts nothing, one minus that of the human's action.

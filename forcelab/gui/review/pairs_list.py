@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
 from itertools import accumulate, pairwise
-from operator import attrgetter
 from time import perf_counter
 
 import numpy as np
@@ -49,6 +48,7 @@ from forcelab.gui.theme import Colours, colours, themes
 from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, is_plain
 from forcelab.labels import Interval, Segment, Segments
 from forcelab.review.differences import action_over
+from forcelab.segment_edits import index_at
 
 #: The human's and the model's bars.
 BAR_NAMES = "human", "predicted"
@@ -166,8 +166,6 @@ HIT_DISTANCE = 3.0
 #: How many actions a tooltip tells the probability of.
 MOST_MARKS = 3
 
-_start = attrgetter("start")
-
 
 @dataclass(frozen=True)
 class Hit:
@@ -203,13 +201,9 @@ def hit_test(layout: PairsLayout, point: QPointF) -> Hit | None:
         bars.append((lane.caption, box, lane.segments))
     for author, box, segments in bars:
         if box.top() <= y < box.bottom():
-            return Hit(row, time, segment_at(segments, time), author)
+            index = index_at(segments, time)
+            return Hit(row, time, None if index is None else segments[index], author)
     return Hit(row, time)
-
-
-def segment_at(segments: Sequence[Segment], time: float) -> Segment | None:
-    i = bisect_right(segments, time, key=_start) - 1
-    return segments[i] if i >= 0 and time < segments[i].end else None
 
 
 def hit_interval(entry: PairEntry, place: Segment | Interval) -> Interval:
