@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import GAP_PERIODS, LARGEST, Demonstration
 from forcelab.errors import InputError
+from forcelab.runs import marked_runs
 from forcelab.signals.conditioning import bridge, glitches
 from forcelab.text import counted
 
@@ -66,11 +67,9 @@ def _missing_runs(demonstration: Demonstration, columns: Columns) -> list[tuple[
     ends = np.append(demonstration.times, demonstration.end)
     runs = []
     for column in columns:
-        missing = np.concatenate([[False], ~np.isfinite(column), [False]])
-        edges = np.flatnonzero(np.diff(missing))
         runs += [
             (float(ends[first]), float(ends[last]))
-            for first, last in edges.reshape(-1, 2)
+            for first, last in marked_runs(~np.isfinite(column))
             if last - first > GAP_PERIODS
         ]
     return runs
