@@ -42,14 +42,6 @@ def effective_edits(edits: Iterable[Edit]) -> tuple[Edit, ...]:
     return tuple(effective.values())
 
 
-def _can_redo(edits: Iterable[Edit]) -> bool:
-    """Whether an edit was undone and no other was made since."""
-    undone = 0
-    for edit in edits:
-        undone = max(0, undone + {"undo": 1, "redo": -1}.get(edit.kind, -undone))
-    return undone > 0
-
-
 class Consensus:
     """Two coders' tracks over a demonstration, and the track that is made from them.
 
@@ -78,17 +70,19 @@ class Consensus:
 
     def refresh(self) -> None:
         """Read the three tracks again, and which stretches were left unlabelled on purpose."""
-        read = self.project.tracks.get
+        tracks = self.project.tracks
         before = self.track_a, self.track_b
-        self.track_a = read(self.demonstration, self.a).segments
-        self.track_b = read(self.demonstration, self.b).segments
-        self.segments = read(self.demonstration, self.author).segments
+        self.track_a, self.track_b, self.segments = (
+            tracks.get(self.demonstration, name).segments for name in (self.a, self.b, self.author)
+        )
         if (self.track_a, self.track_b) != before:
             self.differences = coder_differences(self.demonstration, self.track_a, self.track_b)
-        history = self.project.tracks.history(self.demonstration, self.author)
-        edits = effective_edits(history)
+        edits = effective_edits(tracks.history(self.demonstration, self.author))
         self._left = frozenset(edit.what for edit in edits)
-        self.can_undo, self.can_redo = bool(edits), _can_redo(history)
+        self.can_undo, self.can_redo = (
+            tracks.revertible(self.demonstration, self.author, kind) is not None
+            for kind in ("undo", "redo")
+        )
 
     @property
     def begun(self) -> bool:

@@ -94,10 +94,13 @@ def test_unlabelled_is_a_decision_that_is_undone_and_redone(project):
     assert consensus.undecided == (EDGE, LAST)
     consensus.undo()
     assert consensus.undecided == (EDGE, ACTION, LAST)
+    assert consensus.can_undo
+    assert consensus.can_redo
     consensus.redo()
     assert consensus.undecided == (EDGE, LAST)
     consensus.undo()
     consensus.take(ACTION, "a")
+    assert not consensus.can_redo  # it was decided otherwise since
     consensus.leave(ACTION)
     assert ACTION not in consensus.undecided
     assert consensus.segments == before
@@ -113,6 +116,7 @@ def test_partial_work_survives_a_restart_and_undo_reaches_back(project):
         consensus.undo()
         assert consensus.segments == ()
         assert not consensus.begun
+        assert not consensus.can_undo
 
 
 def test_edges_close_to_each_other_are_set_at_once_and_undone_at_once(project):
