@@ -58,8 +58,8 @@ class Prediction:
     probability_trace : ProbabilityTrace, optional
         The probabilities, coarsely; None where not requested, or the classifier has none.
     ablations : dict of str to ndarray of int64, shape (n,)
-        Codes that something was left away from: ``"unaided"``, decoded without the grammar, where
-        requested; in evaluations also ``"unadapted"``, recognised of what was recorded.
+        Codes that were predicted without a part: ``"unaided"``, decoded without the grammar, where
+        requested; in evaluations also ``"unadapted"``, without matching the sensors.
     reliability : Reliability, optional
         Of the probabilities before they are decoded or filtered; None without a human to compare.
     """
@@ -75,25 +75,22 @@ class Prediction:
 
     def at(self, times: NDArray[np.float64], steps: NDArray[np.int64]) -> Prediction:
         """The prediction at other stamps (s), shape (m,), given the time step of each."""
-        return replace(
-            self,
-            times=times,
-            stages={name: codes[steps] for name, codes in self.stages.items()},
-            probabilities=None if self.probabilities is None else self.probabilities[steps],
-            ablations={name: codes[steps] for name, codes in self.ablations.items()},
-        )
+        probabilities = None if self.probabilities is None else self.probabilities[steps]
+        moved = replace(self, times=times, probabilities=probabilities)
+        return moved._each(lambda codes: codes[steps])
 
     def with_actions(self, actions: tuple[str, ...]) -> Prediction:
         """The prediction in codes of other actions, which hold its own, without probabilities."""
         # One place more for UNLABELLED, which is -1 and so indexes the last one.
         table = np.array([*map(actions.index, self.actions), UNLABELLED], dtype=np.int64)
-        return replace(
-            self,
-            actions=actions,
-            stages={name: table[codes] for name, codes in self.stages.items()},
-            probabilities=None,
-            ablations={name: table[codes] for name, codes in self.ablations.items()},
-        )
+        renamed = replace(self, actions=actions, probabilities=None)
+        return renamed._each(lambda codes: table[codes])
+
+    def _each(self, change: Callable[[NDArray[np.int64]], NDArray[np.int64]]) -> Prediction:
+        """The prediction with all codes changed alike."""
+        stages = {name: change(codes) for name, codes in self.stages.items()}
+        ablations = {name: change(codes) for name, codes in self.ablations.items()}
+        return replace(self, stages=stages, ablations=ablations)
 
     @property
     def raw(self) -> NDArray[np.int64]:

@@ -58,6 +58,7 @@ from forcelab.recognition.storage import load_recogniser
 from forcelab.recognition.training import fit_cleaned, prepare_all
 from forcelab.review.differences import action_over, interval_at
 from forcelab.review.run_result import RunResult
+from forcelab.segment_edits import spliced
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import measured
 from forcelab.signals.minmax import run_extremes
@@ -272,8 +273,7 @@ def track_after_edit(project: Project, used: LabelsUsed) -> Segments:
     for edit in project.tracks.history(used.demonstration, used.author):
         if edit.id > used.edit:
             break
-        end = edit.position + len(edit.removed)
-        segments = segments[: edit.position] + edit.inserted + segments[end:]
+        segments = spliced(segments, edit.position, edit.removed, edit.inserted)
     return segments
 
 

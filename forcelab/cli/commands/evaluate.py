@@ -351,6 +351,7 @@ def _draw_pairs(
     from forcelab.gui.figures.pairs import Pair, TimelinePairs
 
     for (tasks, evaluation), file in zip(evaluated.evaluations, files, strict=True):
+        results = [item.result for item in evaluation.tested]
         _, each = evaluation.scores("filtered")
         tested = () if choice.test_task is None else (choice.test_task,)
         task_vocabularies = {
@@ -365,9 +366,7 @@ def _draw_pairs(
                 result.end,
                 note=f"{percent(scores.accuracy)} %",
             )
-            for result, scores in zip(
-                (item.result for item in evaluation.tested), each, strict=True
-            )
+            for result, scores in zip(results, each, strict=True)
         )
         TimelinePairs(
             evaluation.title,
