@@ -76,16 +76,16 @@ def metric_rows(
 
 
 def demonstration_rows(
-    comparison: Comparison, stage: str, metric: Metric, visible: Collection[str]
+    comparison: Comparison, stage: str, metric: Metric, hidden: Collection[str]
 ) -> tuple[tuple[TableRow, ...], tuple[str, ...]]:
-    """A row for each demonstration that both tested and the coder may see; and their ids."""
-    ids = tuple(id_ for id_ in comparison.shared if id_ in visible)
-    rows = []
-    for id_ in ids:
-        first, second = comparison.each[stage][id_]
-        values = metric.value(first), metric.value(second)
-        rows.append(_difference_row(metric, comparison.names[id_], *values))
-    return tuple(rows), ids
+    """A row for each demonstration that both tested and that is not hidden; and their ids."""
+    rows, ids = [], []
+    for pair in comparison.pairs:
+        if pair[0].id not in hidden:
+            values = (metric.value(result.scores.get(stage, {})) for result in pair)
+            rows.append(_difference_row(metric, pair[0].name, *values))
+            ids.append(pair[0].id)
+    return tuple(rows), tuple(ids)
 
 
 def settings_differences(comparison: Comparison) -> str:
@@ -96,7 +96,7 @@ def settings_differences(comparison: Comparison) -> str:
         listed = "; ".join(_setting_difference(*setting) for setting in comparison.settings)
         text = f"Different settings: {listed}."
     if number := len(comparison.relabelled):
-        demonstrations = f"{number} of {len(comparison.shared)} demonstrations"
+        demonstrations = f"{number} of {len(comparison.pairs)} demonstrations"
         text += f" Labels of {demonstrations} were changed between the runs."
     return text
 
@@ -283,10 +283,10 @@ class ComparisonDialog(QDialog):
         self.note.setText(self._note(comparison, stage))
 
     def _note(self, comparison: Comparison, stage: str) -> str:
-        if not comparison.shared:
+        if not comparison.pairs:
             return "These runs tested no demonstration in common; choose two runs of the same task."
         reason = comparison.intervals[stage].reason
-        shared = f"Both tested {len(comparison.shared)} demonstrations."
+        shared = f"Both tested {len(comparison.pairs)} demonstrations."
         return f"{shared} {reason}".strip()
 
     def _show_each(self, index: QModelIndex) -> None:
@@ -294,17 +294,11 @@ class ComparisonDialog(QDialog):
         if comparison is None or not index.isValid():
             return
         metric = self.metrics[index.row()]
-        rows, self._ids = demonstration_rows(
-            comparison, str(self.stage.currentData()), metric, self._visible_demonstrations()
-        )
+        stage, hidden = str(self.stage.currentData()), blind_demonstrations(self.document)
+        rows, self._ids = demonstration_rows(comparison, stage, metric, hidden)
         columns = comparison_columns(comparison, metric.title, sure=False)
         self.each_model.show(columns, rows)
         self.each.fit_columns(stretched=0)
-
-    def _visible_demonstrations(self) -> frozenset[str]:
-        """The demonstrations that the coder may see predictions of."""
-        shared = () if self.comparison is None else self.comparison.shared
-        return frozenset(shared) - blind_demonstrations(self.document)
 
     def _open(self, index: QModelIndex) -> None:
         if index.isValid():
