@@ -27,12 +27,11 @@ from forcelab.recognition.probabilities import ProbabilityTrace, Reliability
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.task_grammar import BoundaryModel, TaskGrammar
 from forcelab.runtime import one_blas_thread
+from forcelab.signals.grid import SAME_RATE
 
 if TYPE_CHECKING:
     from forcelab.recognition.live_model import LiveModel
 
-#: A rate that is lower by less than this share is the same one: clocks differ by far less.
-SAME_RATE = 0.01
 #: Time steps classified at once, so that the hidden layer's activations stay small.
 BLOCK = 100_000
 

@@ -12,7 +12,7 @@ from PySide6.QtGui import QBrush, QColor, QFontMetrics, QFontMetricsF, QPainter,
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from forcelab.capture.reader import FORCE_NAME, DeviceState
-from forcelab.demonstration import Channel
+from forcelab.demonstration import GAP_PERIODS, Channel
 from forcelab.gui.capture.controller import CaptureController, CaptureState
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis, labels, ticks
@@ -26,8 +26,8 @@ from forcelab.signals.minmax import Extremes, run_extremes
 
 Real = NDArray[np.float64]
 
-#: A step between samples longer than so many periods, and at least so many seconds, is a gap.
-GAP_PERIODS, GAP = 5.0, 0.02
+#: A step between samples of fewer seconds is no gap, however many periods that are.
+GAP = 0.02
 #: Least span of a lane, so that noise looks like noise: in units of force and torque, of a force in
 #: raw counts, and of anything else; share of it that is left free at either end.
 SMALLEST_SPANS = {
