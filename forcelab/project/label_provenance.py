@@ -9,7 +9,6 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from operator import attrgetter
 from types import MappingProxyType
 
 from forcelab.labels import Segment, Segments
@@ -18,7 +17,6 @@ from forcelab.project.records import Origin, segments_from_text
 from forcelab.segment_edits import SLIVER, covering, overlapping
 
 _Origins = dict[Segment, Origin]
-_end = attrgetter("end")
 
 #: The origins of a track that holds nothing proposed.
 _NONE: Mapping[Segment, Origin] = MappingProxyType({})

@@ -20,6 +20,9 @@ from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.settings import Settings
 from forcelab.resources import versions
 
+#: The stages of prediction that every run has scores of.
+STAGES = ("raw", "filtered")
+
 
 @dataclass(frozen=True)
 class DemonstrationResult:

@@ -10,11 +10,8 @@ from typing import Any
 from forcelab.jobs import Progress, finish
 from forcelab.recognition.intervals import Intervals, difference_intervals
 from forcelab.recognition.metrics import Counts, count_segments, pool
-from forcelab.recognition.results import DemonstrationResult
+from forcelab.recognition.results import STAGES, DemonstrationResult
 from forcelab.review.run_result import RunResult
-
-#: The stages of prediction that have scores.
-STAGES = ("raw", "filtered")
 
 
 @dataclass(frozen=True)

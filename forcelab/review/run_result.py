@@ -10,7 +10,7 @@ from typing import Any
 
 from forcelab.errors import InputError
 from forcelab.project import LabelsUsed, Project, StoredRun
-from forcelab.recognition.results import DemonstrationResult
+from forcelab.recognition.results import STAGES, DemonstrationResult
 from forcelab.recognition.settings import Settings
 from forcelab.vocabulary import Vocabulary, joined
 
@@ -170,9 +170,7 @@ def _run_result(project: Project, run: StoredRun) -> RunResult:
     infos = {info.id: info for info in project.demonstrations.infos()}
     # Earlier runs kept probabilities here, and those of the command line no start and end.
     traces = result.get("certainty", {})
-    scores: dict[str, Any] = {
-        stage: dict(result[stage]) for stage in ("raw", "filtered") if stage in result
-    }
+    scores: dict[str, Any] = {stage: dict(result[stage]) for stage in STAGES if stage in result}
     each = {stage: stage_scores.pop("demonstrations", ()) for stage, stage_scores in scores.items()}
 
     def reviewed(plain: Mapping[str, Any]) -> DemonstrationResult:

@@ -28,11 +28,9 @@ from forcelab.gui.widgets import combo_box
 from forcelab.jobs import Progress
 from forcelab.recognition.intervals import METHOD, Intervals, score_intervals
 from forcelab.recognition.metrics import count_segments
-from forcelab.recognition.results import DemonstrationResult
+from forcelab.recognition.results import STAGES, DemonstrationResult
 from forcelab.review.run_result import RunResult
 
-#: As the scores and the table name them.
-STAGES = ("raw", "filtered")
 #: Rows at the top that are never sorted: pooled and its intervals.
 POOLED_ROWS = 2
 
