@@ -21,6 +21,7 @@ from forcelab.runs import sample_ends, stretches
 __all__ = [
     "MODEL_PREFIX",
     "UNLABELLED",
+    "Interval",
     "Segment",
     "Segments",
     "Track",
@@ -92,6 +93,40 @@ class Segment:
     def duration(self) -> float:
         """Length in seconds."""
         return self.end - self.start
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A stretch of a demonstration with its human and its predicted action.
+
+    Where two coders are compared, `human` is the first one's action and `predicted` the second's.
+    """
+
+    demonstration: str  # its id
+    #: start, end: seconds, ``start < end``
+    start: float
+    end: float
+    #: human, predicted: the action that each sees there; None where it is unlabelled or nothing is
+    #: known
+    human: str | None = None
+    predicted: str | None = None
+    #: Mean probability, 0 to 1, that the model gives to what it predicts
+    confidence: float | None = None
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds."""
+        return self.end - self.start
+
+    @property
+    def differs(self) -> bool:
+        """Whether human and model see different actions."""
+        return self.human != self.predicted
+
+    @property
+    def score(self) -> float:
+        """Seconds times confidence, for ordering; seconds where that is unknown."""
+        return self.duration * (1.0 if self.confidence is None else self.confidence)
 
 
 def model_author(name: str) -> str:

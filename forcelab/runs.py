@@ -40,6 +40,12 @@ def sample_ends(times: NDArray[np.float64]) -> NDArray[np.float64]:
     return ends
 
 
+def marked_runs(marked: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """The first sample of each run of marked ones, and the one behind its last; shape (m, 2)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]])))
+    return edges.reshape(-1, 2)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Runs:
     """Labelled stretches in order of time; m of them.

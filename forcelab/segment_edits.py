@@ -350,16 +350,26 @@ def free_parts(segments: Segments, proposed: Segments) -> Segments:
     parts = []
     for new in proposed:
         start = new.start
-        for index in range(bisect_right(segments, new.start, key=_end), len(segments)):
-            existing = segments[index]
-            if existing.start >= new.end:
-                break
+        for existing in segments[overlapping(segments, new.start, new.end)]:
             if existing.start - start > SLIVER:
                 parts.append(Segment(start, existing.start, new.action))
             start = existing.end
         if new.end - start > SLIVER:
             parts.append(Segment(start, new.end, new.action))
     return tuple(parts)
+
+
+def index_at(segments: Segments, time: float) -> int | None:
+    """The segment that covers a time in seconds, if one does; found in O(log n)."""
+    index = bisect_right(segments, time, key=_end)
+    return index if index < len(segments) and segments[index].start <= time else None
+
+
+def overlapping(segments: Segments, start: float, end: float, least: float = 0.0) -> slice:
+    """Where the segments are of which more than `least` s lies in ``[start, end)``; in O(log n)."""
+    first = bisect_right(segments, start + least, key=_end)
+    last = bisect_left(segments, end - least, key=_start)
+    return slice(first, max(first, last))
 
 
 def covering(segments: Segments, segment: Segment) -> Segment | None:
@@ -387,11 +397,10 @@ def _at(segments: Segments, index: int) -> Segment:
 
 def _around(segments: Segments, start: float, end: float) -> tuple[Segments, Segments]:
     """What is left before and after ``[start, end)`` when all below it is cut away."""
-    first = bisect_right(segments, start, key=_end)
-    last = bisect_left(segments, end, key=_start)
-    before, after = segments[:first], segments[last:]
-    if first < last:
-        opening, closing = segments[first], segments[last - 1]
+    below = overlapping(segments, start, end)
+    before, after = segments[: below.start], segments[below.stop :]
+    if cut := segments[below]:
+        opening, closing = cut[0], cut[-1]
         if start - opening.start > SLIVER:
             before = (*before, replace(opening, end=start))
         if closing.end - end > SLIVER:

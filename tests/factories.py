@@ -33,8 +33,9 @@ from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.metrics import count_segments, pool
 from forcelab.recognition.presets import preset
 from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
-from forcelab.review.run_result import DemonstrationResult, RunResult
+from forcelab.review.run_result import RunResult
 from forcelab.simulation.scene import Body, Jaws, Motion, Performance, Scene
 from forcelab.simulation.system import Event
 from forcelab.video.codecs import opencv
@@ -543,18 +544,7 @@ def evaluate_as_run(
     evaluation = finish(leave_one_out(labelled, settings, "foam", folds=folds))
     ids = [item.demonstration.id for item in labelled]
     return unscored_run_result(
-        [
-            DemonstrationResult(
-                item.id,
-                item.name,
-                "foam",
-                item.start,
-                item.end,
-                item.segments("human"),
-                {"filtered": item.segments("filtered")},
-            )
-            for item in evaluation.tested
-        ],
+        [replace(item.result, task="foam") for item in evaluation.tested],
         evaluation.actions,
         settings=settings,
         labels=tuple(LabelsUsed(id_, "Ann", project.tracks.head(id_, "Ann")) for id_ in ids),
@@ -592,15 +582,13 @@ def unscored_run_result(tested=(), actions=FOAM_ACTIONS, **changes):
 
 def run_result(tested, actions, number=1, settings=None):
     """A run's result with the scores that ``forcelab evaluate`` would find."""
-    scores = {}
+    scores, single = {}, [{} for _ in tested]
     for stage in ("raw", "filtered"):
         counts = [count_segments(d.human, d.stages.get(stage, ()), actions) for d in tested]
-        scores[stage] = {
-            "pooled": pool("pooled", counts).to_json() if counts else {},
-            "demonstrations": [
-                pool(d.name, [c]).to_json() for d, c in zip(tested, counts, strict=True)
-            ],
-        }
+        scores[stage] = {"pooled": pool("pooled", counts).to_json() if counts else {}}
+        for d, count, each in zip(tested, counts, single, strict=True):
+            each[stage] = pool(d.name, [count]).to_json()
+    tested = [replace(d, scores=each) for d, each in zip(tested, single, strict=True)]
     return unscored_run_result(
         tested,
         actions,

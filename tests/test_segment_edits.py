@@ -409,3 +409,14 @@ def test_edits_of_ten_thousand_segments_are_instant():
     assert max(_fastest(call, 50) for call in local) < 0.5e-3
     assert _fastest(lambda: splice(track, edited), 5) < 50e-3
     assert _fastest(lambda: segment_edits.fill_gaps(track, 0.2), 5) < 200e-3
+
+
+def test_segments_are_found_where_they_lie():
+    track = (Segment(1.0, 2.0, "grab"), Segment(2.0, 3.0, "hold"), Segment(5.0, 6.0, "release"))
+    overlapping, index_at = segment_edits.overlapping, segment_edits.index_at
+    assert track[overlapping(track, 2.5, 5.5)] == track[1:]
+    assert track[overlapping(track, 3.0, 5.0)] == ()
+    assert track[overlapping(track, 1.9, 1.95)] == track[:1]
+    assert overlapping(track, 1.9, 2.05, least=0.06) == slice(0, 1)
+    assert overlapping(track, 2.0, 2.05, least=0.06) == slice(1, 1)  # where they would be
+    assert [index_at(track, t) for t in (0.9, 1.0, 2.0, 2.999, 3.0)] == [None, 0, 1, 1, None]

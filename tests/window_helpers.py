@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from contextlib import contextmanager
+from datetime import datetime, timezone
 
 import numpy as np
 from factories import (
@@ -22,7 +23,7 @@ from PySide6.QtWidgets import QApplication
 
 from forcelab.gui.document import Document
 from forcelab.labels import Segment
-from forcelab.project import Project
+from forcelab.project import Project, RunSummary
 from forcelab.review.training import TrainingStep
 
 #: Seconds that anything may take here that comes at once on a machine with nothing else to do.
@@ -176,6 +177,21 @@ def play(work, trail=None):
         work.closed += 1
 
 
+def run_summary(number, title="foam", *, tasks=None, test_task=None, f1=0.9, preset=""):
+    """A run as it is listed."""
+    choice = {"tasks": [title] if tasks is None else tasks, "test_task": test_task}
+    return RunSummary(
+        id=number,
+        kind="evaluate",
+        time=datetime(2026, 3, 1, 12, tzinfo=timezone.utc),
+        settings={"preset": preset, "choice": choice},
+        seed=0,
+        labels=(),
+        versions={},
+        digest={"title": title, "f1": f1},
+    )
+
+
 class FakeTrainingBackend:
     """The trainer's work, as told: steps, then an outcome or an error."""
 
@@ -206,7 +222,7 @@ class FakeTrainingBackend:
         yield None
         with Project.open(path) as project:
             project.runs.remove(number)
-        self.runs = tuple(run for run in self.runs if run.number != number)
+        self.runs = tuple(run for run in self.runs if run.id != number)
 
     def count_edits(self, project, outcome):
         """Every edit of the labels that were used, one by one."""

@@ -29,6 +29,7 @@ from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration, VideoRef
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track, ordered
 from forcelab.project.media import Camera
+from forcelab.signals.grid import interpolate
 
 
 @dataclass(eq=False)
@@ -222,30 +223,8 @@ def resample(
     )
     for first in range(0, len(host), _STAMPS_AT_ONCE):
         part = slice(first, first + _STAMPS_AT_ONCE)
-        _interpolate(host[part], host_times, values, apart, out[part])
+        out[part] = interpolate(host[part], host_times, values, longest=apart, beyond=0.0)
     return out
-
-
-def _interpolate(
-    host: NDArray[np.float64],
-    host_times: NDArray[np.float64],
-    values: NDArray[np.float64],
-    apart: float,
-    out: NDArray[np.float64],
-) -> None:
-    """Interpolate between neighbours that are not too far apart (s), into an array."""
-    after = np.searchsorted(host_times, host, side="right")
-    after = np.where(host == host_times[-1], len(host_times) - 1, after)
-    inside = (after > 0) & (after < len(host_times))
-    right = after[inside]
-    left = right - 1
-    step = host_times[right] - host_times[left]
-    share = (host[inside] - host_times[left]) / step
-    mixed = values[left] + share[:, None] * (values[right] - values[left])
-    mixed[step > apart] = np.nan
-    exact = share == 0.0
-    mixed[exact] = values[left][exact]
-    out[inside] = mixed
 
 
 #: Seconds between a key going up and down again that no finger is as fast as. On X a held key

@@ -27,6 +27,7 @@ from forcelab.demonstration import GAP_PERIODS
 from forcelab.errors import InputError
 from forcelab.formats.table_sniff import is_label_name
 from forcelab.formats.timestamps import RawTimestamps, repair_timestamps
+from forcelab.signals.grid import interpolate
 from forcelab.text import counted
 
 #: Names and places that lead from a message to a value in it.
@@ -330,7 +331,11 @@ def align_topics(topics: Sequence[TopicData], where: str, *, strict: bool) -> Al
         if topic is base:
             columns.append(resampling.values)
         elif topic.fields:
-            columns.append(_resample(resampling, at))
+            longest, beyond = GAP_PERIODS * resampling.period, resampling.period
+            lines = interpolate(
+                at, resampling.at, resampling.values, longest=longest, beyond=beyond
+            )
+            columns.append(lines)
             if not np.isin(at, resampling.at).all():
                 remarks.append(
                     f"{topic.topic} ({1 / resampling.period:.4g} Hz, "
@@ -402,17 +407,6 @@ def _resampling(
     )
     at = np.round(repaired.start + repaired.times, 9)  # the same for messages of one nanosecond
     return _Resampling(at, repaired.rows, values[repaired.rows], (*remarks, *repaired.remarks))
-
-
-def _resample(topic: _Resampling, times: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A topic's numbers at other times: on lines, but neither over gaps nor beyond its ends."""
-    place = np.clip(np.searchsorted(topic.at, times), 1, topic.at.size - 1)
-    before, after = topic.at[place - 1], topic.at[place]
-    lost = (after - before > GAP_PERIODS * topic.period) & (before < times) & (times < after)
-    lost |= (times < topic.at[0] - topic.period) | (times > topic.at[-1] + topic.period)
-    values = np.column_stack([np.interp(times, topic.at, column) for column in topic.values.T])
-    values[lost] = np.nan
-    return values
 
 
 def _sample_and_hold(

@@ -21,16 +21,17 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration
 from forcelab.errors import ForcelabError, InputError, StaleTrackError
 from forcelab.gui.view_state import ViewState
-from forcelab.labels import Segment, Segments, is_model
+from forcelab.labels import Interval, Segment, Segments, is_model
 from forcelab.project import DemonstrationInfo, Edit, Origin, Project, UndoResult
 from forcelab.project.track_editor import Result, TrackEditor
-from forcelab.review.differences import Interval, as_coded
+from forcelab.review.differences import as_coded
 from forcelab.segment_edits import SLIVER, covering
 from forcelab.text import tidy_name
 from forcelab.vocabulary import Action, Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.review.run_result import DemonstrationResult, RunResult
+    from forcelab.recognition.results import DemonstrationResult
+    from forcelab.review.run_result import RunResult
 
 __all__ = ["Document", "ReviewState", "Stroke"]
 

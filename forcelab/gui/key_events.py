@@ -198,6 +198,12 @@ _THEIRS: tuple[tuple[type[QWidget], set[Qt.Key]], ...] = (
 )
 
 
+def action_key(event: QKeyEvent) -> str:
+    """The key as actions name it: not the text, which a release does not carry everywhere."""
+    code = event.key()
+    return chr(code).lower() if 0x20 < code < 0x7F else ""
+
+
 def is_typing(widget: QWidget | None) -> bool:
     """Whether keys typed into a widget are text."""
     if isinstance(widget, (QLineEdit, QTextEdit, QPlainTextEdit)):

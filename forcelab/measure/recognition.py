@@ -563,7 +563,6 @@ def load_measured(project: Project, number: int) -> Measured:
 
 def _measured(run: StoredRun) -> Measured:
     """A run as a measurement; whatever is raised over what it holds, it is damaged."""
-    choice = run.settings["choice"]
     rows = tuple(Row(**plain) for plain in run.result["rows"])
     settings = [Settings.from_json(plain) for plain in run.result["settings"]]
     variants = tuple(
@@ -572,8 +571,8 @@ def _measured(run: StoredRun) -> Measured:
     return Measured(
         number=run.id,
         time=run.time,
-        task=str(choice["tasks"][0]),
-        author=str(choice["author"]),
+        task=str(run.tasks[0]),
+        author=str(run.choice["author"]),
         labels=run.labels,
         variants=variants,
         rows=with_front(rows),

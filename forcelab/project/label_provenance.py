@@ -7,19 +7,16 @@ origins cannot disagree with the labels, and undoing takes them back exactly.
 from __future__ import annotations
 
 import sqlite3
-from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from operator import attrgetter
 from types import MappingProxyType
 
 from forcelab.labels import Segment, Segments
 from forcelab.project.database import Database, content_errors
 from forcelab.project.records import Origin, segments_from_text
-from forcelab.segment_edits import SLIVER, covering
+from forcelab.segment_edits import SLIVER, covering, overlapping
 
 _Origins = dict[Segment, Origin]
-_end = attrgetter("end")
 
 #: The origins of a track that holds nothing proposed.
 _NONE: Mapping[Segment, Origin] = MappingProxyType({})
@@ -143,10 +140,7 @@ def _inherited(removed: Segments, inserted: Segments, taken_origins: _Origins) -
 def _most_of(segments: Segments, segment: Segment) -> Segment | None:
     """The segment of the same action that overlaps `segment` most, if one does."""
     most, shared = None, SLIVER
-    for index in range(bisect_right(segments, segment.start, key=_end), len(segments)):
-        old = segments[index]
-        if old.start >= segment.end:
-            break
+    for old in segments[overlapping(segments, segment.start, segment.end)]:
         overlap = min(old.end, segment.end) - max(old.start, segment.start)
         if old.action == segment.action and overlap > shared:
             most, shared = old, overlap

@@ -10,7 +10,7 @@ from typing import Any, Final, Literal, get_args
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
-from forcelab.labels import Segment, Segments, Track
+from forcelab.labels import Interval, Segment, Segments, Track
 from forcelab.vocabulary import Vocabulary
 
 AssignmentKind = Literal["blind", "open", "done", "reopened", "removed"]
@@ -104,22 +104,16 @@ class Note:
         object.__setattr__(self, "text", "\n".join(lines).strip())
 
 
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """What somebody says about a place where a coder's labels and a prediction differ.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict(Interval):
+    """What somebody says about an interval where a coder's labels and a prediction differ.
 
     Parameters
     ----------
-    demonstration : str
-        Its id.
     author : str
         Who judged.
     coder : str
         Whose labels were judged.
-    start, end : float
-        The place, in seconds, ``start < end``.
-    human, predicted : str or None
-        The action that coder and model see there; None where it is unlabelled.
     verdict : "human", "model", "ambiguous" or "withdrawn"
         Who is right; or that it cannot be told; or that what was said before counts no more.
     run : int, optional
@@ -128,13 +122,8 @@ class Verdict:
         When, in UTC; None for what is said now.
     """
 
-    demonstration: str
     author: str
     coder: str
-    start: float
-    end: float
-    human: str | None
-    predicted: str | None
     verdict: VerdictKind
     run: int | None = None
     time: datetime | None = None
@@ -145,7 +134,7 @@ class Verdict:
         return self.demonstration, self.coder, self.start, self.end, self.human, self.predicted
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class StoredVerdict(Verdict):
     """A verdict as it is kept for ever.
 

@@ -100,6 +100,21 @@ class Provenance:
         """Ids of the demonstrations used, each once."""
         return tuple(dict.fromkeys(used.demonstration for used in self.labels))
 
+    @property
+    def choice(self) -> Mapping[str, Any]:
+        """What data were asked for; empty where the settings do not tell."""
+        return self.settings.get("choice", {})
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """The tasks that it was trained on."""
+        return tuple(self.choice.get("tasks", ()))
+
+    @property
+    def test_task(self) -> str | None:
+        """The task tested on; None where demonstrations of the others were left out in turn."""
+        return self.choice.get("test_task")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredRecogniser(Provenance):
@@ -138,6 +153,16 @@ class RunSummary(Provenance):
     id: int
     kind: str
     digest: dict[str, Any]
+
+    @property
+    def title(self) -> str:
+        """What was evaluated, such as ``"stylus"``; ``""`` where nothing was."""
+        return str(self.digest.get("title", ""))
+
+    @property
+    def f1(self) -> float | None:
+        """Pooled F1 at half overlap after the filters, 0 to 1; None where nothing was tested."""
+        return self.digest.get("f1")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

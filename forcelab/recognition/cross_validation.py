@@ -6,12 +6,11 @@ one tested.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
-from functools import partial, reduce
+from functools import partial
 from itertools import pairwise
-from operator import add
 from time import perf_counter
 
 import numpy as np
@@ -50,13 +49,11 @@ class Fold:
 
 @dataclass(frozen=True)
 class FoldResult:
-    """The prediction of one left-out demonstration."""
+    """What the recogniser of a fold predicts for the demonstrations that it has not seen."""
 
-    #: Of the left-out demonstration, without probabilities but for their trace
-    prediction: Prediction
-    fit_seconds: float  # run time of the fit; 0 for all but the first that was left out of it
-    reliability: Reliability | None = None  # of its probabilities, if it has any
-    dropped: tuple[DroppedSegment, ...] = ()  # segments of the others that were not trained on
+    predictions: list[Prediction]  # as of :func:`predict_held_out`
+    fit_seconds: float
+    dropped: tuple[DroppedSegment, ...]  # segments of the others that were not trained on
 
 
 def make_folds(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> list[Fold]:
@@ -72,9 +69,9 @@ def make_folds(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> 
 
 def run_folds(
     folds: Sequence[Fold], settings: Settings, probability_trace: bool
-) -> Generator[Progress, None, list[list[FoldResult]]]:
+) -> Generator[Progress, None, list[FoldResult]]:
     """Run the folds in this process; every epoch is progress, so that cancelling is quick."""
-    results: list[list[FoldResult]] = []
+    results: list[FoldResult] = []
     for fold in folds:
         where = f"{len(results) + 1} of {len(folds)}"
         results.append((yield from _run_fold(fold, settings, where, probability_trace)))
@@ -83,9 +80,9 @@ def run_folds(
 
 def run_folds_in_processes(
     folds: Sequence[Fold], settings: Settings, jobs: int, probability_trace: bool
-) -> Generator[Progress, None, list[list[FoldResult]]]:
+) -> Generator[Progress, None, list[FoldResult]]:
     """Run the folds in several processes; every finished fold is progress."""
-    results: list[list[FoldResult]] = []
+    results: list[FoldResult] = []
     worked = partial(_run_fold_in_process, settings=settings, probability_trace=probability_trace)
     with closing(map_in_processes(worked, folds, jobs)) as coming:
         for result in coming:
@@ -96,7 +93,7 @@ def run_folds_in_processes(
 
 def _run_fold(
     fold: Fold, settings: Settings, position: str, probability_trace: bool
-) -> Generator[Progress, None, list[FoldResult]]:
+) -> Generator[Progress, None, FoldResult]:
     """Train on a fold and recognise what it leaves out; progress gives the fold's position."""
     started = perf_counter()
     try:
@@ -106,42 +103,35 @@ def _run_fold(
         names = f"'{fold.held_out[0].name}'" + (f" and {more} more" if more else "")
         raise InputError(f"With {names} left out: {error}") from error
     seconds = perf_counter() - started
-    results: list[FoldResult] = []
-    for examples in fold.held_out:
-        prediction, reliability = predict_held_out(recogniser, examples, probability_trace)
-        spent = 0.0 if results else seconds
-        results.append(FoldResult(prediction, spent, reliability, recogniser.dropped))
-    return results
+    predictions = [predict_held_out(recogniser, e, probability_trace) for e in fold.held_out]
+    return FoldResult(predictions, seconds, recogniser.dropped)
 
 
 def predict_held_out(
     recogniser: Recogniser, examples: Examples, probability_trace: bool
-) -> tuple[Prediction, Reliability | None]:
-    """Recognise a demonstration that the recogniser has not seen, and compare its probabilities.
-
-    The probabilities themselves are left out: they would be sent between processes, and what is
-    made of them is far smaller.
-    """
+) -> Prediction:
+    """Recognise a demonstration that the recogniser has not seen, and compare its probabilities."""
     prediction = recogniser.predict_examples(
         examples, probability_trace=probability_trace, unaided=True
     )
-    return replace(prediction, probabilities=None), reliability_of(prediction, examples)
+    return compare_probabilities(prediction, examples)
 
 
-def reliability_of(prediction: Prediction, examples: Examples) -> Reliability | None:
-    """Reliability of a prediction's probabilities; None where it has none."""
+def compare_probabilities(prediction: Prediction, examples: Examples) -> Prediction:
+    """A prediction with the reliability of its probabilities in their place.
+
+    They would be sent between processes, and what is made of them is far smaller.
+    """
     if prediction.probabilities is None:
-        return None
+        return prediction
     actions = actions_of([examples])
-    human = examples.codes(actions)
-    return Reliability.from_predictions(
-        prediction.probabilities, prediction.actions, human, actions
+    reliability = Reliability.from_predictions(
+        prediction.probabilities, prediction.actions, examples.codes(actions), actions
     )
+    return replace(prediction, probabilities=None, reliability=reliability)
 
 
-def _run_fold_in_process(
-    fold: Fold, settings: Settings, probability_trace: bool
-) -> list[FoldResult]:
+def _run_fold_in_process(fold: Fold, settings: Settings, probability_trace: bool) -> FoldResult:
     """Run a fold in a worker process, without progress."""
     return finish(_run_fold(fold, settings, "", probability_trace))
 
@@ -300,26 +290,19 @@ def leave_one_out(
     seconds = {"features": perf_counter() - started, "fit": 0.0, "predict": 0.0, "filter": 0.0}
     actions = actions_of(examples)
     jobs = min(jobs, len(parts))
+    planned = make_folds(examples, parts)
     if jobs <= 1:
-        folds_results = yield from run_folds(
-            make_folds(examples, parts), settings, probability_trace
-        )
+        results = yield from run_folds(planned, settings, probability_trace)
     else:
-        folds_results = yield from run_folds_in_processes(
-            make_folds(examples, parts), settings, jobs, probability_trace
-        )
+        results = yield from run_folds_in_processes(planned, settings, jobs, probability_trace)
+    seconds["fit"] = sum(result.fit_seconds for result in results)
     # Groups are interleaved; what was found goes back to the order of the demonstrations.
-    order = np.argsort(np.concatenate(parts))
-    flat = [result for group in folds_results for result in group]
-    results = [flat[i] for i in order]
-    for result in results:
-        seconds["fit"] += result.fit_seconds
-        for stage, spent in result.prediction.seconds.items():
-            seconds[stage] += spent
+    predictions = [prediction for result in results for prediction in result.predictions]
     tested = [
-        held_out_prediction(item, example, result.prediction, actions)
-        for item, example, result in zip(used, examples, results, strict=True)
+        held_out_prediction(used[i], examples[i], predictions[place], actions)
+        for i, place in enumerate(np.argsort(np.concatenate(parts)))
     ]
+    _add_seconds(seconds, tested)
     return Evaluation(
         title=title,
         settings=settings,
@@ -329,7 +312,6 @@ def leave_one_out(
         channels=examples[0].channels,
         trained_on=tuple(item.demonstration.id for item in used),
         seconds=seconds,
-        reliability=pool_reliability([result.reliability for result in results]),
         remarks=(
             *remarks,
             *unlearnable_remarks(examples, parts),
@@ -370,10 +352,11 @@ def plan_folds(
     return used, parts, (*remarks, *group_remarks(parts), *duplicate_remarks(used))
 
 
-def pool_reliability(parts: Sequence[Reliability | None]) -> Reliability | None:
-    """Reliability of all demonstrations; None where there were no probabilities."""
-    present = [part for part in parts if part is not None]
-    return reduce(add, present) if present else None
+def _add_seconds(seconds: dict[str, float], tested: Iterable[Prediction]) -> None:
+    """Add the run time of predictions."""
+    for prediction in tested:
+        for step, spent in prediction.seconds.items():
+            seconds[step] += spent
 
 
 def held_out_prediction(
@@ -383,25 +366,12 @@ def held_out_prediction(
     actions: tuple[str, ...],
 ) -> HeldOutPrediction:
     """A prediction in codes of the evaluation's actions, at the demonstration's own stamps."""
-    number = [actions.index(action) for action in prediction.actions]
-    # One place more for UNLABELLED, which is -1 and so indexes the last one.
-    table = np.array([*number, UNLABELLED], dtype=np.int64)
     stamps = item.demonstration.times
     nearest = examples.nearest(stamps)
     human = to_codes(examples.segments, stamps, actions)
     human[~examples.valid[nearest]] = UNLABELLED
-    return HeldOutPrediction(
-        name=item.demonstration.name,
-        id=item.demonstration.id,
-        times=stamps,
-        actions=actions,
-        human=human,
-        raw=table[prediction.raw][nearest],
-        filtered=table[prediction.filtered][nearest],
-        stages={name: table[codes][nearest] for name, codes in prediction.stages.items()},
-        probability_trace=prediction.probability_trace,
-        unaided=None if prediction.unaided is None else table[prediction.unaided][nearest],
-    )
+    found = prediction.with_actions(actions).at(stamps, nearest)
+    return HeldOutPrediction(**vars(found), demonstration=item.demonstration, human=human)
 
 
 def train_and_test(
@@ -468,21 +438,17 @@ def train_and_test(
     seconds = {"features": prepared - started, "fit": perf_counter() - prepared}
     seconds.update(predict=0.0, filter=0.0)
     actions = actions_of(examples)
-    tested, reliable = [], []
+    tested = []
     for i, (item, example) in enumerate(zip(tested_items, test_examples, strict=True)):
-        before = None
+        unadapted = {}
         if matched is not None:
-            before = held_out_prediction(
-                item, example, recogniser.predict_examples(example), actions
-            )
+            unadapted["unadapted"] = recogniser.predict_examples(example).filtered
             example = prepare_examples(matched.apply(item), grid_settings)  # noqa: PLW2901
-        prediction, reliability = predict_held_out(recogniser, example, probability_trace)
-        reliable.append(reliability)
-        for stage, spent in prediction.seconds.items():
-            seconds[stage] += spent
-        found = held_out_prediction(item, example, prediction, actions)
-        tested.append(found if before is None else replace(found, unadapted=before.filtered))
+        prediction = predict_held_out(recogniser, example, probability_trace)
+        prediction = replace(prediction, ablations=prediction.ablations | unadapted)
+        tested.append(held_out_prediction(item, example, prediction, actions))
         yield Progress(i + 1, len(tested_items), "recognising")
+    _add_seconds(seconds, tested)
     remarks = train_remarks + tuple(r for r in test_remarks if r not in train_remarks)
     if matched is not None:
         remarks += (matched.summary,)
@@ -498,7 +464,6 @@ def train_and_test(
         channels=recogniser.channels,
         trained_on=ids,
         seconds=seconds,
-        reliability=pool_reliability(reliable),
         remarks=remarks
         + _trained_on_remarks(train_items, tested_items)
         + dropped_remarks(recogniser.dropped)
@@ -543,7 +508,6 @@ def leave_one_out_live(
     actions = tuple(dict.fromkeys(s.action for item in merged for s in item.segments))
     seconds = {"features": 0.0, "fit": 0.0, "predict": 0.0, "filter": 0.0}
     tested: dict[int, HeldOutPrediction] = {}
-    reliable = []
     left_out: list[DroppedSegment] = []
     for part in parts:
         started = perf_counter()
@@ -557,14 +521,13 @@ def leave_one_out_live(
             decided = recognise_with_latency(recogniser, used[i].demonstration, latency)
             seconds["predict"] += perf_counter() - started
             examples = _live_examples(merged[i], recogniser, decided)
-            codes = decided.codes
+            stages = {"raw": decided.codes, "filtered": decided.codes}
             prediction = Prediction(
-                decided.times, recogniser.actions, codes, codes, decided.probabilities, {}
+                decided.times, recogniser.actions, stages, decided.probabilities, {}
             )
+            # Gaps, which have no probabilities, do not count.
+            prediction = compare_probabilities(prediction, examples)
             tested[i] = held_out_prediction(used[i], examples, prediction, actions)
-            reliable.append(
-                reliability_of(prediction, examples)
-            )  # gaps, which have none, do not count
     return Evaluation(
         title=title,
         settings=settings,
@@ -574,7 +537,6 @@ def leave_one_out_live(
         channels=recogniser.channels,
         trained_on=tuple(item.demonstration.id for item in used),
         seconds=seconds,
-        reliability=pool_reliability(reliable),
         remarks=(
             f"Recognised as a stream, each label {1000 * latency:g} ms after its force.",
             *remarks,

@@ -68,7 +68,7 @@ def evaluate_tasks(
     jobs : int
         Processes that share the work.
     probability_trace : bool
-        Whether the runs also store probabilities over time, and the tracks after each filter.
+        Whether the runs also store probabilities over time.
     latency : float, optional
         Evaluate as if demonstrations came live, labels so many seconds after their force.
 
@@ -140,7 +140,7 @@ def evaluate_tasks(
         project.runs.add(
             "evaluate",
             provenance(settings, settled, tasks, labels),
-            run_record(evaluation, probability_trace=probability_trace),
+            run_record(evaluation),
         )
     if not evaluations:
         if unclear is not None:  # once, not for every task

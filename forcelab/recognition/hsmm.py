@@ -39,6 +39,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.recognition.task_grammar import TaskGrammar
+from forcelab.runs import marked_runs
 
 Real = NDArray[np.float64]
 Codes = NDArray[np.int64]
@@ -394,9 +395,8 @@ def bridged_steps(step: float) -> int:
 
 def bridged_runs(valid: NDArray[np.bool_], most: int) -> list[tuple[int, int]]:
     """First and last (excluded) step of each stretch whose gaps have no more than `most` steps."""
-    edges = np.flatnonzero(np.diff(valid.astype(np.int8), prepend=0, append=0))
     runs: list[tuple[int, int]] = []
-    for first, last in edges.reshape(-1, 2).tolist():
+    for first, last in marked_runs(valid).tolist():
         if runs and first - runs[-1][1] <= most:
             first, _ = runs.pop()  # noqa: PLW2901 - the stretch goes on
         runs.append((first, last))

@@ -214,7 +214,7 @@ def score_intervals(parts: Sequence[Counts], seed: int = 0) -> Intervals:
     if reason := _too_few_reason(len(parts)):
         return Intervals(reason=reason, seed=seed)
     resampled = score_resamples(parts, draw_resamples(len(parts), RESAMPLES, seed))
-    return Intervals({name: _percentile_interval(resampled[name]) for name in METRICS}, seed=seed)
+    return Intervals({name: percentile_interval(resampled[name]) for name in METRICS}, seed=seed)
 
 
 def difference_intervals(
@@ -230,7 +230,7 @@ def difference_intervals(
         return Intervals(reason=reason, seed=seed)
     weights = draw_resamples(len(first), RESAMPLES, seed)
     before, after = score_resamples(first, weights), score_resamples(second, weights)
-    return Intervals({n: _percentile_interval(after[n] - before[n]) for n in METRICS}, seed=seed)
+    return Intervals({n: percentile_interval(after[n] - before[n]) for n in METRICS}, seed=seed)
 
 
 def _too_few_reason(demonstrations: int) -> str:
@@ -241,7 +241,7 @@ def _too_few_reason(demonstrations: int) -> str:
     return f"An interval needs {FEWEST} demonstrations; {few} cannot tell how they differ."
 
 
-def _percentile_interval(values: NDArray[np.float64]) -> Range | None:
+def percentile_interval(values: NDArray[np.float64]) -> Range | None:
     """The middle of resampled scores; None where no resample has one."""
     values = values[np.isfinite(values)]
     if len(values) == 0:

@@ -23,16 +23,15 @@ from forcelab.recognition.examples import (
 )
 from forcelab.recognition.hsmm import decode, marginals
 from forcelab.recognition.label_noise import DroppedSegment
-from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace, Reliability
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.task_grammar import BoundaryModel, TaskGrammar
 from forcelab.runtime import one_blas_thread
+from forcelab.signals.grid import SAME_RATE
 
 if TYPE_CHECKING:
     from forcelab.recognition.live_model import LiveModel
 
-#: A rate that is lower by less than this share is the same one: clocks differ by far less.
-SAME_RATE = 0.01
 #: Time steps classified at once, so that the hidden layer's activations stay small.
 BLOCK = 100_000
 
@@ -47,44 +46,60 @@ class Prediction:
         Seconds.
     actions : tuple of str, length K
         The action with code ``i`` is ``actions[i]``.
-    raw : ndarray of int64, shape (n,)
-        Most probable action of each time step; unlabelled only in gaps.
-    filtered : ndarray of int64, shape (n,)
-        The same after the recogniser's filters, or decoded.
+    stages : dict of str to ndarray of int64, shape (n,)
+        Codes after each step: ``"raw"``, the most probable action, unlabelled only in gaps;
+        ``"threshold"`` and ``"median"`` as far as these filters are switched on; ``"filtered"``,
+        after all filters, or decoded.
     probabilities : ndarray of float64, shape (n, K), or None
         None where nothing needed them.
     seconds : dict
         Run time of ``predict`` and ``filter``.
-    stages : dict of str to ndarray of int64, shape (n,)
-        Codes after the filters before the last one, ``"threshold"`` and ``"median"``, as far as
-        they are switched on.
     probability_trace : ProbabilityTrace, optional
         The probabilities, coarsely; None where not requested, or the classifier has none.
-    unaided : ndarray of int64, shape (n,), optional
-        Decoded without the grammar; None where not requested, or there is no grammar.
+    ablations : dict of str to ndarray of int64, shape (n,)
+        Codes that were predicted without a part: ``"unaided"``, decoded without the grammar, where
+        requested; in evaluations also ``"unadapted"``, without matching the sensors.
+    reliability : Reliability, optional
+        Of the probabilities before they are decoded or filtered; None without a human to compare.
     """
 
     times: NDArray[np.float64]
     actions: tuple[str, ...]
-    raw: NDArray[np.int64]
-    filtered: NDArray[np.int64]
+    stages: dict[str, NDArray[np.int64]]
     probabilities: NDArray[np.float64] | None
     seconds: dict[str, float]
-    stages: dict[str, NDArray[np.int64]] = field(default_factory=dict)
     probability_trace: ProbabilityTrace | None = None
-    unaided: NDArray[np.int64] | None = None
+    ablations: dict[str, NDArray[np.int64]] = field(default_factory=dict)
+    reliability: Reliability | None = None
 
     def at(self, times: NDArray[np.float64], steps: NDArray[np.int64]) -> Prediction:
         """The prediction at other stamps (s), shape (m,), given the time step of each."""
-        return replace(
-            self,
-            times=times,
-            raw=self.raw[steps],
-            filtered=self.filtered[steps],
-            probabilities=None if self.probabilities is None else self.probabilities[steps],
-            stages={name: codes[steps] for name, codes in self.stages.items()},
-            unaided=None if self.unaided is None else self.unaided[steps],
-        )
+        probabilities = None if self.probabilities is None else self.probabilities[steps]
+        moved = replace(self, times=times, probabilities=probabilities)
+        return moved._each(lambda codes: codes[steps])
+
+    def with_actions(self, actions: tuple[str, ...]) -> Prediction:
+        """The prediction in codes of other actions, which hold its own, without probabilities."""
+        # One place more for UNLABELLED, which is -1 and so indexes the last one.
+        table = np.array([*map(actions.index, self.actions), UNLABELLED], dtype=np.int64)
+        renamed = replace(self, actions=actions, probabilities=None)
+        return renamed._each(lambda codes: table[codes])
+
+    def _each(self, change: Callable[[NDArray[np.int64]], NDArray[np.int64]]) -> Prediction:
+        """The prediction with all codes changed alike."""
+        stages = {name: change(codes) for name, codes in self.stages.items()}
+        ablations = {name: change(codes) for name, codes in self.ablations.items()}
+        return replace(self, stages=stages, ablations=ablations)
+
+    @property
+    def raw(self) -> NDArray[np.int64]:
+        """Codes before the filters."""
+        return self.stages["raw"]
+
+    @property
+    def filtered(self) -> NDArray[np.int64]:
+        """Codes after the filters."""
+        return self.stages["filtered"]
 
     @property
     def segments(self) -> Segments:
@@ -249,14 +264,13 @@ class Recogniser:
         use, apply_grammar = self.settings.choreography, None
         if self.grammar is not None and probabilities is not None:
             apply_grammar = partial(self._decode, probabilities, changes, examples)
-            filtered = apply_grammar(decode, use)
-            stages: dict[str, NDArray[np.int64]] = {}
+            stages = {"raw": raw, "filtered": apply_grammar(decode, use)}
         else:
-            filtered, stages = self._filter(raw, probabilities, examples)
+            stages = self._filter(raw, probabilities, examples)
         seconds = {"predict": classified - started, "filter": perf_counter() - classified}
-        without_grammar = (
-            apply_grammar(decode, "none") if unaided and apply_grammar is not None else None
-        )
+        ablations = {}
+        if unaided and apply_grammar is not None:
+            ablations["unaided"] = apply_grammar(decode, "none")
         trace = None
         if probability_trace and probabilities is not None and examples.valid.any():
             valid = examples.valid
@@ -265,15 +279,7 @@ class Recogniser:
                 examples.times[valid], refined[valid], self.actions
             )
         return Prediction(
-            examples.times,
-            self.actions,
-            raw,
-            filtered,
-            probabilities,
-            seconds,
-            stages,
-            trace,
-            without_grammar,
+            examples.times, self.actions, stages, probabilities, seconds, trace, ablations
         )
 
     def _classify(
@@ -323,10 +329,10 @@ class Recogniser:
         raw: NDArray[np.int64],
         probabilities: NDArray[np.float64] | None,
         examples: Examples,
-    ) -> tuple[NDArray[np.int64], dict[str, NDArray[np.int64]]]:
-        """Apply the filters that are switched on, in the paper's order; what each before led to."""
+    ) -> dict[str, NDArray[np.int64]]:
+        """The stages of the filters that are switched on, in the paper's order."""
         codes, settings = raw.copy(), self.settings
-        stages: dict[str, NDArray[np.int64]] = {}
+        stages = {"raw": raw}
         if settings.threshold is not None and probabilities is not None:
             stages["threshold"] = codes = filters.threshold(
                 codes, probabilities, settings.threshold
@@ -340,4 +346,4 @@ class Recogniser:
             codes = filters.drop_short(
                 codes, examples.times, self.shortest_seconds(1.0), settings.drop
             )
-        return codes, stages
+        return stages | {"filtered": codes}

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, reduce
+from operator import add
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.labels import Segments, from_codes
+from forcelab.demonstration import Demonstration
+from forcelab.labels import Segment, Segments, from_codes
 from forcelab.recognition.intervals import Intervals, score_intervals
 from forcelab.recognition.metrics import Counts, Scores, count, pool
 from forcelab.recognition.probabilities import ProbabilityTrace, Reliability
@@ -18,51 +20,136 @@ from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.settings import Settings
 from forcelab.resources import versions
 
+#: The stages of prediction that every run has scores of.
+STAGES = ("raw", "filtered")
+
 
 @dataclass(frozen=True)
-class HeldOutPrediction:
-    """One demonstration, recognised by a recogniser that has not seen it."""
+class DemonstrationResult:
+    """What is predicted for one demonstration, as segments: stored by runs, reviewed, drawn."""
 
-    #: name, id: of the demonstration
-    name: str
     id: str
-    #: (n,); the demonstration's own stamps in seconds, whatever grid it was recognised on, so that
-    #: scores of different grids compare
-    times: NDArray[np.float64]
-    actions: tuple[str, ...]  # the evaluation's; codes index it
-    #: human, raw, filtered: (n,); codes by the human, by the classifier, and by the classifier
-    #: after the filters
-    human: NDArray[np.int64]
-    raw: NDArray[np.int64]
-    filtered: NDArray[np.int64]
-    #: (n,); codes after the filters before the last one, ``"threshold"`` and ``"median"``, as far
-    #: as they are switched on
-    stages: dict[str, NDArray[np.int64]] = field(default_factory=dict)
-    #: Probabilities of the actions that the recogniser knew; None where not requested
-    probability_trace: ProbabilityTrace | None = None
-    #: (n,); codes decoded without the grammar; None without a decoder
-    unaided: NDArray[np.int64] | None = None
-    #: (n,); codes that were recognised of what was recorded; None where nothing was adapted
-    unadapted: NDArray[np.int64] | None = None
+    name: str
+    task: str
+    #: start, end: its first sample and the end of its last one, in seconds
+    start: float
+    end: float
+    human: Segments  # as trained and scored with; empty in a proposal
+    #: Predictions after each step: ``"raw"``, ``"threshold"``, ``"median"`` as far as they are
+    #: switched on and were kept, and always ``"filtered"``
+    stages: Mapping[str, Segments]
+    probability_trace: ProbabilityTrace | None = None  # None where the run kept no probabilities
+    #: Of a proposal: how typical it is of all of the run's, 0 to 1, as
+    #: :func:`forcelab.review.active_learning.typicality` tells; None in runs that did not keep it
+    typicality: float | None = None
+    #: By stage, as ``forcelab evaluate --json`` prints them; a run stores them apart
+    scores: Mapping[str, Mapping[str, Any]] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def of(
+        cls, demonstration: Demonstration, prediction: Prediction, human: Segments = ()
+    ) -> DemonstrationResult:
+        """A prediction as segments."""
+        return cls(
+            demonstration.id,
+            demonstration.name,
+            demonstration.task,
+            demonstration.start,
+            demonstration.end,
+            human,
+            {
+                stage: from_codes(codes, prediction.times, prediction.actions)
+                for stage, codes in prediction.stages.items()
+            },
+            prediction.probability_trace,
+        )
 
     @property
-    def start(self) -> float:
-        """Time of the first sample, in seconds."""
-        return float(self.times[0])
+    def predicted(self) -> Segments:
+        """The final prediction."""
+        return self.stages["filtered"]
+
+    def confidence(self, action: str | None, start: float, end: float) -> float | None:
+        """Mean probability of a predicted action over a stretch (s).
+
+        None for unlabelled, and without probabilities.
+        """
+        if action is None or self.probability_trace is None:
+            return None
+        return self.probability_trace.of_action(action, start, end)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values as a run stores them: without name and task, which may be changed."""
+        tracks = {"human": self.human, **self.stages}
+        plain: dict[str, Any] = {"demonstration": self.id, "start": self.start, "end": self.end}
+        plain |= {
+            name: [[s.start, s.end, s.action] for s in track] for name, track in tracks.items()
+        }
+        if self.probability_trace is not None:
+            plain["certainty"] = self.probability_trace.to_json()
+        if self.typicality is not None:
+            plain["typicality"] = self.typicality
+        return plain
+
+    @classmethod
+    def from_json(cls, plain: Mapping[str, Any], name: str, task: str) -> DemonstrationResult:
+        """The inverse of :meth:`to_json`; a ValueError, or what it is of, where it is damaged."""
+        tracks = {
+            key: tuple(Segment(float(start), float(end), action) for start, end, action in rows)
+            for key, rows in plain.items()
+            if key not in ("demonstration", "start", "end", "certainty", "typicality")
+        }
+        human = tracks.pop("human", ())
+        start, end = float(plain["start"]), float(plain["end"])
+        if "filtered" not in tracks or not start < end:
+            raise ValueError("no prediction, or no time")
+        trace, share = plain.get("certainty"), plain.get("typicality")
+        if share is not None and not 0 <= float(share) <= 1:
+            raise ValueError("typicality is a share")
+        return cls(
+            id=plain["demonstration"],
+            name=name,
+            task=task,
+            start=start,
+            end=end,
+            human=human,
+            stages=tracks,
+            probability_trace=None if trace is None else ProbabilityTrace.from_json(trace),
+            typicality=None if share is None else float(share),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeldOutPrediction(Prediction):
+    """A prediction by a recogniser that has not seen the demonstration, beside the human's labels.
+
+    It is at the demonstration's own stamps, whatever grid it was recognised on, so that scores of
+    different grids compare; codes index the actions of the evaluation.
+    """
+
+    demonstration: Demonstration
+    human: NDArray[np.int64]  # (n,); codes
 
     @property
-    def end(self) -> float:
-        """Time at which the last sample ends, in seconds."""
-        return float(self.times[-1] + np.median(np.diff(self.times)))
+    def id(self) -> str:
+        """The demonstration's."""
+        return self.demonstration.id
 
-    def segments(self, kind: str) -> Segments:
-        """Segments of ``"human"``, ``"raw"``, ``"filtered"`` or one of the stages."""
-        codes = self.stages[kind] if kind in self.stages else getattr(self, kind)
-        return from_codes(codes, self.times, self.actions)
+    @property
+    def name(self) -> str:
+        """The demonstration's."""
+        return self.demonstration.name
+
+    @property
+    def result(self) -> DemonstrationResult:
+        """The prediction as segments."""
+        human = from_codes(self.human, self.times, self.actions)
+        return DemonstrationResult.of(self.demonstration, self, human)
 
     def counts(self, kind: str) -> Counts:
-        """Compare ``"raw"``, ``"unaided"``, ``"unadapted"`` or ``"filtered"`` with the human."""
-        return count(self.human, getattr(self, kind), self.times, self.actions)
+        """Compare a stage or an ablation with the human."""
+        codes = (self.stages | self.ablations)[kind]
+        return count(self.human, codes, self.times, self.actions)
 
 
 @dataclass(frozen=True)
@@ -88,8 +175,6 @@ class Evaluation:
         Run time of ``features``, ``fit``, ``predict`` and ``filter``, each summed over folds.
     remarks : tuple of str
         What was left out, a sentence each.
-    reliability : Reliability, optional
-        Of the probabilities before they are decoded or filtered; None where there were none.
     """
 
     title: str
@@ -101,7 +186,12 @@ class Evaluation:
     trained_on: tuple[str, ...]
     seconds: dict[str, float]
     remarks: tuple[str, ...] = ()
-    reliability: Reliability | None = None
+
+    @property
+    def reliability(self) -> Reliability | None:
+        """Of all tested demonstrations; None where there were no probabilities."""
+        parts = [item.reliability for item in self.tested if item.reliability is not None]
+        return reduce(add, parts) if parts else None
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -109,7 +199,7 @@ class Evaluation:
         left_away = [
             kind
             for kind in ("unaided", "unadapted")
-            if self.tested and all(getattr(item, kind) is not None for item in self.tested)
+            if self.tested and all(kind in item.ablations for item in self.tested)
         ]
         return ("raw", *left_away, "filtered")
 
@@ -160,7 +250,7 @@ class Evaluation:
         }
         if self.reliability is not None:
             result["reliability"] = self.reliability.to_json()
-        for kind in self.kinds:
+        for kind in self.kinds if self.tested else ():
             pooled, single = self.scores(kind)
             result[kind] = {
                 "pooled": pooled.to_json(),
@@ -168,25 +258,6 @@ class Evaluation:
                 "intervals": self.intervals(kind).to_json(),
             }
         return result
-
-    def tracks_to_json(self, *, stages: bool = False) -> list[dict[str, Any]]:
-        """The segments of each demonstration, as plain values.
-
-        Parameters
-        ----------
-        stages : bool
-            Whether those after each filter are there, besides human, raw and filtered, and where
-            the demonstration starts and ends.
-        """
-        return [
-            {"demonstration": item.id}
-            | ({"start": item.start, "end": item.end} if stages else {})
-            | {
-                kind: [[s.start, s.end, s.action] for s in item.segments(kind)]
-                for kind in ("human", "raw", *(item.stages if stages else ()), "filtered")
-            }
-            for item in self.tested
-        ]
 
 
 #: Share of the time steps that had an action before the filters; less is no timeline.
@@ -196,7 +267,7 @@ USUAL = 1000
 
 
 def empty_prediction_remarks(
-    predicted: Sequence[HeldOutPrediction | Prediction], settings: Settings, rate: float
+    predicted: Sequence[Prediction], settings: Settings, rate: float
 ) -> tuple[str, ...]:
     """A remark where the filters left no timeline, with the main filter and a likely cause."""
 
@@ -239,21 +310,14 @@ def run_title(tasks: Sequence[str], test_task: str | None) -> str:
     return title if test_task is None else f"{title} → {test_task or 'no task'}"
 
 
-def run_record(evaluation: Evaluation, *, probability_trace: bool = False) -> dict[str, Any]:
-    """An evaluation as a run stores it, as plain values.
-
-    With `probability_trace` probabilities and the tracks after each filter are stored too.
-    """
+def run_record(evaluation: Evaluation) -> dict[str, Any]:
+    """An evaluation as a run stores it, as plain values."""
     record = evaluation.to_json()
-    result = {"digest": run_summary(evaluation.title, record)} | record
-    result["tracks"] = evaluation.tracks_to_json(stages=probability_trace)
-    if probability_trace:
-        result["certainty"] = {
-            item.id: item.probability_trace.to_json()
-            for item in evaluation.tested
-            if item.probability_trace is not None
-        }
-    return result
+    return {
+        "digest": run_summary(evaluation.title, record),
+        **record,
+        "tracks": [item.result.to_json() for item in evaluation.tested],
+    }
 
 
 def run_summary(title: str, record: Mapping[str, Any]) -> dict[str, Any]:

@@ -30,13 +30,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.labels import UNLABELLED, Segments, to_codes
+from forcelab.labels import UNLABELLED, Interval, Segments, to_codes
 from forcelab.recognition.examples import Examples
 from forcelab.recognition.probabilities import ProbabilityTrace
-from forcelab.review.differences import Interval
+from forcelab.segment_edits import overlapping
 
 if TYPE_CHECKING:
-    from forcelab.review.run_result import DemonstrationResult, RunResult
+    from forcelab.recognition.results import DemonstrationResult
+    from forcelab.review.run_result import RunResult
 
 
 #: Time steps of each demonstration that are looked at: their mean and spread are known to a
@@ -182,16 +183,10 @@ def acceptable_segments(
 
     Each is taken as a whole; with 0 no probability is needed.
     """
-    trace = result.probability_trace
     return tuple(
         s
-        for s in result.predicted
-        if s.start < end
-        and start < s.end
-        and (
-            not at_least
-            or (trace is not None and trace.of_action(s.action, s.start, s.end) >= at_least)
-        )
+        for s in result.predicted[overlapping(result.predicted, start, end)]
+        if not at_least or (result.confidence(s.action, s.start, s.end) or 0.0) >= at_least
     )
 
 

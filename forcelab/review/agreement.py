@@ -33,11 +33,11 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
-from forcelab.labels import Segment, Segments, is_model, to_codes
+from forcelab.labels import Interval, Segment, Segments, is_model, to_codes
 from forcelab.project import Project
-from forcelab.recognition.intervals import FEWEST, LEVEL, draw_resamples
+from forcelab.recognition.intervals import FEWEST, draw_resamples, percentile_interval
 from forcelab.recognition.metrics import OVERLAPS, Overlay, f1, match_segments
-from forcelab.review.differences import Interval
+from forcelab.review.differences import Difference, difference_kind
 from forcelab.runs import Runs
 from forcelab.segment_edits import SLIVER
 
@@ -231,13 +231,7 @@ def kappa_interval(matrices: NDArray[np.float64]) -> tuple[float, float] | None:
     if count < FEWEST:
         return None
     weights = draw_resamples(count, RESAMPLES, 0).astype(np.float64)
-    kappas = _kappas(np.tensordot(weights, matrices, axes=1))
-    kappas = kappas[~np.isnan(kappas)]
-    if not len(kappas):
-        return None
-    tail = 50 * (1 - LEVEL)
-    low, high = np.percentile(kappas, [tail, 100 - tail])
-    return float(low), float(high)
+    return percentile_interval(_kappas(np.tensordot(weights, matrices, axes=1)))
 
 
 def landis_koch(kappa: float) -> str:
@@ -418,32 +412,12 @@ def _number_runs(
     return Runs(codes[firsts], starts, ends, starts / TICKS, ends / TICKS)
 
 
-@dataclass(frozen=True, slots=True)
-class CoderDifference:
-    """A stretch that two coders label differently."""
+def coder_differences(demonstration: str, a: Segments, b: Segments) -> tuple[Difference, ...]:
+    """Every stretch in which two coders' tracks over a demonstration differ, in order of time.
 
-    #: start, end: seconds
-    start: float
-    end: float
-    #: a, b: what each says; None where it is unlabelled
-    a: str | None
-    b: str | None
-    #: Whether only a boundary differs: before and after it both say the same, and in it one says
-    #: what both said before, the other what both say after
-    edge: bool = False
-
-    @property
-    def duration(self) -> float:
-        """Length in seconds."""
-        return self.end - self.start
-
-    def place(self, demonstration: str) -> Interval:
-        """The interval; ``human`` is the first coder, ``predicted`` the second."""
-        return Interval(demonstration, self.start, self.end, self.a, self.b)
-
-
-def coder_differences(a: Segments, b: Segments) -> tuple[CoderDifference, ...]:
-    """Every stretch in which two tracks differ, in order of time."""
+    Only a boundary differs where before and after it both say the same, and in it one says what
+    both said before, the other what both say after.
+    """
     if not a and not b:
         return ()
     actions = actions_of((a, b))
@@ -456,8 +430,10 @@ def coder_differences(a: Segments, b: Segments) -> tuple[CoderDifference, ...]:
             continue
         before, after = _common_neighbour(pieces, i, -1), _common_neighbour(pieces, i, 1)
         edge = before is not None and after is not None and {before, after} == {first, second}
+        said = names[first], names[second]
+        kind = "boundary" if edge else difference_kind(*said)
         start, end = float(pieces.starts[i]), float(pieces.ends[i])
-        differences.append(CoderDifference(start, end, names[first], names[second], edge))
+        differences.append(Difference(demonstration, start, end, *said, kind=kind))
     return tuple(differences)
 
 

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
+from forcelab.labels import Interval
 from forcelab.recognition.metrics import TICKS, overlay_segments
-from forcelab.review.differences import Interval
-from forcelab.review.run_result import DemonstrationResult, RunResult
+from forcelab.recognition.results import DemonstrationResult
+from forcelab.review.run_result import RunResult
 
 #: What a cell counts: seconds, or human segments by what covers most of each.
 Unit = Literal["time", "segments"]
@@ -96,9 +97,7 @@ class ConfusionCounts:
         """One stretch with the model's confidence in what it predicts."""
         item = self.demonstrations[parts.owners[number]]
         start, end = float(parts.starts[number]), float(parts.ends[number])
-        confidence = None
-        if item.probability_trace is not None and predicted is not None:
-            confidence = item.probability_trace.of_action(predicted, start, end)
+        confidence = item.confidence(predicted, start, end)
         return Interval(item.id, start, end, human, predicted, confidence)
 
     def _parts(self, unit: Unit) -> _Parts:

@@ -7,26 +7,21 @@ that was left unlabelled on purpose, from the effective edits of the consensus.
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Sequence
-from itertools import chain
-from operator import attrgetter
 from typing import Literal
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
 from forcelab.project import Edit, Project
-from forcelab.review.agreement import CoderDifference, actions_of, coder_differences, overlay_tracks
-from forcelab.segment_edits import SLIVER, erase, paint
+from forcelab.review.agreement import actions_of, coder_differences, overlay_tracks
+from forcelab.review.differences import Difference, action_over
+from forcelab.segment_edits import SLIVER, erase, free_parts, overlapping, paint
 from forcelab.text import counted
 
 #: The default author of a consensus.
 CONSENSUS = "consensus"
 #: Seconds up to which edges may be set to their mean all at once.
 TOLERANCE = 0.1
-
-_start = attrgetter("start")
-_end = attrgetter("end")
 
 #: What is put in the place of a difference, by two edges that may be the same.
 _Parts = list[tuple[float, float, str | None]]
@@ -45,14 +40,6 @@ def effective_edits(edits: Iterable[Edit]) -> tuple[Edit, ...]:
         else:
             effective[edit.id] = edit
     return tuple(effective.values())
-
-
-def _can_redo(edits: Iterable[Edit]) -> bool:
-    """Whether an edit was undone and no other was made since."""
-    undone = 0
-    for edit in edits:
-        undone = max(0, undone + {"undo": 1, "redo": -1}.get(edit.kind, -undone))
-    return undone > 0
 
 
 class Consensus:
@@ -75,7 +62,7 @@ class Consensus:
         self.a, self.b, self.author = a, b, author
         self.track_a: Segments = ()
         self.track_b: Segments = ()
-        self.differences: tuple[CoderDifference, ...] = ()
+        self.differences: tuple[Difference, ...] = ()
         self.refresh()
         for name, segments in ((a, self.track_a), (b, self.track_b)):
             if not segments:
@@ -83,17 +70,19 @@ class Consensus:
 
     def refresh(self) -> None:
         """Read the three tracks again, and which stretches were left unlabelled on purpose."""
-        read = self.project.tracks.get
+        tracks = self.project.tracks
         before = self.track_a, self.track_b
-        self.track_a = read(self.demonstration, self.a).segments
-        self.track_b = read(self.demonstration, self.b).segments
-        self.segments = read(self.demonstration, self.author).segments
+        self.track_a, self.track_b, self.segments = (
+            tracks.get(self.demonstration, name).segments for name in (self.a, self.b, self.author)
+        )
         if (self.track_a, self.track_b) != before:
-            self.differences = coder_differences(self.track_a, self.track_b)
-        history = self.project.tracks.history(self.demonstration, self.author)
-        edits = effective_edits(history)
+            self.differences = coder_differences(self.demonstration, self.track_a, self.track_b)
+        edits = effective_edits(tracks.history(self.demonstration, self.author))
         self._left = frozenset(edit.what for edit in edits)
-        self.can_undo, self.can_redo = bool(edits), _can_redo(history)
+        self.can_undo, self.can_redo = (
+            tracks.revertible(self.demonstration, self.author, kind) is not None
+            for kind in ("undo", "redo")
+        )
 
     @property
     def begun(self) -> bool:
@@ -101,55 +90,54 @@ class Consensus:
         return bool(self.segments) or bool(self._left)
 
     @property
-    def undecided(self) -> tuple[CoderDifference, ...]:
+    def undecided(self) -> tuple[Difference, ...]:
         """The differences that wait for a decision, in order of time."""
         return tuple(difference for difference in self.differences if not self.decided(difference))
 
-    def decided(self, difference: CoderDifference) -> bool:
+    def decided(self, difference: Difference) -> bool:
         """Whether the consensus labels anything there, or was left unlabelled there on purpose."""
-        return bool(_cut(self.segments, difference.start, difference.end)) or (
-            _left_text(difference) in self._left
-        )
+        labelled = overlapping(self.segments, difference.start, difference.end, SLIVER)
+        return bool(self.segments[labelled]) or _left_text(difference) in self._left
 
     def begin(self) -> Edit | None:
         """Take what both agree on, wherever the consensus is still empty."""
-        agreed = self._agreed()
         after = self.segments
-        for segment in agreed:
-            for start, end in _free(self.segments, segment.start, segment.end):
-                after = paint(after, start, end, segment.action)
+        for part in free_parts(self.segments, self._agreed()):
+            after = paint(after, part.start, part.end, part.action)
         return self._store(after, f"what {self.a} and {self.b} agree on taken")
 
-    def take(self, difference: CoderDifference, side: Literal["a", "b"]) -> Edit | None:
+    def take(self, difference: Difference, side: Literal["a", "b"]) -> Edit | None:
         """Decide for one of the two coders."""
         name = self.a if side == "a" else self.b
-        action = difference.a if side == "a" else difference.b
+        action = difference.human if side == "a" else difference.predicted
         if action is None:
             return self.leave(difference)
         return self.put(difference, action, f"as {name}")
 
-    def put(self, difference: CoderDifference, action: str, why: str = "decided") -> Edit | None:
+    def put(self, difference: Difference, action: str, why: str = "decided") -> Edit | None:
         """Decide for any action."""
         description = f"{action} {_span_text(difference)} {why}"
         return self._decide(
             [(difference, [(difference.start, difference.end, action)])], description
         )
 
-    def leave(self, difference: CoderDifference) -> Edit | None:
+    def leave(self, difference: Difference) -> Edit | None:
         """Decide that it is unlabelled."""
         parts: _Parts = [(difference.start, difference.end, None)]
         return self._decide([(difference, parts)], _left_text(difference), force=True)
 
-    def mean(self, difference: CoderDifference) -> Edit | None:
+    def mean(self, difference: Difference) -> Edit | None:
         """Set the boundary to the middle between the two coders' edges."""
-        if not difference.edge:
+        if difference.kind != "boundary":
             raise InputError("Only a boundary has a mean; here the actions differ.")
         description = f"edge in {_span_text(difference)} set to the mean"
         return self._decide([(difference, self._halves(difference))], description)
 
     def mean_all(self, tolerance: float = TOLERANCE) -> Edit | None:
         """Set every undecided boundary that differs by at most `tolerance` s to its mean."""
-        near = [d for d in self.undecided if d.edge and d.duration <= tolerance + SLIVER]
+        near = [
+            d for d in self.undecided if d.kind == "boundary" and d.duration <= tolerance + SLIVER
+        ]
         if not near:
             return None
         edges = counted(len(near), "edge")
@@ -172,17 +160,16 @@ class Consensus:
         self.refresh()
         return edit
 
-    def _halves(self, difference: CoderDifference) -> _Parts:
+    def _halves(self, difference: Difference) -> _Parts:
         """The action before up to the middle, the action after from there on."""
         middle = difference.start + difference.duration / 2
-        ending = _cut(self.track_a, difference.start - 3 * SLIVER, difference.start)
-        before = ending[0].action if ending else None
-        after = difference.b if before == difference.a else difference.a
+        before = action_over(self.track_a, difference.start - 3 * SLIVER, difference.start)
+        after = difference.predicted if before == difference.human else difference.human
         return [(difference.start, middle, before), (middle, difference.end, after)]
 
     def _decide(
         self,
-        decisions: Sequence[tuple[CoderDifference, _Parts]],
+        decisions: Sequence[tuple[Difference, _Parts]],
         description: str,
         force: bool = False,
     ) -> Edit | None:
@@ -218,29 +205,11 @@ class Consensus:
         return tuple(Segment(start, end, actions[code]) for start, end, code in rows)
 
 
-def _cut(segments: Segments, start: float, end: float) -> Segments:
-    """The segments of which more than float dust lies in a stretch."""
-    first = bisect_right(segments, start + SLIVER, key=_end)
-    last = bisect_left(segments, end - SLIVER, key=_start)
-    return segments[first:last]
-
-
-def _free(segments: Segments, start: float, end: float) -> list[tuple[float, float]]:
-    """The parts of a stretch that no segment covers."""
-    edges = chain.from_iterable((s.start, s.end) for s in _cut(segments, start, end))
-    bounds = [start, *edges, end]
-    return [
-        (left, right)
-        for left, right in zip(bounds[::2], bounds[1::2], strict=True)
-        if right - left > SLIVER
-    ]
-
-
-def _span_text(difference: CoderDifference) -> str:
+def _span_text(difference: Difference) -> str:
     """Its bounds in a line of history."""
     return f"{difference.start:.3f}-{difference.end:.3f} s"
 
 
-def _left_text(difference: CoderDifference) -> str:
+def _left_text(difference: Difference) -> str:
     """The line of history of a stretch that was left unlabelled on purpose."""
     return f"{_span_text(difference)} decided: unlabelled"

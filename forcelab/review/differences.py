@@ -9,50 +9,32 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from itertools import groupby, pairwise
+from operator import itemgetter
+from typing import TYPE_CHECKING, Literal
 
-from forcelab.labels import Segment, Segments
+from forcelab.labels import Interval, Segment, Segments
 from forcelab.project import Project
+from forcelab.segment_edits import overlapping
 
 if TYPE_CHECKING:
     from forcelab.recognition.probabilities import ProbabilityTrace
-    from forcelab.review.run_result import DemonstrationResult, RunResult  # loads SciPy
+    from forcelab.recognition.results import DemonstrationResult  # loads SciPy
+    from forcelab.review.run_result import RunResult  # loads SciPy
 
 
-@dataclass(frozen=True, slots=True)
-class Interval:
-    """A stretch of a demonstration with its human and its predicted action."""
-
-    demonstration: str  # its id
-    #: start, end: seconds, ``start < end``
-    start: float
-    end: float
-    #: human, predicted: the action that each sees there; None where it is unlabelled or nothing is
-    #: known
-    human: str | None = None
-    predicted: str | None = None
-    #: Mean probability, 0 to 1, that the model gives to what it predicts
-    confidence: float | None = None
-
-    @property
-    def duration(self) -> float:
-        """Length in seconds."""
-        return self.end - self.start
-
-    @property
-    def score(self) -> float:
-        """Seconds times confidence, for ordering; seconds where that is unknown."""
-        return self.duration * (1.0 if self.confidence is None else self.confidence)
+def seconds_covered(segments: Segments, start: float, end: float) -> dict[str, float]:
+    """How much of ``[start, end)`` each action covers that covers any of it, in seconds."""
+    covered: dict[str, float] = {}
+    for segment in segments[overlapping(segments, start, end)]:
+        shared = min(segment.end, end) - max(segment.start, start)
+        covered[segment.action] = covered.get(segment.action, 0.0) + shared
+    return covered
 
 
 def action_over(segments: Segments, start: float, end: float) -> str | None:
     """The action that covers most of ``[start, end)``; None where nothing covers any of it."""
-    covered: dict[str, float] = {}
-    for segment in segments:
-        shared = min(segment.end, end) - max(segment.start, start)
-        if shared > 0:
-            covered[segment.action] = covered.get(segment.action, 0.0) + shared
+    covered = seconds_covered(segments, start, end)
     return max(covered, key=lambda action: covered[action], default=None)
 
 
@@ -61,10 +43,8 @@ def interval_of(
 ) -> Interval:
     """A stretch with the actions that cover most of it; `human` where that is known better."""
     predicted = action_over(result.predicted, start, end)
-    confidence = None
-    if predicted is not None and result.probability_trace is not None:
-        confidence = result.probability_trace.of_action(predicted, start, end)
     human = human or action_over(result.human, start, end)
+    confidence = result.confidence(predicted, start, end)
     return Interval(result.id, start, end, human, predicted, confidence)
 
 
@@ -95,7 +75,7 @@ EDGE_SHARE = 0.25
 
 @dataclass(frozen=True, slots=True)
 class Difference(Interval):
-    """A stretch where human and model differ.
+    """A stretch where human and model differ, or two coders.
 
     `confidence` is the mean probability that the model gives to what it predicts there; where it
     predicts nothing, one minus that of the human's action.
@@ -106,19 +86,6 @@ class Difference(Interval):
     kind: DifferenceKind = "action"
     #: How much speaks for an error of the coder, 0 to 1; see :mod:`forcelab.review.label_errors`
     suspicion: float = 0.0
-
-
-class _Piece(NamedTuple):
-    """A stretch over which neither track changes; None is unlabelled."""
-
-    start: float
-    end: float
-    human: str | None
-    predicted: str | None
-
-    @property
-    def differs(self) -> bool:
-        return self.human != self.predicted
 
 
 def current_tracks(project: Project, run: RunResult) -> dict[str, Segments]:
@@ -165,7 +132,7 @@ def find_differences(
     trace: ProbabilityTrace | None = None,
 ) -> tuple[Difference, ...]:
     """The differences of two tracks over one demonstration: they tile the time that differs."""
-    pieces = list(_pieces(human, predicted))
+    pieces = _pieces(demonstration, human, predicted)
     edges = _edges(pieces)
     return tuple(
         Difference(
@@ -175,21 +142,21 @@ def find_differences(
             piece.human,
             piece.predicted,
             _confidence(piece, trace),
-            "boundary" if number in edges else _kind(piece),
+            "boundary" if number in edges else difference_kind(piece.human, piece.predicted),
         )
         for number, piece in enumerate(pieces)
         if piece.differs
     )
 
 
-def _kind(piece: _Piece) -> DifferenceKind:
-    """The kind of a piece that differs by more than an edge."""
-    if piece.human is None:
+def difference_kind(human: str | None, predicted: str | None) -> DifferenceKind:
+    """The kind of a difference that is more than an edge."""
+    if human is None:
         return "invented"
-    return "missed" if piece.predicted is None else "action"
+    return "missed" if predicted is None else "action"
 
 
-def _confidence(piece: _Piece, trace: ProbabilityTrace | None) -> float | None:
+def _confidence(piece: Interval, trace: ProbabilityTrace | None) -> float | None:
     """The model's confidence that the human is wrong."""
     if trace is None:
         return None
@@ -198,28 +165,17 @@ def _confidence(piece: _Piece, trace: ProbabilityTrace | None) -> float | None:
     return trace.of_action(piece.predicted, piece.start, piece.end)
 
 
-def _pieces(human: Sequence[Segment], predicted: Sequence[Segment]) -> Iterator[_Piece]:
+def _pieces(
+    demonstration: str, human: Sequence[Segment], predicted: Sequence[Segment]
+) -> list[Interval]:
     """Cut time where either track changes; a change from an action to itself is none."""
     times = sorted({t for s in (*human, *predicted) for t in (s.start, s.end)})
-    pending: _Piece | None = None
-    stretches = zip(
-        pairwise(times),
-        _actions_between(human, times),
-        _actions_between(predicted, times),
-        strict=True,
-    )
-    for (start, end), human_action, predicted_action in stretches:
-        if pending is not None and (pending.human, pending.predicted) == (
-            human_action,
-            predicted_action,
-        ):
-            pending = pending._replace(end=end)
-            continue
-        if pending is not None:
-            yield pending
-        pending = _Piece(start, end, human_action, predicted_action)
-    if pending is not None:
-        yield pending
+    actions = zip(_actions_between(human, times), _actions_between(predicted, times), strict=True)
+    pieces = []
+    for both, group in groupby(zip(pairwise(times), actions, strict=True), key=itemgetter(1)):
+        spans = [span for span, _ in group]
+        pieces.append(Interval(demonstration, spans[0][0], spans[-1][1], *both))
+    return pieces
 
 
 def _actions_between(segments: Sequence[Segment], times: Sequence[float]) -> Iterator[str | None]:
@@ -232,7 +188,7 @@ def _actions_between(segments: Sequence[Segment], times: Sequence[float]) -> Ite
         yield current.action if current is not None and current.start <= start else None
 
 
-def _edges(pieces: Sequence[_Piece]) -> set[int]:
+def _edges(pieces: Sequence[Interval]) -> set[int]:
     """Indices of the pieces that differ by a displaced edge only.
 
     Between two stretches over which both see A, and both see B, lies a transition. In it an edge is
@@ -249,18 +205,18 @@ def _edges(pieces: Sequence[_Piece]) -> set[int]:
         if _same_transition(before, after, [pieces[i] for i in inner]):
             room = EDGE_SHARE * min(_length(before), _length(after))
             for i in inner:
-                if pieces[i].differs and pieces[i].end - pieces[i].start <= room:
+                if pieces[i].differs and pieces[i].duration <= room:
                     edges.add(i)
     return edges
 
 
-def _length(piece: _Piece | None) -> float:
+def _length(piece: Interval | None) -> float:
     """Length of a stretch in seconds; nothing lasts for ever."""
-    return math.inf if piece is None else piece.end - piece.start
+    return math.inf if piece is None else piece.duration
 
 
 def _same_transition(
-    before: _Piece | None, after: _Piece | None, between: Sequence[_Piece]
+    before: Interval | None, after: Interval | None, between: Sequence[Interval]
 ) -> bool:
     """Whether both tracks go from one action to the other between two agreed stretches."""
     first = None if before is None else before.human

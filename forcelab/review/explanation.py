@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
-from forcelab.labels import UNLABELLED, Segments, to_codes
+from forcelab.labels import UNLABELLED, Interval, Segments, to_codes
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition.attribution import (
     BlackBoxScorer,
@@ -56,10 +56,12 @@ from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.storage import load_recogniser
 from forcelab.recognition.training import fit_cleaned, prepare_all
-from forcelab.review.differences import Interval, action_over, interval_at
+from forcelab.review.differences import action_over, interval_at
 from forcelab.review.run_result import RunResult
+from forcelab.segment_edits import spliced
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import measured
+from forcelab.signals.minmax import run_extremes
 
 Real = NDArray[np.float64]
 
@@ -180,12 +182,10 @@ def force_preview(
     """The forces of ``[start, end)`` seconds, without the frame."""
     first, last = np.searchsorted(demonstration.times, (start, end)).tolist()
     first = min(first, len(demonstration.times) - 1)  # the last sample lasts on after its stamp
-    values = np.array(demonstration.signals[first : max(last, first + 1)])
-    values[~np.isfinite(values)] = np.nan
+    values = demonstration.signals[first : max(last, first + 1)]
     firsts = np.unique(np.linspace(0, len(values), columns, endpoint=False).astype(np.int64))
-    # fmin and fmax pass over what is missing, and give NaN only where there is nothing else.
-    low, high = np.fmin.reduceat(values, firsts), np.fmax.reduceat(values, firsts)
-    return ForcePreview(demonstration.name, low, high)
+    extremes = run_extremes(values, firsts, np.append(firsts[1:], len(values)))
+    return ForcePreview(demonstration.name, extremes.low, extremes.high)
 
 
 def preview_job(
@@ -273,8 +273,7 @@ def track_after_edit(project: Project, used: LabelsUsed) -> Segments:
     for edit in project.tracks.history(used.demonstration, used.author):
         if edit.id > used.edit:
             break
-        end = edit.position + len(edit.removed)
-        segments = segments[: edit.position] + edit.inserted + segments[end:]
+        segments = spliced(segments, edit.position, edit.removed, edit.inserted)
     return segments
 
 
@@ -284,12 +283,7 @@ def train_held_out(path: Path, run: RunResult, id_: str) -> Generator[Progress, 
     Progress over features, a demonstration each; then over the fit, an epoch each. An InputError
     says that the run has nothing to do with the demonstration, or it cannot be trained any more.
     """
-    result = run.find(id_)
-    if result is None:
-        raise InputError(
-            f"Run {run.number} neither tested nor proposed labels for this demonstration; "
-            f"train again to have it explained."
-        )
+    result = run.result_of(id_)
     started = perf_counter()
     with Project.open(path) as project:
         labelled = _labelled(project, run)
@@ -673,12 +667,7 @@ def explain_at(
     InputError
         If the run did not test it, or neither the human nor the run says anything at that time.
     """
-    result = run.find(id_)
-    if result is None:
-        raise InputError(
-            f"Run {run.number} neither tested nor proposed labels for this demonstration; "
-            f"choose another run, or evaluate again."
-        )
+    result = run.result_of(id_)
     place = interval_at(result, time)
     if place is None:
         raise InputError(

@@ -45,8 +45,8 @@ from forcelab.recognition.label_noise import (
     score_suspicions,
 )
 from forcelab.recognition.probabilities import ProbabilityTrace
-from forcelab.review.differences import Difference
-from forcelab.review.run_result import DemonstrationResult
+from forcelab.recognition.results import DemonstrationResult
+from forcelab.review.differences import Difference, seconds_covered
 
 Real = NDArray[np.float64]
 
@@ -112,12 +112,8 @@ def _means(trace: ProbabilityTrace, start: float, end: float, actions: Sequence[
 
 def _shares(segments: Segments, start: float, end: float, actions: Sequence[str]) -> Real:
     """Share of ``[start, end)`` that segments give to each action."""
-    seconds = dict.fromkeys(actions, 0.0)
-    for segment in segments:
-        overlap = min(segment.end, end) - max(segment.start, start)
-        if overlap > 0 and segment.action in seconds:
-            seconds[segment.action] += overlap
-    return np.array(list(seconds.values())) / (end - start)
+    seconds = seconds_covered(segments, start, end)
+    return np.array([seconds.get(action, 0.0) for action in actions]) / (end - start)
 
 
 #: A part is like another one if it lasts at least this share of it.

@@ -11,6 +11,7 @@ from forcelab.labels import Segments
 from forcelab.project import Project, StoredVerdict
 from forcelab.project.records import changed_labels
 from forcelab.recognition.label_noise import SUSPECT
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.review.differences import Difference, DifferenceKind, current_tracks, find_differences
 from forcelab.review.label_errors import (
     ModelEvidence,
@@ -18,7 +19,7 @@ from forcelab.review.label_errors import (
     suspect_edges,
     suspect_segments,
 )
-from forcelab.review.run_result import DemonstrationResult, RunResult
+from forcelab.review.run_result import RunResult
 from forcelab.review.verdicts import applies_to, covers
 
 #: Differences that last less, in seconds, are not listed: a fiftieth of a second cannot be seen.

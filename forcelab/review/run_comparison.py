@@ -10,10 +10,8 @@ from typing import Any
 from forcelab.jobs import Progress, finish
 from forcelab.recognition.intervals import Intervals, difference_intervals
 from forcelab.recognition.metrics import Counts, count_segments, pool
-from forcelab.review.run_result import DemonstrationResult, RunResult
-
-#: The stages of prediction that have scores.
-STAGES = ("raw", "filtered")
+from forcelab.recognition.results import STAGES, DemonstrationResult
+from forcelab.review.run_result import RunResult
 
 
 @dataclass(frozen=True)
@@ -22,20 +20,23 @@ class Comparison:
 
     first: RunResult
     second: RunResult
-    shared: tuple[str, ...]  # ids of the demonstrations that both tested, in the order of `first`
-    names: Mapping[str, str]  # their names by id
+    #: What both have found for each demonstration that both tested, in the order of `first`
+    pairs: tuple[tuple[DemonstrationResult, DemonstrationResult], ...]
     #: By stage the scores of both, pooled over the shared demonstrations, as of ``forcelab evaluate
     #: --json``
     pooled: Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any]]]
-    #: The same for each shared demonstration, by stage and id
-    each: Mapping[str, Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any]]]]
     #: By stage, of `second` minus `first`: a paired bootstrap over the shared demonstrations
     intervals: Mapping[str, Intervals]
     #: Name and both values of what was asked for differently
     settings: tuple[tuple[str, str, str], ...]
-    #: Ids of shared demonstrations whose human labels differ between the runs: there the difference
-    #: is not the recognisers' alone
-    relabelled: tuple[str, ...]
+
+    @property
+    def relabelled(self) -> tuple[DemonstrationResult, ...]:
+        """The demonstrations whose human labels differ between the runs.
+
+        There the difference is not the recognisers' alone.
+        """
+        return tuple(mine for mine, yours in self.pairs if mine.human != yours.human)
 
 
 def compare_runs(first: RunResult, second: RunResult) -> Comparison:
@@ -61,11 +62,10 @@ def comparison_job(first: RunResult, second: RunResult) -> Generator[Progress, N
     scores are computed anew from the segments of the shared demonstrations.
     """
     second_by_id = {each.id: each for each in second.tested}
-    pairs = [
+    pairs = tuple(
         (result, second_by_id[result.id]) for result in first.tested if result.id in second_by_id
-    ]
-    shared = tuple(result.id for result, _ in pairs)
-    pooled, each, intervals = {}, {}, {}
+    )
+    pooled, intervals = {}, {}
     for step, stage in enumerate(STAGES):
         counts: tuple[list[Counts], list[Counts]] = ([], [])
         for number, pair in enumerate(pairs):
@@ -76,22 +76,12 @@ def comparison_job(first: RunResult, second: RunResult) -> Generator[Progress, N
                     )
             yield Progress(step * len(pairs) + number + 1, 2 * len(pairs), pair[0].name)
         sides = list(zip((first, second), counts, strict=True))
-        first_scores, second_scores = (_pooled(run, stage, shared, parts) for run, parts in sides)
+        first_scores, second_scores = (
+            _pooled(run, stage, len(pairs), parts) for run, parts in sides
+        )
         pooled[stage] = (first_scores, second_scores)
-        mine_by_id, yours_by_id = (_by_id(run, stage) for run in (first, second))
-        each[stage] = {id_: (mine_by_id.get(id_, {}), yours_by_id.get(id_, {})) for id_ in shared}
         intervals[stage] = difference_intervals(*counts, seed=first.settings.seed)
-    return Comparison(
-        first,
-        second,
-        shared,
-        {result.id: result.name for result, _ in pairs},
-        pooled,
-        each,
-        intervals,
-        settings_that_differ(first, second),
-        tuple(result.id for result, other in pairs if result.human != other.human),
-    )
+    return Comparison(first, second, pairs, pooled, intervals, settings_that_differ(first, second))
 
 
 def settings_that_differ(first: RunResult, second: RunResult) -> tuple[tuple[str, str, str], ...]:
@@ -128,18 +118,9 @@ def as_text(value: object) -> str:
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 
-def _pooled(
-    run: RunResult, stage: str, shared: tuple[str, ...], counts: list[Counts]
-) -> Mapping[str, Any]:
-    """The pooled scores of the shared demonstrations: as stored if those are all ever tested."""
+def _pooled(run: RunResult, stage: str, shared: int, counts: list[Counts]) -> Mapping[str, Any]:
+    """The pooled scores of `shared` demonstrations: as stored if those are all ever tested."""
     stored: Mapping[str, Any] | None = run.scores.get(stage, {}).get("pooled")
-    if stored is not None and len(shared) == len(run.tested) + run.removed:
+    if stored is not None and shared == len(run.tested) + run.removed:
         return stored
     return pool("pooled", counts).to_json() if counts else {}
-
-
-def _by_id(run: RunResult, stage: str) -> dict[str, Mapping[str, Any]]:
-    """The scores of each tested demonstration; the run lists them in the same order."""
-    listed = run.scores.get(stage, {}).get("demonstrations", ())
-    tested: tuple[DemonstrationResult, ...] = run.tested
-    return {item.id: scores for item, scores in zip(tested, listed, strict=False)}

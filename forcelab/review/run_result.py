@@ -9,42 +9,13 @@ from datetime import datetime
 from typing import Any
 
 from forcelab.errors import InputError
-from forcelab.labels import Segment, Segments
-from forcelab.project import DemonstrationInfo, LabelsUsed, Project, StoredRun
-from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.project import LabelsUsed, Project, StoredRun
+from forcelab.recognition.results import STAGES, DemonstrationResult
 from forcelab.recognition.settings import Settings
 from forcelab.vocabulary import Vocabulary, joined
 
 #: The kind of the runs that can be reviewed; ``forcelab evaluate`` and the window make them.
 KIND = "evaluate"
-
-#: What a track may hold besides the segments of its stages.
-_NO_STAGE = ("demonstration", "start", "end", "human", "certainty", "typicality")
-
-
-@dataclass(frozen=True)
-class DemonstrationResult:
-    """The predictions of a run for one demonstration."""
-
-    id: str
-    name: str
-    task: str
-    #: start, end: its first sample and the end of its last one, in seconds
-    start: float
-    end: float
-    human: Segments  # as trained and scored with; empty in a proposal
-    #: Predictions after each step: ``"raw"``, ``"threshold"``, ``"median"`` as far as they are
-    #: switched on and were kept, and always ``"filtered"``
-    stages: Mapping[str, Segments]
-    probability_trace: ProbabilityTrace | None = None  # None where the run kept no probabilities
-    #: Of a proposal: how typical it is of all of the run's, 0 to 1, as
-    #: :func:`forcelab.review.active_learning.typicality` tells; None in runs that did not keep it
-    typicality: float | None = None
-
-    @property
-    def predicted(self) -> Segments:
-        """The final prediction."""
-        return self.stages["filtered"]
 
 
 @dataclass(frozen=True)
@@ -78,7 +49,8 @@ class RunResult:
     recogniser : str
         Id of the final recogniser in the project; ``""`` where none was trained.
     scores : mapping
-        ``"raw"`` and ``"filtered"``, as ``forcelab evaluate --json`` prints them.
+        ``"raw"`` and ``"filtered"``, as ``forcelab evaluate --json`` prints them, without those of
+        each demonstration.
     seconds : mapping of str to float
         Run time of ``features``, ``fit``, ``predict``, ``filter``.
     remarks : tuple of str
@@ -121,6 +93,15 @@ class RunResult:
         """The demonstration of this id, tested or proposed; None where it is neither."""
         return next((d for d in (*self.tested, *self.proposals) if d.id == id_), None)
 
+    def result_of(self, id_: str) -> DemonstrationResult:
+        """The demonstration of this id, tested or proposed; an InputError where it is neither."""
+        if (result := self.find(id_)) is None:
+            raise InputError(
+                f"Run {self.number} neither tested nor proposed labels for this demonstration; "
+                f"choose another run, or train again."
+            )
+        return result
+
 
 def load_run(project: Project, number: int) -> RunResult:
     """A run of a project, made ready for looking.
@@ -162,16 +143,13 @@ def latest_run(project: Project, tasks: Sequence[str] | None = None) -> RunResul
     """
     runs = project.runs.summaries(KIND)[::-1]
     if tasks is not None:
-        candidates = [(run, *tasks_of(run.settings)) for run in runs]
         requested = set(tasks)
-        trained = [
-            (run, test) for run, trained_on, test in candidates if set(trained_on) == requested
-        ]
+        trained = [run for run in runs if set(run.tasks) == requested]
         runs = (
             # A task's own demonstrations come first, before tests on those of another one.
-            *(run for run, test in trained if test is None),
-            *(run for run, _, test in candidates if {test} == requested),
-            *(run for run, _ in trained),
+            *(run for run in trained if run.test_task is None),
+            *(run for run in runs if {run.test_task} == requested),
+            *trained,
         )
     return load_run(project, runs[0].id) if runs else None
 
@@ -186,32 +164,38 @@ def edits_since(project: Project, run: RunResult) -> int:
     return project.tracks.edits_since(run.labels, (*run.tasks, *tested))
 
 
-def tasks_of(settings: Mapping[str, Any]) -> tuple[tuple[str, ...], str | None]:
-    """The tasks that a run was trained on, and the one that it was tested on instead, if any."""
-    selection = settings.get("choice", {})
-    return tuple(selection.get("tasks", ())), selection.get("test_task")
-
-
 def _run_result(project: Project, run: StoredRun) -> RunResult:
     """The result of a run; whatever is raised while reading it, the run is damaged."""
     result = run.result
     infos = {info.id: info for info in project.demonstrations.infos()}
+    # Earlier runs kept probabilities here, and those of the command line no start and end.
     traces = result.get("certainty", {})
+    scores: dict[str, Any] = {stage: dict(result[stage]) for stage in STAGES if stage in result}
+    each = {stage: stage_scores.pop("demonstrations", ()) for stage, stage_scores in scores.items()}
 
     def reviewed(plain: Mapping[str, Any]) -> DemonstrationResult:
-        id_ = plain["demonstration"]
-        return _demonstration_result(
-            project, infos[id_], plain, plain.get("certainty", traces.get(id_))
+        info = infos[plain["demonstration"]]
+        if "start" not in plain:
+            demonstration = project.demonstrations.load(info.id)
+            plain = {"start": demonstration.start, "end": demonstration.end, **plain}
+        return DemonstrationResult.from_json(
+            {"certainty": traces.get(info.id), **plain}, info.name, info.task
         )
 
-    def existing(key: str) -> list[Mapping[str, Any]]:
-        rows = result.get(key, ())
-        return [row for row in rows if row["demonstration"] in infos or not _is_id(row)]
+    def exists(plain: Mapping[str, Any]) -> bool:
+        return plain["demonstration"] in infos or not _is_id(plain)
 
-    tracks = existing("tracks")
+    tested = [
+        replace(
+            reviewed(plain),
+            scores={stage: rows[i] for stage, rows in each.items() if i < len(rows)},
+        )
+        for i, plain in enumerate(result["tracks"])
+        if exists(plain)
+    ]
     remarks = list(result["remarks"])
-    if removed := len(result["tracks"]) - len(tracks):
-        if not tracks:
+    if removed := len(result["tracks"]) - len(tested):
+        if not tested:
             raise InputError(
                 f"All demonstrations that run {run.id} tested were removed from "
                 f"'{project.path}'; train again."
@@ -220,90 +204,32 @@ def _run_result(project: Project, run: StoredRun) -> RunResult:
             f"{removed} of the {len(result['tracks'])} demonstrations that were tested were "
             f"removed from the project since; the scores are those of all."
         )
-    tasks, test_task = tasks_of(run.settings)
-    selection = run.settings.get("choice", {})
     return RunResult(
         number=run.id,
         time=run.time,
         title=str(result["title"]),
-        tasks=tasks,
-        test_task=test_task,
-        author=run.labels[0].author if run.labels else str(selection.get("author") or ""),
-        apart=bool(selection.get("apart", False)),
+        tasks=run.tasks,
+        test_task=run.test_task,
+        author=run.labels[0].author if run.labels else str(run.choice.get("author") or ""),
+        apart=bool(run.choice.get("apart", False)),
         settings=Settings.from_json(result["settings"]),
         actions=tuple(result["labels"]),
         labels=run.labels,
-        tested=tuple(reviewed(plain) for plain in tracks),
-        proposals=tuple(reviewed(plain) for plain in existing("proposals")),
+        tested=tuple(tested),
+        proposals=tuple(reviewed(plain) for plain in result.get("proposals", ()) if exists(plain)),
         recogniser=str(result.get("recogniser", "")),
-        scores={
-            kind: _scores(result[kind], result["tracks"], tracks)
-            for kind in ("raw", "filtered")
-            if kind in result
-        },
+        scores=scores,
         seconds={name: float(duration) for name, duration in result["seconds"].items()},
         remarks=tuple(remarks),
         removed=removed,
-        folds=int(selection.get("folds") or 0),
+        folds=int(run.choice.get("folds") or 0),
         reliability=result.get("reliability", {}),
     )
-
-
-def _scores(
-    stage: Mapping[str, Any],
-    tested: Sequence[Mapping[str, Any]],
-    existing: Sequence[Mapping[str, Any]],
-) -> Mapping[str, Any]:
-    """Scores of a stage without those of demonstrations that were removed since."""
-    if len(existing) == len(tested) or "demonstrations" not in stage:
-        return stage
-    ids = {plain["demonstration"] for plain in existing}
-    each = zip(tested, stage["demonstrations"], strict=False)
-    return {
-        **stage,
-        "demonstrations": [scores for plain, scores in each if plain["demonstration"] in ids],
-    }
 
 
 def _is_id(plain: Mapping[str, Any]) -> bool:
     """Whether a row is of a demonstration, be it one that was removed since."""
     return re.fullmatch("[0-9a-f]{32}", plain["demonstration"]) is not None
-
-
-def _demonstration_result(
-    project: Project,
-    info: DemonstrationInfo,
-    plain: Mapping[str, Any],
-    trace: Mapping[str, Any] | None,
-) -> DemonstrationResult:
-    """The result of one demonstration of a run."""
-    if "start" in plain:
-        start, end = float(plain["start"]), float(plain["end"])
-    else:  # of a run that was made on the command line
-        demonstration = project.demonstrations.load(info.id)
-        start, end = demonstration.start, demonstration.end
-    stages = {name: _segments(rows) for name, rows in plain.items() if name not in _NO_STAGE}
-    if "filtered" not in stages or not start < end:
-        raise ValueError("no prediction, or no time")
-    share = plain.get("typicality")
-    if share is not None and not 0 <= float(share) <= 1:
-        raise ValueError("typicality is a share")
-    return DemonstrationResult(
-        id=info.id,
-        name=info.name,
-        task=info.task,
-        start=start,
-        end=end,
-        human=_segments(plain.get("human", ())),
-        stages=stages,
-        probability_trace=None if trace is None else ProbabilityTrace.from_json(trace),
-        typicality=None if share is None else float(share),
-    )
-
-
-def _segments(rows: Sequence[Sequence[Any]]) -> Segments:
-    """Segments out of plain values."""
-    return tuple(Segment(float(start), float(end), action) for start, end, action in rows)
 
 
 def action_styles(project: Project, run: RunResult) -> Vocabulary:

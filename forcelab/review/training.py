@@ -14,10 +14,8 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, Literal, TypeVar, cast
 
-from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError, StoreBusyError
 from forcelab.jobs import Progress
-from forcelab.labels import from_codes
 from forcelab.process import interruptible
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project, Provenance
 from forcelab.recognition.dataset import DataSelection, Dataset
@@ -29,12 +27,16 @@ from forcelab.recognition.experiments import (
     unused_merge_remarks,
 )
 from forcelab.recognition.groups import fold_groups
-from forcelab.recognition.recogniser import Prediction, Recogniser
-from forcelab.recognition.results import Evaluation, run_record, run_summary, run_title
+from forcelab.recognition.recogniser import Recogniser
+from forcelab.recognition.results import (
+    DemonstrationResult,
+    Evaluation,
+    run_record,
+    run_title,
+)
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
 from forcelab.recognition.training import FitProgress, Known, training_job
-from forcelab.resources import versions
 from forcelab.review.active_learning import sample_steps, typicality
 from forcelab.review.run_result import KIND
 
@@ -210,31 +212,37 @@ def review_job(
         snapshot = _snapshot(project, settings, selection)
         selection = selection.with_default_folds(snapshot.train)
         steps = TrainingProgress(_folds(snapshot, selection), fit)
-        title = run_title(snapshot.tasks, selection.test_task)
         known: Known = {}  # examples for testing, which the final fit learns from, too
         evaluation, remarks = yield from _evaluate(snapshot, settings, selection, steps, fit, known)
-        if evaluation is not None:
-            result = run_record(evaluation, probability_trace=True)
-            trained_on: Sequence[str] = evaluation.trained_on
-        else:
-            result = _empty_record(title, settings)
         remarks += dataset_unit_remarks(snapshot.datasets, settings)
         remarks += unused_merge_remarks(
             settings, frozenset().union(*(part.spellings for part in snapshot.datasets))
         )
-        recogniser = None
+        recogniser: Recogniser | None = None
+        proposals: list[DemonstrationResult] = []
         if fit:
             job = training_job(snapshot.train.labelled, settings, known)
             recogniser = yield from steps.fit(job)
             known.clear()
             remarks += unlearnt_remarks(snapshot.train, recogniser)
-            trained_on = recogniser.trained_on
-            result.setdefault("labels", list(recogniser.actions))
             proposals, refused = yield from _proposals(project, snapshot, recogniser, steps)
-            result["proposals"] = proposals
             remarks += refused
-        result["remarks"] = [*result["remarks"], *remarks]
-        result["trained_on"] = list(trained_on)
+            if evaluation is None:
+                evaluation = Evaluation(
+                    title=run_title(snapshot.tasks, selection.test_task),
+                    settings=settings,
+                    actions=recogniser.actions,
+                    tested=(),
+                    rate=recogniser.rate,
+                    channels=recogniser.channels,
+                    trained_on=(),
+                    seconds={},
+                )
+            evaluation = replace(evaluation, trained_on=recogniser.trained_on)
+        assert evaluation is not None  # without a fit, what stands in its way was raised
+        result = run_record(replace(evaluation, remarks=evaluation.remarks + remarks))
+        if fit:
+            result["proposals"] = [proposal.to_json() for proposal in proposals]
         origin = provenance(settings, selection, snapshot.tasks, snapshot.labels)
         while True:
             yield steps.storing()
@@ -307,26 +315,9 @@ def _evaluate(
         return None, (f"Nothing could be tested: {error}",)
 
 
-def _empty_record(title: str, settings: Settings) -> dict[str, Any]:
-    """The record of a run that tested nothing."""
-    return {
-        "digest": run_summary(title, {}),
-        "title": title,
-        "preset": settings.preset,
-        "settings": settings.to_json(),
-        "seed": settings.seed,
-        "versions": versions(),
-        "seconds": {},
-        "tested": [],
-        "remarks": [],
-        "tracks": [],
-        "certainty": {},
-    }
-
-
 def _proposals(
     project: Project, snapshot: _Snapshot, recogniser: Recogniser, steps: TrainingProgress
-) -> Generator[TrainingStep, None, tuple[list[dict[str, Any]], tuple[str, ...]]]:
+) -> Generator[TrainingStep, None, tuple[list[DemonstrationResult], tuple[str, ...]]]:
     """Predictions for the demonstrations that the coder has not labelled, each with its typicality.
 
     Also for those that are blind for the coder: the window hides them.
@@ -346,31 +337,13 @@ def _proposals(
         remarks += [
             f"'{info.name}': {remark}" for remark in recogniser.unit_remarks(demonstration.channels)
         ]
-        proposals.append(_proposal(demonstration, prediction))
+        proposals.append(DemonstrationResult.of(demonstration, prediction))
         samples.append(sample_steps(examples))
-    for proposal, share in zip(proposals, typicality(samples).tolist(), strict=True):
-        proposal["typicality"] = share
-    return proposals, tuple(remarks)
-
-
-def _proposal(demonstration: Demonstration, prediction: Prediction) -> dict[str, Any]:
-    """A prediction as plain values, as a run stores tracks, with its probability trace."""
-    where = {
-        "demonstration": demonstration.id,
-        "start": demonstration.start,
-        "end": demonstration.end,
-    }
-    stages = {"raw": prediction.raw, **prediction.stages, "filtered": prediction.filtered}
-    tracks = {
-        stage: [
-            [s.start, s.end, s.action]
-            for s in from_codes(codes, prediction.times, prediction.actions)
-        ]
-        for stage, codes in stages.items()
-    }
-    trace = prediction.probability_trace
-    kept_trace = {} if trace is None else {"certainty": trace.to_json()}
-    return {**where, **tracks, **kept_trace}
+    shares = typicality(samples).tolist()
+    return [
+        replace(proposal, typicality=share)
+        for proposal, share in zip(proposals, shares, strict=True)
+    ], tuple(remarks)
 
 
 def _store(

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from forcelab.labels import Interval
 from forcelab.project import Edit, Project, StoredVerdict, Verdict
 from forcelab.project.records import VerdictKind
 from forcelab.review.differences import Difference, action_as_coded
 from forcelab.review.run_result import RunResult
 
-#: A place covers a difference if it shares this part of it.
+#: An interval covers a difference if it shares this part of it.
 COVERED = 0.5
 
 
@@ -40,9 +41,9 @@ def applies_to(verdict: Verdict, difference: Difference) -> bool:
     )
 
 
-def covers(place: Verdict | Difference, difference: Difference) -> bool:
-    """Whether a stretch of the same demonstration covers most of a difference."""
-    shared = min(place.end, difference.end) - max(place.start, difference.start)
+def covers(interval: Interval, difference: Difference) -> bool:
+    """Whether an interval of the same demonstration covers most of a difference."""
+    shared = min(interval.end, difference.end) - max(interval.start, difference.start)
     return shared >= COVERED * difference.duration
 
 
@@ -60,13 +61,13 @@ def record_verdict(
     """
     return project.coding.add_verdict(
         Verdict(
-            demonstration=difference.demonstration,
+            difference.demonstration,
+            difference.start,
+            difference.end,
+            difference.human,
+            difference.predicted,
             author=author,
             coder=run.author,
-            start=difference.start,
-            end=difference.end,
-            human=difference.human,
-            predicted=difference.predicted,
             verdict=verdict,
             run=run.number or None,
             time=edit.time if edit is not None else None,
@@ -76,9 +77,9 @@ def record_verdict(
 
 def withdraw_verdict(project: Project, verdict: StoredVerdict, author: str) -> StoredVerdict:
     """Withdraw a verdict; its difference is open again."""
-    fields = {name: getattr(verdict, name) for name in Verdict.__dataclass_fields__}
-    fields |= {"author": author, "verdict": "withdrawn", "time": None}
-    return project.coding.add_verdict(Verdict(**fields))
+    return project.coding.add_verdict(
+        replace(verdict, author=author, verdict="withdrawn", time=None)
+    )
 
 
 def model_action(run: RunResult, difference: Difference) -> str | None:

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from forcelab.runs import marked_runs
+
 #: Differences below this share of a channel's size come from the rounding of float64. Its size is
 #: the largest value but for one in :data:`RARE`: a glitch must not pass all else for rounding.
 ROUNDING, RARE = 64 * float(np.finfo(np.float64).eps), 64
@@ -72,7 +74,7 @@ def glitches(channel: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 def in_short_runs(marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """What was found in at most :data:`SPIKE` samples in a row, shape (n,) as `marked`."""
-    runs = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]]))).reshape(-1, 2)
+    runs = marked_runs(marked)
     short = marked.copy()
     for first, last in runs[runs[:, 1] - runs[:, 0] > SPIKE].tolist():
         short[first:last] = False

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import GAP_PERIODS, LARGEST, Demonstration
 from forcelab.errors import InputError
+from forcelab.runs import marked_runs
 from forcelab.signals.conditioning import bridge, glitches
 from forcelab.text import counted
 
@@ -66,21 +67,35 @@ def _missing_runs(demonstration: Demonstration, columns: Columns) -> list[tuple[
     ends = np.append(demonstration.times, demonstration.end)
     runs = []
     for column in columns:
-        missing = np.concatenate([[False], ~np.isfinite(column), [False]])
-        edges = np.flatnonzero(np.diff(missing))
         runs += [
             (float(ends[first]), float(ends[last]))
-            for first, last in edges.reshape(-1, 2)
+            for first, last in marked_runs(~np.isfinite(column))
             if last - first > GAP_PERIODS
         ]
     return runs
 
 
-def _lines(
-    times: NDArray[np.float64], stamps: NDArray[np.float64], columns: Columns
+def interpolate(
+    times: NDArray[np.float64],
+    stamps: NDArray[np.float64],
+    values: NDArray[np.float64],
+    *,
+    longest: float = np.inf,
+    beyond: float = np.inf,
 ) -> NDArray[np.float64]:
-    """Read straight lines between the recorded samples at `times`; shape (len(times), c)."""
-    return np.stack([np.interp(times, stamps, bridge(column)) for column in columns], axis=1)
+    """Samples at other times: on straight lines between those of increasing stamps.
+
+    `times` (m,), `stamps` (n,) in seconds; `values` (n, c), NaN where missing; gives (m, c). NaN
+    between stamps that are more than `longest` seconds apart, and more than `beyond` seconds before
+    the first one or after the last one: up to there they hold their values.
+    """
+    out = np.stack([np.interp(times, stamps, column) for column in values.T], axis=1)
+    if np.isfinite(longest):
+        after = np.clip(np.searchsorted(stamps, times), 1, len(stamps) - 1)
+        left, right = stamps[after - 1], stamps[after]
+        out[(right - left > longest) & (left < times) & (times < right)] = np.nan
+    out[(times < stamps[0] - beyond) | (times > stamps[-1] + beyond)] = np.nan
+    return out
 
 
 def on_grid(
@@ -107,12 +122,12 @@ def on_grid(
     # Places from both ends: the median period's rounding would add up over a long recording.
     places = np.linspace(demonstration.times[0], demonstration.times[-1], len(demonstration.times))
     uniform = bool(np.max(np.abs(demonstration.times - places)) <= UNIFORM / recorded_rate)
+    bridged = np.stack([bridge(column) for column in chosen], axis=1)
     if uniform and target == recorded_rate:
-        times = demonstration.times
-        signals = np.stack([bridge(column) for column in chosen], axis=1)
+        times, signals = demonstration.times, bridged
     elif target >= recorded_rate:
         times = demonstration.start + np.arange(_count(demonstration, target)) / target
-        signals = _lines(times, demonstration.times, chosen)
+        signals = interpolate(times, demonstration.times, bridged)
     else:
         fine = demonstration.start + np.arange(_count(demonstration, recorded_rate)) / recorded_rate
         # Fine samples a grid sample, as a fraction whose filter stays short for any rate.
@@ -125,7 +140,7 @@ def on_grid(
         from scipy.signal import resample_poly  # takes a second to load
 
         signals = resample_poly(
-            _lines(fine, demonstration.times, chosen),
+            interpolate(fine, demonstration.times, bridged),
             up,
             down,
             padtype="edge",

@@ -237,10 +237,39 @@ Limits = tuple[float, float] | Real  # each one for all values, or one for each 
 class Extremes:
     """The least and the greatest sample of each of k columns."""
 
-    #: low and high: (k,), in the channel's unit; NaN where a column holds no sample or only missing
-    #: ones.
+    #: low and high: (k,), or (k, c) of all channels, in the channel's unit; NaN where a column
+    #: holds no sample or only missing ones.
     low: Real
     high: Real
+
+
+def run_extremes(
+    values: Real, firsts: Whole, lasts: Whole, limits: Limits | None = None
+) -> Extremes:
+    """The least and the greatest sample of runs of rows, each from one up to, not with, another.
+
+    `values` have shape (n,) or (n, c); what is not finite or beyond `limits` is missing. Runs
+    follow each other, though they may overlap and be empty.
+    """
+    low = np.full((len(firsts), *values.shape[1:]), np.inf)
+    high = -low
+    full = np.flatnonzero(firsts < lasts)
+    if len(full):
+        runs = np.stack([firsts[full], lasts[full]], axis=1).ravel()
+        first, last = runs[0], runs[-1]
+        runs -= first
+        # One row more, where the last run ends; what lies between runs is of no interest.
+        lows, highs = _present(np.concatenate([values[first:last], values[-1:]]), limits)
+        low[full] = np.minimum.reduceat(lows, runs, axis=0)[::2]
+        high[full] = np.maximum.reduceat(highs, runs, axis=0)[::2]
+    return _without_empty(low, high)
+
+
+def _without_empty(low: Real, high: Real) -> Extremes:
+    """Extremes, NaN where no sample was met."""
+    empty = low > high
+    low[empty] = high[empty] = np.nan
+    return Extremes(low, high)
 
 
 class Envelope:
@@ -304,18 +333,11 @@ class Envelope:
         `columns`: of the same demonstration. Where they need a pyramid, samples that were not read
         yet are left out.
         """
+        if not columns.pyramid:
+            return run_extremes(self.values, columns.firsts, columns.lasts, self.limits)
         low, high = np.full(len(columns), np.inf), np.full(len(columns), -np.inf)
-        if columns.pyramid:
-            self._from_pyramid(columns.up_to(self.filled), low, high)
-        elif len(columns.full):
-            starts = columns.firsts[columns.full]
-            first = starts[0]
-            lows, highs = _present(np.array(self.values[first : columns.lasts[-1]]), self.limits)
-            low[columns.full] = np.minimum.reduceat(lows, starts - first)
-            high[columns.full] = np.maximum.reduceat(highs, starts - first)
-        empty = low > high
-        low[empty] = high[empty] = np.nan
-        return Extremes(low, high)
+        self._from_pyramid(columns.up_to(self.filled), low, high)
+        return _without_empty(low, high)
 
     def drawn(self, columns: Columns) -> Extremes:
         """The least and the greatest value of the curve in each column.

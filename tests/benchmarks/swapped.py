@@ -32,11 +32,11 @@ from forcelab.recognition.cross_validation import held_out_prediction
 from forcelab.recognition.examples import Examples, LabelledDemonstration, actions_of
 from forcelab.recognition.metrics import Counts, pool
 from forcelab.recognition.recogniser import Prediction
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, prepare_all
 from forcelab.review.differences import find_differences
 from forcelab.review.label_errors import ModelEvidence, gather_evidence, suspect_segments
-from forcelab.review.run_result import DemonstrationResult
 
 #: What the columns of the table hold.
 ERROR_SWAPPED, SECONDS_SWAPPED = "1 - accuracy, trained on wrong labels", "training (CPU s)"
@@ -186,16 +186,6 @@ def _evidence(
     actions: tuple[str, ...],
 ) -> ModelEvidence:
     """What the model says about the labels of one demonstration."""
-    demonstration = item.demonstration
-    result = DemonstrationResult(
-        demonstration.id,
-        demonstration.name,
-        demonstration.task,
-        float(demonstration.times[0]),
-        float(demonstration.times[-1]),
-        segments,
-        {"filtered": prediction.segments},
-        prediction.probability_trace,
-    )
+    result = DemonstrationResult.of(item.demonstration, prediction, segments)
     found = find_differences(result.id, segments, prediction.segments, prediction.probability_trace)
     return gather_evidence(result, segments, actions, found)

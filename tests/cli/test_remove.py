@@ -119,7 +119,9 @@ def test_runs_go_with_their_recognisers_and_give_the_room_back(forcelab, project
 def test_what_people_said_and_accepted_of_a_run_stays(forcelab, project, runs):
     with Project.open(project) as opened:
         id_ = opened.demonstrations.load("foam-01").id
-        result = Verdict(id_, "bert", "anna", 0.0, 0.1, "grab", "slip", "model", run=1)
+        result = Verdict(
+            id_, 0.0, 0.1, "grab", "slip", author="bert", coder="anna", verdict="model", run=1
+        )
         opened.coding.add_verdict(result)
         labelling = TrackEditor(opened, id_, "anna")
         labelling.accept((Segment(0.2, 0.3, "slip"),), "model fast 1")

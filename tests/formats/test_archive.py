@@ -117,7 +117,9 @@ def project(tmp_path):
         )
         project.runs.add_recogniser("mlp 1", b"opaque", created)
         project.runs.add("evaluate", created, result={"accuracy": 0.72, "edit": float("nan")})
-        verdict = Verdict(id_, "bert", "anna", 0.1, 1 / 3, "hold", None, "model", run=1)
+        verdict = Verdict(
+            id_, 0.1, 1 / 3, "hold", None, author="bert", coder="anna", verdict="model", run=1
+        )
         project.coding.add_verdict(verdict)
         project.coding.add_verdict(
             replace(verdict, verdict="withdrawn", run=None, predicted="höld")
@@ -235,7 +237,14 @@ def test_export_import_export_gives_the_same_bytes(steps, name):
                     project.tracks.redo(id_, author)
                 elif verb == "judge":
                     result = Verdict(
-                        id_, "Bo", author, start, start + length, name, None, "ambiguous"
+                        id_,
+                        start,
+                        start + length,
+                        name,
+                        None,
+                        author="Bo",
+                        coder=author,
+                        verdict="ambiguous",
                     )
                     project.coding.add_verdict(result)
                 else:

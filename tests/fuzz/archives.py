@@ -164,7 +164,9 @@ def findings_of_archives(count: int, seed: int, folder: Path) -> Iterator[Findin
     make_project(path)
     with Project.open(path) as project:
         id_ = project.demonstrations.infos()[0].id
-        project.coding.add_verdict(Verdict(id_, "ben", "anna", 0.0, 0.05, "grab", None, "human"))
+        project.coding.add_verdict(
+            Verdict(id_, 0.0, 0.05, "grab", None, author="ben", coder="anna", verdict="human")
+        )
         project.coding.assign(id_, "ben", blind=True)
         project.tracks.undo(id_, "anna")
     if forcelab(["export", str(path), "--format", "archive", "--out", str(folder / "out")]):

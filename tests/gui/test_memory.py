@@ -25,11 +25,11 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration, VideoReference
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.window import Window
-from forcelab.labels import Segment, Track
+from forcelab.labels import Interval, Segment, Track
 from forcelab.project import Project
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
-from forcelab.review.differences import Interval
-from forcelab.review.run_result import DemonstrationResult, RunResult
+from forcelab.review.run_result import RunResult
 from forcelab.vocabulary import Vocabulary
 
 ACTIONS = ("grab", "hold", "release")

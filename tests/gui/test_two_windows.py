@@ -15,10 +15,9 @@ from forcelab.gui.document import Document
 from forcelab.gui.label.segment_commands import erase_range, fill_range
 from forcelab.gui.label.segment_list import SegmentTable
 from forcelab.gui.label.track_menus import own_menu
-from forcelab.labels import Segment, Track
+from forcelab.labels import Interval, Segment, Track
 from forcelab.project import Project
 from forcelab.project.demonstrations import DemonstrationStore
-from forcelab.review.differences import Interval
 from forcelab.vocabulary import Vocabulary
 
 ONE, TWO, THREE = Segment(1, 2, "grab"), Segment(3, 4, "pull"), Segment(5, 6, "grab")

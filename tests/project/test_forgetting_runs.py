@@ -36,7 +36,7 @@ def train(project, id_):
 
 @pytest.fixture
 def verdict(id_):
-    return Verdict(id_, "bert", "anna", 0.0, 0.1, "grab", "slip", "model")
+    return Verdict(id_, 0.0, 0.1, "grab", "slip", author="bert", coder="anna", verdict="model")
 
 
 def test_a_run_that_nobody_used_goes_with_its_recogniser(project, train):

@@ -25,7 +25,9 @@ def full(project, make):
     project.tracks.edit(id_, "anna", GRAB, (), "erased", proposed_by="model paper 1")
     project.coding.assign(id_, "anna")
     project.coding.set_note(id_, "anna", "look")
-    project.coding.add_verdict(Verdict(id_, "anna", "anna", 0.0, 0.1, "grab", None, "human"))
+    project.coding.add_verdict(
+        Verdict(id_, 0.0, 0.1, "grab", None, author="anna", coder="anna", verdict="human")
+    )
     return id_
 
 

@@ -22,7 +22,7 @@ def id_(project, make):
 @pytest.fixture
 def verdict(id_):
     """Bert says that the model is right about a stretch of Anna's."""
-    return Verdict(id_, "bert", "anna", 0.2, 0.3, "hold", "slip", "model")
+    return Verdict(id_, 0.2, 0.3, "hold", "slip", author="bert", coder="anna", verdict="model")
 
 
 def test_a_verdict_is_kept_with_its_time(project, verdict, path):
@@ -32,16 +32,15 @@ def test_a_verdict_is_kept_with_its_time(project, verdict, path):
     assert before <= stored.time <= datetime.now(timezone.utc)
     assert stored == StoredVerdict(
         verdict.demonstration,
-        "bert",
-        "anna",
         0.2,
         0.3,
         "hold",
         "slip",
-        "model",
-        None,
-        stored.time,
-        1,
+        author="bert",
+        coder="anna",
+        verdict="model",
+        time=stored.time,
+        id=1,
     )
     then = datetime(2024, 5, 6, tzinfo=timezone.utc)
     unlabelled = replace(verdict, start=0.1, end=0.2, human=None, predicted=None, time=then)

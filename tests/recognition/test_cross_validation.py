@@ -118,9 +118,7 @@ def test_what_the_human_saw_is_kept_beside_the_prediction(six, evaluation):
     for item, tested in zip(six, evaluation.tested, strict=True):
         expected = to_codes(item.segments, item.demonstration.times, tested.actions)
         np.testing.assert_array_equal(tested.human, expected)
-        assert tested.segments("filtered") == from_codes(
-            tested.filtered, tested.times, tested.actions
-        )
+        assert tested.result.predicted == from_codes(tested.filtered, tested.times, tested.actions)
         assert tested.id == item.demonstration.id
 
 

@@ -58,7 +58,7 @@ def test_a_decoded_prediction_covers_every_stamp_with_probabilities(trained, fou
     assert found.raw.shape == found.filtered.shape == (n,)
     assert found.probabilities.shape == (n, len(trained.actions))
     np.testing.assert_allclose(found.probabilities.sum(axis=1), 1.0)
-    assert found.stages == {}
+    assert list(found.stages) == ["raw", "filtered"]
     assert found.probability_trace.values.shape[1] == len(trained.actions)
     # The decoder leaves no flicker: about as many segments as the human has.
     assert len(found.segments) <= len(four[3].segments) + 2
@@ -98,9 +98,9 @@ def test_nothing_of_the_held_out_demonstration_is_seen(four):
     after = finish(leave_one_out(poisoned, BEST))
     # Other labels of the one that is left out: its prediction stays to the bit.
     before, now = clean.tested[2], after.tested[2]
-    names = [tuple(s.action for s in item.segments("filtered")) for item in (before, now)]
+    names = [tuple(s.action for s in item.result.predicted) for item in (before, now)]
     assert names[0] == names[1]
-    edges = [[s.start for s in item.segments("filtered")] for item in (before, now)]
+    edges = [[s.start for s in item.result.predicted] for item in (before, now)]
     assert edges[0] == edges[1]
     # Other forces there: what is predicted of it changes, the recogniser does not.
     rows = np.random.default_rng(0).normal(size=four[3].demonstration.signals.shape) * 1e3
@@ -146,7 +146,7 @@ def test_an_evaluation_says_what_the_choreography_was_worth_and_how_far_to_rely_
     assert record["unaided"]["pooled"]["accuracy"] > 0.7
     without = finish(leave_one_out(four, FAST.replace(choreography="none")))
     for result, unaided in zip(found.tested, without.tested, strict=True):
-        np.testing.assert_array_equal(result.unaided, unaided.filtered)
+        np.testing.assert_array_equal(result.ablations["unaided"], unaided.filtered)
     reliability = record["reliability"]
     assert 0 < reliability["brier"] < 0.5
     assert sum(n for n, _, _ in reliability["bins"]) == int(found.reliability.steps.sum())

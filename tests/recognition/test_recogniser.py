@@ -11,10 +11,10 @@ from threadpoolctl import threadpool_limits
 
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, to_codes
-from forcelab.recognition import filters, results
+from forcelab.recognition import filters
 from forcelab.recognition import recogniser as recogniser_module
 from forcelab.recognition.examples import prepare_examples
-from forcelab.recognition.recogniser import Recogniser
+from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.results import empty_prediction_remarks
 from forcelab.recognition.settings import CLASSIFIERS, Settings
 from forcelab.recognition.training import train
@@ -258,13 +258,13 @@ def test_each_stage_is_the_filter_applied_to_the_one_before(three, threshold, me
         three[:2], BAYES_SETTINGS.replace(threshold=threshold, median=median, drop=drop)
     )
     prediction = recogniser.predict(three[2].demonstration, probability_trace=True)
-    codes, expected = prediction.raw, {}
+    codes, expected = prediction.raw, {"raw": prediction.raw}
     if threshold is not None:
         best = prediction.probabilities.max(axis=1)
         expected["threshold"] = codes = np.where(best >= threshold, codes, UNLABELLED)
     if median is not None:
         expected["median"] = codes = filters.median(codes, median)
-    assert list(prediction.stages) == list(expected)
+    assert list(prediction.stages) == [*expected, "filtered"]
     for name, stage in expected.items():
         assert np.array_equal(prediction.stages[name], stage)
     if drop is None:
@@ -305,10 +305,8 @@ def reviewed(left, **stages):
         found[:number] = 0
         return found
 
-    times, stages = np.arange(N) / 100, {name: codes(n) for name, n in stages.items()}
-    return results.HeldOutPrediction(
-        "a", "a", times, ("grab",), codes(N), codes(N), codes(left), stages
-    )
+    stages = {name: codes(n) for name, n in {"raw": N, **stages, "filtered": left}.items()}
+    return Prediction(np.arange(N) / 100, ("grab",), stages, None, {})
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from forcelab.labels import Segment
 from forcelab.recognition.examples import Examples
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.review.active_learning import (
     BINS,
     STEPS,
@@ -23,7 +24,6 @@ from forcelab.review.active_learning import (
     typicality,
     weighs_typicality,
 )
-from forcelab.review.run_result import DemonstrationResult
 
 ACTIONS = ("grab", "hold")
 trace_of = partial(grab_probabilities, rate=10.0)

@@ -13,9 +13,10 @@ from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.experiments import evaluate_tasks
 from forcelab.recognition.metrics import count
 from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
 from forcelab.review.confusion import count_confusion, normalise
-from forcelab.review.run_result import DemonstrationResult, load_run
+from forcelab.review.run_result import load_run
 
 ACTIONS = ("grab", "hold", "pull")
 

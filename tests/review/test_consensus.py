@@ -8,17 +8,19 @@ from hypothesis import strategies as st
 from forcelab.errors import InputError
 from forcelab.labels import Segment
 from forcelab.project import Project
-from forcelab.review.agreement import CoderDifference, coder_differences
+from forcelab.review.agreement import coder_differences
 from forcelab.review.consensus import Consensus
+from forcelab.review.differences import Difference
 from forcelab.segment_edits import SLIVER
 
+ID = foam_demonstration().id
 #: They differ in an edge, a whole action, and in whether the last of it is labelled.
 ANN = make_track((0, 1, "grab"), (1, 3, "hold"), (3, 4, "pull"), (4, 5, "hold"), (6, 7, "release"))
 BEN = make_track((0, 1.06, "grab"), (1.06, 3, "hold"), (3, 4, "slip"), (4, 5, "hold"))
 EDGE, ACTION, LAST = (
-    CoderDifference(1, 1.06, "hold", "grab", True),
-    CoderDifference(3, 4, "pull", "slip"),
-    CoderDifference(6, 7, "release", None),
+    Difference(ID, 1, 1.06, "hold", "grab", kind="boundary"),
+    Difference(ID, 3, 4, "pull", "slip", kind="action"),
+    Difference(ID, 6, 7, "release", None, kind="missed"),
 )
 
 
@@ -92,10 +94,13 @@ def test_unlabelled_is_a_decision_that_is_undone_and_redone(project):
     assert consensus.undecided == (EDGE, LAST)
     consensus.undo()
     assert consensus.undecided == (EDGE, ACTION, LAST)
+    assert consensus.can_undo
+    assert consensus.can_redo
     consensus.redo()
     assert consensus.undecided == (EDGE, LAST)
     consensus.undo()
     consensus.take(ACTION, "a")
+    assert not consensus.can_redo  # it was decided otherwise since
     consensus.leave(ACTION)
     assert ACTION not in consensus.undecided
     assert consensus.segments == before
@@ -111,6 +116,7 @@ def test_partial_work_survives_a_restart_and_undo_reaches_back(project):
         consensus.undo()
         assert consensus.segments == ()
         assert not consensus.begun
+        assert not consensus.can_undo
 
 
 def test_edges_close_to_each_other_are_set_at_once_and_undone_at_once(project):
@@ -129,7 +135,7 @@ def test_a_difference_that_a_coder_makes_later_is_open(project):
     consensus.leave(LAST)
     project.tracks.edit(project.id_, "Ann", ANN, (*ANN, Segment(8, 9, "grab")), "added")
     consensus.refresh()
-    assert consensus.undecided == (CoderDifference(8, 9, "grab", None),)
+    assert consensus.undecided == (Difference(project.id_, 8, 9, "grab", None, kind="missed"),)
     project.tracks.edit(project.id_, "Ben", BEN, (*BEN, Segment(8, 9, "grab")), "added")
     consensus.refresh()
     assert consensus.undecided == ()
@@ -140,13 +146,13 @@ def test_a_difference_that_a_coder_makes_later_is_open(project):
 def test_an_edge_beside_unlabelled_time_is_one(project):
     a = make_track((0, 1, "grab"), (2, 3, "hold"))
     b = make_track((0.1, 1.1, "grab"), (2, 2.9, "hold"))
-    assert [(d.start, d.edge) for d in coder_differences(a, b)] == [
+    assert [(d.start, d.kind == "boundary") for d in coder_differences("d", a, b)] == [
         (0, True),
         (1, True),
         (2.9, True),
     ]
     # One coder has a segment that the other has not at all: no edge.
-    assert [d.edge for d in coder_differences(a, a[:1])] == [False]
+    assert [d.kind == "boundary" for d in coder_differences("d", a, a[:1])] == [False]
 
 
 def test_three_different_authors_with_labels_are_needed(project):
@@ -167,13 +173,18 @@ def tracks(draw):
 @settings(max_examples=40, deadline=None)
 @given(tracks(), tracks())
 def test_differences_are_exactly_where_two_tracks_differ(a, b):
-    found = coder_differences(a, b)
+    found = coder_differences("d", a, b)
 
     for tenth in range(100):
         time = tenth / 10 + 0.05
         here = [d for d in found if d.start <= time < d.end]
         expected = (action_at(a, time), action_at(b, time))
-        assert [(d.a, d.b) for d in here] == ([expected] if expected[0] != expected[1] else [])
+        assert [(d.human, d.predicted) for d in here] == (
+            [expected] if expected[0] != expected[1] else []
+        )
     assert all(d.duration > SLIVER for d in found)
-    mirrored = [(d.start, d.end, d.b, d.a, d.edge) for d in coder_differences(b, a)]
-    assert mirrored == [(d.start, d.end, d.a, d.b, d.edge) for d in found]
+    mirrored = [
+        (d.start, d.end, d.predicted, d.human, d.kind == "boundary")
+        for d in coder_differences("d", b, a)
+    ]
+    assert mirrored == [(d.start, d.end, d.human, d.predicted, d.kind == "boundary") for d in found]

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
 from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
 from forcelab.review.differences import action_as_coded, as_trained, find_differences
-from forcelab.review.run_result import DemonstrationResult
 
 
 @st.composite

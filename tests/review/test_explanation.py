@@ -22,7 +22,7 @@ from sklearn.neighbors import NearestNeighbors
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.labels import Segment
+from forcelab.labels import Interval, Segment
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition import training
 from forcelab.recognition.attribution import BlackBoxScorer, MlpScorer, log_odds, make_scorer
@@ -31,9 +31,10 @@ from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.recogniser import Recogniser
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
 from forcelab.review import explanation
-from forcelab.review.differences import Interval, action_over, interval_at, interval_of
+from forcelab.review.differences import action_over, interval_at, interval_of
 from forcelab.review.explanation import (
     SegmentFeatures,
     attribute_bands,
@@ -46,7 +47,7 @@ from forcelab.review.explanation import (
     track_after_edit,
     train_held_out,
 )
-from forcelab.review.run_result import DemonstrationResult, load_run
+from forcelab.review.run_result import load_run
 from forcelab.review.training import review_job
 
 #: Epochs of an MLP's fit: what it has learnt by then is enough to be explained.

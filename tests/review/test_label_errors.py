@@ -12,12 +12,12 @@ from forcelab.recognition import ensemble
 from forcelab.recognition.examples import actions_of
 from forcelab.recognition.presets import preset
 from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, prepare_all
 from forcelab.review.differences import find_differences
 from forcelab.review.label_errors import SUSPECT, gather_evidence, suspect_edges, suspect_segments
 from forcelab.review.queue import arrange_queue
-from forcelab.review.run_result import DemonstrationResult
 
 ORDER = ("still", "grab", "hold", "release", "still")
 ACTIONS = ORDER[:4]

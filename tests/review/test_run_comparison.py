@@ -26,17 +26,17 @@ def counted(result, ids):
 def test_pooled_scores_are_those_of_the_runs_where_both_tested_the_same():
     old, new = random_run_result("abcd", ACTIONS), random_run_result("abcd", ACTIONS, right=0.9)
     found = compare_runs(old, new)
-    assert found.shared == ("a", "b", "c", "d")
+    assert tuple(mine.id for mine, _ in found.pairs) == ("a", "b", "c", "d")
     for stage in ("raw", "filtered"):
         assert found.pooled[stage] == (old.scores[stage]["pooled"], new.scores[stage]["pooled"])
-        listed = new.scores[stage]["demonstrations"]
-        assert [found.each[stage][id_][1] for id_ in "abcd"] == listed
+        listed = [item.scores[stage] for item in new.tested]
+        assert [yours.scores[stage] for _, yours in found.pairs] == listed
 
 
 def test_what_only_one_run_tested_is_left_out_of_both():
     old, new = random_run_result("abcd", ACTIONS), random_run_result("dcxb", ACTIONS, seed=1)
     found = compare_runs(old, new)
-    assert found.shared == ("b", "c", "d")
+    assert tuple(mine.id for mine, _ in found.pairs) == ("b", "c", "d")
     expected = [pool("pooled", counted(run, "bcd")).to_json() for run in (old, new)]
     assert list(found.pooled["filtered"]) == expected
     paired = difference_intervals(counted(old, "bcd"), counted(new, "bcd"), old.settings.seed)
@@ -48,7 +48,7 @@ def test_what_only_one_run_tested_is_left_out_of_both():
 
 def test_runs_with_nothing_in_common_have_no_scores():
     found = compare_runs(random_run_result("ab", ACTIONS), random_run_result("cd", ACTIONS))
-    assert found.shared == ()
+    assert found.pairs == ()
     assert found.pooled["filtered"][1] == {}
     assert "needs 3 demonstrations" in found.intervals["filtered"].reason
 
@@ -79,7 +79,7 @@ def test_labels_that_changed_between_the_runs_are_named():
     old = random_run_result("abc", ACTIONS)
     changed = replace(old.tested[1], human=old.tested[1].human[:-1])
     new = run_result([old.tested[0], changed, old.tested[2]], ACTIONS)
-    assert compare_runs(old, new).relabelled == ("b",)
+    assert [result.id for result in compare_runs(old, new).relabelled] == ["b"]
     assert compare_runs(old, old).relabelled == ()
 
 

@@ -1,5 +1,6 @@
 """Outcomes out of the runs of a project."""
 
+import json
 import shutil
 import sqlite3
 from contextlib import closing
@@ -107,22 +108,44 @@ def test_a_run_of_the_command_line_can_be_reviewed_too(project):
     assert outcome.author == "Ada"
     for item in outcome.tested:
         assert item.probability_trace is None
-        assert set(item.stages) == {"raw", "filtered"}
+        assert set(item.stages) == {"raw", "threshold", "median", "filtered"}
         demonstration = project.demonstrations.load(item.id)
         assert (item.start, item.end) == (demonstration.start, demonstration.end)
 
 
 def test_a_certainty_survives_its_way_through_the_store(project):
     outcome = load_run(project, 1)
-    plain = project.runs.get(1).result["certainty"]
-    for item in outcome.tested:
+    for item, plain in zip(outcome.tested, project.runs.get(1).result["tracks"], strict=True):
         again = ProbabilityTrace.from_json(item.probability_trace.to_json())
         assert (again.values == item.probability_trace.values).all()
-        assert plain[item.id] == item.probability_trace.to_json()
+        assert plain["certainty"] == item.probability_trace.to_json()
     damaged = item.probability_trace.to_json()
     for change in ({"count": 3}, {"values": "no base64!"}, {"values": "AAAA"}):
         with pytest.raises(ValueError):  # noqa: PT011 - whatever numpy, zlib or base64 call it
             ProbabilityTrace.from_json(damaged | change)
+
+
+def test_runs_stored_by_earlier_versions_are_read_alike(tmp_path, path):
+    """They kept probabilities apart, and where a demonstration ends not always."""
+    with Project.open(path) as project:
+        expected = [load_run(project, number) for number in (1, 2)]
+        records = [dict(project.runs.get(number).result) for number in (1, 2)]
+    for record in records:
+        record["tracks"] = [dict(plain) for plain in record["tracks"]]
+        traces = {p["demonstration"]: p.pop("certainty", None) for p in record["tracks"]}
+        record["certainty"] = {id_: trace for id_, trace in traces.items() if trace}
+    for plain in records[1]["tracks"]:
+        del plain["start"], plain["end"]
+    copy = shutil.copytree(path, tmp_path / "copy.forcelab")
+    with closing(sqlite3.connect(copy / "project.sqlite")) as connection, connection:
+        for number, record in enumerate(records, 1):
+            change = json.dumps(record), number
+            connection.execute("UPDATE run SET result = ? WHERE id = ?", change)
+    with Project.open(copy) as project:
+        for run in expected:
+            for before, now in zip(run.tested, load_run(project, run.number).tested, strict=True):
+                assert now.to_json() == before.to_json()
+    assert expected[0].tested[0].probability_trace is not None
 
 
 DAMAGE = {
@@ -145,8 +168,6 @@ DAMAGE = {
 
 @pytest.mark.parametrize("kind", DAMAGE)
 def test_a_damaged_run_is_refused_in_a_sentence_and_the_others_are_not(tmp_path, path, kind):
-    import shutil
-
     copy = shutil.copytree(path, tmp_path / "copy.forcelab")
     expression, sentence = DAMAGE[kind]
     with closing(sqlite3.connect(copy / "project.sqlite")) as connection, connection:
@@ -189,10 +210,10 @@ def test_a_run_outlives_a_demonstration_that_it_tested(tmp_path, path):
         after = load_run(project, before.number)
         assert [result.id for result in after.tested] == [result.id for result in before.tested[1:]]
         assert after.scores["filtered"]["pooled"] == before.scores["filtered"]["pooled"]
-        for stage in ("raw", "filtered"):
-            each = before.scores[stage]["demonstrations"]
-            assert after.scores[stage]["demonstrations"] == each[1:]
-            assert each[0] != each[1]
+        each = [item.scores for item in before.tested]
+        assert [item.scores for item in after.tested] == each[1:]
+        assert set(each[0]) == {"raw", "filtered"}
+        assert all(each[0][stage] != each[1][stage] for stage in each[0])
         assert after.removed == 1
         assert after.remarks[-1].startswith(f"1 of the {len(before.tested)} demonstrations")
         edits_since(project, after)

@@ -102,7 +102,10 @@ def test_its_tracks_are_those_of_evaluate_to_the_last_bit(path, result, capsys, 
         evaluated = load_run(project, run.id)
     assert evaluated.number != result.number
     for which in ("raw", "filtered"):
+        each = printed[which].pop("demonstrations")
         assert printed[which] == result.scores[which] == evaluated.scores[which]
+        for found in (result, evaluated):
+            assert [item.scores[which] for item in found.tested] == each
     for ours, theirs in zip(result.tested, evaluated.tested, strict=True):
         assert (ours.id, ours.human) == (theirs.id, theirs.human)
         assert ours.stages["raw"] == theirs.stages["raw"]

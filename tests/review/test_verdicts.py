@@ -8,9 +8,9 @@ from factories import foam_demonstration, folder_in_memory, unscored_run_result
 from forcelab.labels import Segment
 from forcelab.project import Project
 from forcelab.project.track_editor import TrackEditor
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.review.differences import find_differences
 from forcelab.review.queue import review_queue
-from forcelab.review.run_result import DemonstrationResult
 from forcelab.review.verdicts import count_verdicts, model_action, record_verdict, withdraw_verdict
 
 HUMAN = (Segment(0, 2, "grab"), Segment(2, 6, "hold"), Segment(6, 8, "release"))

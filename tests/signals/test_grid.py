@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
-from forcelab.signals.grid import on_grid
+from forcelab.signals.grid import interpolate, on_grid
 
 
 def recording(times, *columns, rate=None):
@@ -266,3 +266,15 @@ def test_a_column_that_nobody_wants_makes_nothing_invalid():
     grid = on_grid(demo, columns=[0])
     assert grid.valid.all()
     assert grid.signals.shape == (400, 1)
+
+
+def test_between_samples_too_far_apart_and_beyond_the_ends_nothing_is_interpolated():
+    stamps = np.array([1.0, 2.0, 3.0, 6.0, 7.0])
+    values = np.stack([stamps**2, [0.0, np.nan, 2.0, 3.0, 4.0]], axis=1)
+    times = np.array([0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 7.0, 7.5, 8.0])
+    found = interpolate(times, stamps, values, longest=2.0, beyond=0.5)
+    expected = [np.nan, 1.0, 1.0, 2.5, 4.0, 9.0, np.nan, 36.0, 49.0, 49.0, np.nan]
+    np.testing.assert_array_equal(found[:, 0], expected)
+    # A missing sample is none; a stamp's own sample is there whatever lies beside it.
+    np.testing.assert_array_equal(np.isnan(found[2:6, 1]), [False, True, True, False])
+    assert not np.isnan(interpolate(times, stamps, values)[:, 0]).any()

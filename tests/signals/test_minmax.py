@@ -14,6 +14,7 @@ from forcelab.signals.minmax import (
     Envelope,
     drawn_together,
     read_envelopes,
+    run_extremes,
 )
 
 
@@ -335,3 +336,18 @@ def test_channels_drawn_together_are_what_each_is_alone(data):
         alone = envelope.drawn(columns)
         np.testing.assert_array_equal(found.low, alone.low)
         np.testing.assert_array_equal(found.high, alone.high)
+
+
+@pytest.mark.parametrize("channels", [(), (3,)])
+def test_runs_may_overlap_be_empty_and_end_at_the_last_row(channels):
+    values = np.random.default_rng(0).normal(size=(50, *channels))
+    values[10:14], values[20] = np.nan, np.inf
+    firsts, lasts = np.array([0, 9, 10, 18, 30, 30, 49]), np.array([10, 12, 13, 31, 30, 50, 50])
+    found = run_extremes(values, firsts, lasts)
+    for run, (first, last) in enumerate(zip(firsts, lasts, strict=True)):
+        part = values[first:last]
+        part = part[np.isfinite(part).all(axis=tuple(range(1, part.ndim)))]
+        low = part.min(axis=0) if len(part) else np.full(channels, np.nan)
+        high = part.max(axis=0) if len(part) else np.full(channels, np.nan)
+        np.testing.assert_array_equal(found.low[run], low)
+        np.testing.assert_array_equal(found.high[run], high)

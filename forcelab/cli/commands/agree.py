@@ -18,6 +18,7 @@ from forcelab.cli.options import add_json, add_project, add_task, name_of
 from forcelab.cli.output import percent, print_result, printable, progress_bar, table
 from forcelab.errors import InputError
 from forcelab.jobs import finish
+from forcelab.labels import Interval
 from forcelab.project import Project
 from forcelab.review.agreement import (
     Agreement,
@@ -28,7 +29,6 @@ from forcelab.review.agreement import (
     landis_koch,
 )
 from forcelab.review.consensus import CONSENSUS
-from forcelab.review.differences import Interval
 from forcelab.text import counted
 
 #: How many places of each kind are printed.

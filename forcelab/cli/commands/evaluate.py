@@ -351,6 +351,7 @@ def _draw_pairs(
     from forcelab.gui.figures.pairs import Pair, TimelinePairs
 
     for (tasks, evaluation), file in zip(evaluated.evaluations, files, strict=True):
+        results = [item.result for item in evaluation.tested]
         _, each = evaluation.scores("filtered")
         tested = () if choice.test_task is None else (choice.test_task,)
         task_vocabularies = {
@@ -358,14 +359,14 @@ def _draw_pairs(
         }
         pairs = tuple(
             Pair(
-                item.name,
-                item.segments("human"),
-                item.segments("filtered"),
-                item.start,
-                item.end,
+                result.name,
+                result.human,
+                result.predicted,
+                result.start,
+                result.end,
                 note=f"{percent(scores.accuracy)} %",
             )
-            for item, scores in zip(evaluation.tested, each, strict=True)
+            for result, scores in zip(results, each, strict=True)
         )
         TimelinePairs(
             evaluation.title,

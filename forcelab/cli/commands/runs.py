@@ -20,9 +20,9 @@ from forcelab.cli.output import percent, print_result, printable, table
 from forcelab.project import Project, RunSummary, RunUse
 from forcelab.recognition.intervals import METHOD, METRICS, look_up
 from forcelab.recognition.presets import PRESETS
-from forcelab.recognition.results import run_title
-from forcelab.review.run_comparison import STAGES, Comparison, as_text, compare_runs
-from forcelab.review.run_result import load_run, tasks_of
+from forcelab.recognition.results import STAGES, run_title
+from forcelab.review.run_comparison import Comparison, as_text, compare_runs
+from forcelab.review.run_result import load_run
 from forcelab.text import counted
 
 
@@ -70,12 +70,11 @@ def _megabytes(count: int) -> str:
 
 def _row(run: RunSummary, use: RunUse) -> list[str]:
     digest = run.digest
-    tasks, test_task = tasks_of(run.settings)
     return [
         str(run.id),
         f"{run.time:%Y-%m-%d %H:%M}",
         run.kind,
-        str(digest.get("title", run_title(tasks, test_task))),
+        str(digest.get("title", run_title(run.tasks, run.test_task))),
         _settings(run.settings),
         str(digest.get("tested", "")),
         percent(digest.get("accuracy")),
@@ -119,7 +118,7 @@ def _comparison_text(comparison: Comparison) -> str:
     if comparison.settings:
         header = ["asked for", f"run {first.number}", f"run {second.number}"]
         parts.append(table([header, *map(list, comparison.settings)]))
-    if not comparison.shared:
+    if not comparison.pairs:
         parts.append("They tested no demonstration in common, so there are no scores to compare.")
         return "\n\n".join(parts)
     for stage in STAGES:
@@ -133,19 +132,13 @@ def _comparison_text(comparison: Comparison) -> str:
         rows = [_line(comparison, stage, metric) for metric in METRICS if "events" not in metric]
         parts.append(table([header, *rows], right=range(1, 5)))
     rows = [["demonstration, filtered accuracy", *header[1:4]]]
-    for id_ in comparison.shared:
-        first, second = (look_up(scores, "accuracy") for scores in comparison.each["filtered"][id_])
-        rows.append(
-            [
-                comparison.names[id_],
-                percent(first),
-                percent(second),
-                _difference_text(first, second),
-            ]
-        )
+    for pair in comparison.pairs:
+        before, after = (look_up(r.scores.get("filtered", {}), "accuracy") for r in pair)
+        difference = _difference_text(before, after)
+        rows.append([pair[0].name, percent(before), percent(after), difference])
     parts.append(table(rows, right=range(1, 4)))
     if comparison.relabelled:
-        names = ", ".join(printable(comparison.names[id_]) for id_ in comparison.relabelled)
+        names = ", ".join(printable(result.name) for result in comparison.relabelled)
         parts.append(f"The human labels differ between the runs: {names}.")
     parts.append(
         comparison.intervals["filtered"].reason or f"95 % interval of the difference: {METHOD}."
@@ -192,11 +185,14 @@ def _comparison_json(comparison: Comparison) -> dict[str, Any]:
     return {
         "runs": [comparison.first.number, comparison.second.number],
         "settings": [list(row) for row in comparison.settings],
-        "shared": list(comparison.shared),
-        "relabelled": list(comparison.relabelled),
+        "shared": [result.id for result, _ in comparison.pairs],
+        "relabelled": [result.id for result in comparison.relabelled],
         "pooled": {stage: list(comparison.pooled[stage]) for stage in STAGES},
         "demonstrations": {
-            stage: {id_: list(both) for id_, both in comparison.each[stage].items()}
+            stage: {
+                pair[0].id: [result.scores.get(stage, {}) for result in pair]
+                for pair in comparison.pairs
+            }
             for stage in STAGES
         },
         "intervals": {stage: comparison.intervals[stage].to_json() for stage in STAGES},

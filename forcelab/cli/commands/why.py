@@ -16,10 +16,10 @@ from forcelab.cli.options import add_demonstration, add_json, add_project
 from forcelab.cli.output import print_result, printable, progress_bar, table
 from forcelab.errors import InputError
 from forcelab.jobs import finish
+from forcelab.labels import Interval
 from forcelab.project import Project
-from forcelab.review.differences import Interval
 from forcelab.review.explanation import Explanation, Neighbour, explain_at
-from forcelab.review.run_result import KIND, RunResult, load_run, tasks_of
+from forcelab.review.run_result import KIND, RunResult, load_run
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -52,16 +52,9 @@ def run(arguments: argparse.Namespace) -> None:
 def _outcome(project: Project, id_: str, task: str, number: int | None) -> RunResult:
     """The run that is asked for, or the latest one that has to do with a demonstration."""
     if number is not None:
-        outcome = load_run(project, number)
-        if outcome.find(id_) is None:
-            raise InputError(
-                f"Run {number} neither tested nor proposed labels for this demonstration; choose "
-                f"another run, or evaluate again."
-            )
-        return outcome
+        return load_run(project, number)
     for run in reversed(project.runs.summaries(KIND)):
-        tasks, test_task = tasks_of(run.settings)
-        if task in (*tasks, test_task):
+        if task in (*run.tasks, run.test_task):
             outcome = load_run(project, run.id)
             if outcome.find(id_) is not None:
                 return outcome

@@ -96,8 +96,7 @@ class LiveModelController(QObject):
         if project is not None:
             for stored in reversed(project.runs.recognisers()):
                 when = stored.time.astimezone().strftime("%Y-%m-%d %H:%M")
-                tasks = stored.settings.get("choice", {}).get("tasks", [])
-                about = " · ".join([*map(str, tasks), when])
+                about = " · ".join([*map(str, stored.tasks), when])
                 with suppress(InputError):  # its file is missing: it is not offered
                     path = project.runs.recogniser_path(stored.id)
                     selections.append(RecogniserSelection(stored.name, path, about))

@@ -12,7 +12,7 @@ from PySide6.QtGui import QBrush, QColor, QFontMetrics, QFontMetricsF, QPainter,
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from forcelab.capture.reader import FORCE_NAME, DeviceState
-from forcelab.demonstration import Channel
+from forcelab.demonstration import GAP_PERIODS, Channel
 from forcelab.gui.capture.controller import CaptureController, CaptureState
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis, labels, ticks
@@ -22,12 +22,12 @@ from forcelab.gui.label.lanes import Curve, CurveCanvas
 from forcelab.gui.label.swatches import style_of
 from forcelab.gui.theme import colours, themes
 from forcelab.labels import Segment
-from forcelab.signals.minmax import Extremes
+from forcelab.signals.minmax import Extremes, run_extremes
 
 Real = NDArray[np.float64]
 
-#: A step between samples longer than so many periods, and at least so many seconds, is a gap.
-GAP_PERIODS, GAP = 5.0, 0.02
+#: A step between samples of fewer seconds is no gap, however many periods that are.
+GAP = 0.02
 #: Least span of a lane, so that noise looks like noise: in units of force and torque, of a force in
 #: raw counts, and of anything else; share of it that is left free at either end.
 SMALLEST_SPANS = {
@@ -39,7 +39,7 @@ COUNTS, LEAST, FREE = 100.0, 0.2, 0.12
 NEEDED, CALM = 0.4, 2.0
 
 
-def pixel_columns(times: Real, values: Real, edges: Real, holds: bool = False) -> tuple[Real, Real]:
+def pixel_columns(times: Real, values: Real, edges: Real, holds: bool = False) -> Extremes:
     """The least and the greatest value of each channel in each column, shape (k, c).
 
     `times` (s) increase, though a little jitter does no harm; `values` have shape (n, c), `edges`
@@ -47,26 +47,15 @@ def pixel_columns(times: Real, values: Real, edges: Real, holds: bool = False) -
     that takes. NaN where a column holds nothing. A column begins with the sample before it, so that
     its line joins up with its neighbour's; not across a gap.
     """
-    n, k = len(times), len(edges) - 1
-    if n == 0:
-        nothing = np.full((k, values.shape[1]), np.nan)
-        return nothing, nothing
+    n = len(times)
     places = np.maximum.accumulate(np.searchsorted(times, edges))
     first, last = places[:-1], places[1:]
-    longest = np.inf
+    joined = first > 0
     if not holds:
         period = float(np.median(np.diff(times[-200:]))) if n > 1 else 0.0
-        longest = max(GAP_PERIODS * period, GAP)
-    following = np.where(first < n, times[np.minimum(first, n - 1)], np.inf if not holds else 0.0)
-    joined = (first > 0) & (following - times[np.maximum(first - 1, 0)] <= longest)
-    begin = np.where(joined, first - 1, first)
-    padded = np.concatenate([values, np.full((1, values.shape[1]), np.nan)])
-    pairs = np.stack([begin, last], axis=1).ravel()
-    low = np.fmin.reduceat(padded, pairs, axis=0)[::2]
-    high = np.fmax.reduceat(padded, pairs, axis=0)[::2]
-    empty = begin >= last
-    low[empty] = high[empty] = np.nan
-    return low, high
+        steps = np.diff(times, prepend=-np.inf, append=np.inf)  # before each sample
+        joined &= steps[first] <= max(GAP_PERIODS * period, GAP)
+    return run_extremes(values, first - joined, last)
 
 
 def smallest_span(channel: Channel) -> float:
@@ -349,13 +338,13 @@ class LiveView(QWidget):
         lane, curves = 0, []
         for number, (device, (_, times, values)) in enumerate(zip(devices, windows, strict=False)):
             holds = device.rate == 0 and math.isnan(device.residual)
-            low, high = pixel_columns(times, values, edges, holds)
+            extremes = pixel_columns(times, values, edges, holds)
             present = not {"unplugged", "stalled"} & set(device.alarms)  # what is read now
             for column, channel in enumerate(device.channels):
                 box = QRectF(plot.left(), lane * height, plot.width(), height)
                 colour = QColor(colours().curves[lane % len(colours().curves)])
                 scale = self._scales.setdefault((number, column), LaneScale(smallest_span(channel)))
-                seen_low, seen_high = low[:, column], high[:, column]
+                seen_low, seen_high = extremes.low[:, column], extremes.high[:, column]
                 if np.isfinite(seen_low).any():
                     scale.fit(float(np.nanmin(seen_low)), float(np.nanmax(seen_high)), now)
                 up = Axis(scale.low, scale.high, box.bottom() - INSET, box.top() + INSET)

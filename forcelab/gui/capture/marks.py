@@ -15,7 +15,7 @@ from forcelab.capture.assemble import AUTOREPEAT_SECONDS
 from forcelab.gui import settings
 from forcelab.gui.capture.controller import CaptureController
 from forcelab.gui.figures.text import NAMES
-from forcelab.gui.key_events import AutoRepeatFilter, KeyEventFilter, is_typing
+from forcelab.gui.key_events import AutoRepeatFilter, KeyEventFilter, action_key, is_typing
 from forcelab.gui.shortcuts import keys
 from forcelab.vocabulary import Vocabulary
 
@@ -139,7 +139,7 @@ class HeldKeys(KeyEventFilter):
         if kind == QEvent.Type.KeyPress and isinstance(event, QKeyEvent):
             return self._key_down(event)
         if kind == QEvent.Type.KeyRelease and isinstance(event, QKeyEvent):
-            key, at = _key_name(event), self._times.at(event.timestamp(), time.monotonic())
+            key, at = action_key(event), self._times.at(event.timestamp(), time.monotonic())
             if event.isAutoRepeat() or key not in self._down:
                 return key in self._down
             self._repeats.released(event, lambda: self._key_up(key, at))
@@ -158,7 +158,7 @@ class HeldKeys(KeyEventFilter):
 
     def _key_down(self, event: QKeyEvent) -> bool:
         """A key went down; gives whether it marks."""
-        key, at = _key_name(event), self._times.at(event.timestamp(), time.monotonic())
+        key, at = action_key(event), self._times.at(event.timestamp(), time.monotonic())
         plain = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
         if plain != Qt.KeyboardModifier.NoModifier or not self._page.isVisible():
             return False
@@ -201,9 +201,3 @@ class HeldKeys(KeyEventFilter):
     def _in_window(self) -> bool:
         """Whether keys go to the page's window."""
         return self._filtered is not None and self._filtered.window() is self._page.window()
-
-
-def _key_name(event: QKeyEvent) -> str:
-    """The key as actions name it: not the text, which a release does not carry everywhere."""
-    code = event.key()
-    return chr(code).lower() if 0x20 < code < 0x7F else ""

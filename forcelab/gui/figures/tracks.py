@@ -23,8 +23,9 @@ from forcelab.labels import Segment, Segments, to_codes
 from forcelab.vocabulary import Action, Vocabulary
 
 if TYPE_CHECKING:
+    from forcelab.labels import Interval
     from forcelab.recognition.probabilities import ProbabilityTrace
-    from forcelab.review.differences import Difference, Interval
+    from forcelab.review.differences import Difference
 
 
 #: From this probability on a prediction has its full colour; from that one down the lightest.

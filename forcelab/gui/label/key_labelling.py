@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QAbstractItemView, QApplication, QDockWidget, QMen
 
 from forcelab.gui import settings
 from forcelab.gui.document import Document
-from forcelab.gui.key_events import AutoRepeatFilter, is_reserved_key, is_typing
+from forcelab.gui.key_events import AutoRepeatFilter, action_key, is_reserved_key, is_typing
 from forcelab.gui.label.segment_commands import fill_range
 from forcelab.gui.label.track_gestures import (
     is_on_target,
@@ -132,14 +132,14 @@ class KeyLabelling(QObject):
         plain = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
         if plain != Qt.KeyboardModifier.NoModifier:
             return False
-        key = _pressed_key_name(event)
+        key = action_key(event)
         if self._repeats.repeats(event):
             return self._action_of(key) is not None
         return self.press(key)
 
     def _key_release(self, event: QKeyEvent) -> bool:
         """Handle a release, which may be a repeat: the segment ends at the present position."""
-        key = _pressed_key_name(event)
+        key = action_key(event)
         if self._held is None or self._held[0] != key:
             return False
         released, cursor, position = (
@@ -231,9 +231,3 @@ class KeyLabelling(QObject):
         if not document.view.snapping or is_on_target(document.view.cursor, targets):
             return document.view.cursor
         return snap_or_round(document.view.cursor, self._scale(), targets)
-
-
-def _pressed_key_name(event: QKeyEvent) -> str:
-    """The key as actions name it: not the text, which a release does not carry everywhere."""
-    code = event.key()
-    return chr(code).lower() if 0x20 < code < 0x7F else ""

@@ -15,12 +15,11 @@ from PySide6.QtWidgets import QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
-from forcelab.gui.label.track_gestures import index_at
 from forcelab.gui.text import ask
 from forcelab.labels import Segment
 from forcelab.project import Edit
 from forcelab.project.actions import ActionRename
-from forcelab.segment_edits import SLIVER
+from forcelab.segment_edits import SLIVER, index_at, overlapping
 
 
 def rename_action(document: Document, name: str, new: str, parent: QWidget) -> bool:
@@ -157,9 +156,8 @@ def merge_segments(document: Document) -> bool:
     """Merge the segments in the marked range; without one, the segment and the next."""
     segments = document.editor.segments
     if document.view.range is not None:
-        start, end = document.view.range
-        first = bisect_right(segments, start + SLIVER, key=_end)
-        last = bisect_left(segments, end - SLIVER, key=_start) - 1
+        chosen = overlapping(segments, *document.view.range, SLIVER)
+        first, last = chosen.start, chosen.stop - 1
         if last <= first:
             return report_refusal(
                 document, "The marked range must reach into two segments to merge."

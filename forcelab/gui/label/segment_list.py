@@ -52,7 +52,6 @@ from forcelab.gui.icons import icon
 from forcelab.gui.item_views import NOWHERE, Index, SideList
 from forcelab.gui.label.segment_commands import for_current_segment
 from forcelab.gui.label.swatches import paint_swatch, style_of
-from forcelab.gui.label.track_gestures import index_at
 from forcelab.gui.label.track_menus import add_relabel_menu, shown_name
 from forcelab.gui.label.track_painting import MARK, origin_text, paint_proposed
 from forcelab.gui.layout import PageOrPlaceholder, search_field, whole_rows
@@ -60,7 +59,7 @@ from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ENTER_KEYS
 from forcelab.labels import Segment, Segments
 from forcelab.project import Origin
-from forcelab.segment_edits import SLIVER, splice
+from forcelab.segment_edits import SLIVER, index_at, splice
 
 #: The columns.
 NUMBER, ACTION, START, END, DURATION = range(5)

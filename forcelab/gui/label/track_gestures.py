@@ -188,12 +188,6 @@ class Hit:
     inside: bool = False
 
 
-def index_at(segments: Segments, time: float) -> int | None:
-    """The segment that covers a time in seconds, if one does."""
-    index = bisect_right(segments, time, key=_end)
-    return index if index < len(segments) and segments[index].start <= time else None
-
-
 def gap_at(segments: Segments, time: float) -> tuple[float, float] | None:
     """The unlabelled span between two segments around a time, in seconds, if there is one."""
     index = bisect_right(segments, time, key=_end)

@@ -13,10 +13,11 @@ from forcelab.gui.figures.text import NAMES
 from forcelab.gui.label import segment_commands as commands
 from forcelab.gui.label.actions import glossary_by_action
 from forcelab.gui.label.swatches import swatch_icon
-from forcelab.gui.label.track_gestures import gap_at, index_at
+from forcelab.gui.label.track_gestures import gap_at
 from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.text import escape_ampersands, settle_name
 from forcelab.labels import Segment
+from forcelab.segment_edits import index_at
 
 #: Plays from one time to another, in seconds.
 Play = Callable[[float, float], None]

@@ -6,12 +6,10 @@ between them or for a texture are brought onto columns of pixels first, all at o
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import takewhile
-from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +26,6 @@ from forcelab.gui.theme import Colours
 from forcelab.labels import Segments
 from forcelab.project import Origin
 from forcelab.vocabulary import Vocabulary
-
-_start, _end = attrgetter("start"), attrgetter("end")
 
 #: In place of omitted letters.
 ELLIPSIS = "…"
@@ -143,13 +139,6 @@ def styles_of(vocabulary: Vocabulary, used: Iterable[str], theme: Theme) -> dict
     for name in used:
         styles.setdefault(name, LabelStyle("", QColor(theme.muted)))
     return styles
-
-
-def visible(segments: Segments, start: float, end: float) -> Segments:
-    """The segments that reach into ``[start, end]``, found in O(log n)."""
-    first = bisect_right(segments, start, key=_end)
-    last = bisect_left(segments, end, key=_start)
-    return segments[first:last]
 
 
 def narrow_columns(

@@ -30,7 +30,6 @@ from forcelab.gui.label.track_gestures import (
     adjacent_edge,
     begin_gesture,
     hit,
-    index_at,
     snap,
     snap_targets,
     snapped_time,
@@ -46,11 +45,11 @@ from forcelab.gui.label.track_painting import (
     outline,
     paint_row,
     plate_beside,
-    visible,
 )
 from forcelab.gui.theme import colours
 from forcelab.gui.time_panel import TimePanel
 from forcelab.labels import MODEL_PREFIX, Segment, Segments, is_model
+from forcelab.segment_edits import index_at, overlapping
 
 #: Stands before the names of models, that no prediction is taken for a coder's label.
 MODEL = "\N{WHITE DIAMOND}"
@@ -208,7 +207,7 @@ class TrackPanel(TimePanel):
             painter,
             row.box,
             self.axis,
-            visible(segments, document.view.start, document.view.end),
+            segments[overlapping(segments, document.view.start, document.view.end)],
             vocabulary=document.vocabulary,
             theme=colours(),
             size=OWN_NAME if row.own else OTHER_NAME,

@@ -41,8 +41,8 @@ from forcelab.gui.layout import copyable, emphasise
 from forcelab.gui.review.trainer import task_text
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ARROW_STEPS, combo_box, is_plain
+from forcelab.labels import Interval
 from forcelab.review.agreement import WINDOW, Agreement, Consistency, PairAgreement, landis_koch
-from forcelab.review.differences import Interval
 from forcelab.vocabulary import Vocabulary
 
 #: Widths of all columns but the last, in digits.

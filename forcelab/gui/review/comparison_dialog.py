@@ -24,9 +24,10 @@ from forcelab.gui.layout import muted_label, resize_on_screen
 from forcelab.gui.review.confusion import stage_combo_box
 from forcelab.gui.review.metrics import AGREEMENT_METRICS, ERROR_METRICS, Metric
 from forcelab.gui.review.reviewed_run import blind_demonstrations
-from forcelab.gui.review.training_backend import Backend, RunInfo, run_text
+from forcelab.gui.review.training_backend import Backend, run_text
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ElidedComboBox
+from forcelab.project import RunSummary
 from forcelab.recognition.settings import FIELDS
 from forcelab.review.run_comparison import Comparison, comparison_job
 
@@ -75,16 +76,16 @@ def metric_rows(
 
 
 def demonstration_rows(
-    comparison: Comparison, stage: str, metric: Metric, visible: Collection[str]
+    comparison: Comparison, stage: str, metric: Metric, hidden: Collection[str]
 ) -> tuple[tuple[TableRow, ...], tuple[str, ...]]:
-    """A row for each demonstration that both tested and the coder may see; and their ids."""
-    ids = tuple(id_ for id_ in comparison.shared if id_ in visible)
-    rows = []
-    for id_ in ids:
-        first, second = comparison.each[stage][id_]
-        values = metric.value(first), metric.value(second)
-        rows.append(_difference_row(metric, comparison.names[id_], *values))
-    return tuple(rows), ids
+    """A row for each demonstration that both tested and that is not hidden; and their ids."""
+    rows, ids = [], []
+    for pair in comparison.pairs:
+        if pair[0].id not in hidden:
+            values = (metric.value(result.scores.get(stage, {})) for result in pair)
+            rows.append(_difference_row(metric, pair[0].name, *values))
+            ids.append(pair[0].id)
+    return tuple(rows), tuple(ids)
 
 
 def settings_differences(comparison: Comparison) -> str:
@@ -95,7 +96,7 @@ def settings_differences(comparison: Comparison) -> str:
         listed = "; ".join(_setting_difference(*setting) for setting in comparison.settings)
         text = f"Different settings: {listed}."
     if number := len(comparison.relabelled):
-        demonstrations = f"{number} of {len(comparison.shared)} demonstrations"
+        demonstrations = f"{number} of {len(comparison.pairs)} demonstrations"
         text += f" Labels of {demonstrations} were changed between the runs."
     return text
 
@@ -223,7 +224,7 @@ class ComparisonDialog(QDialog):
             self._backend.list_runs(project.path), self._offer, self._fail, key=LISTING_JOB
         )
 
-    def _offer(self, runs: tuple[RunInfo, ...]) -> None:
+    def _offer(self, runs: tuple[RunSummary, ...]) -> None:
         """Offer the runs: at first the reviewed one, and the one before it of its tasks."""
         if len(runs) < 2:
             self.settings.setText(
@@ -233,15 +234,15 @@ class ComparisonDialog(QDialog):
         for box, chosen in zip((self.first, self.second), self._first_two(runs), strict=True):
             box.blockSignals(True)
             for run in runs:
-                box.addItem(run_text(run), run.number)
+                box.addItem(run_text(run), run.id)
             box.setCurrentIndex(chosen)
             box.blockSignals(False)
         self._compare()
 
-    def _first_two(self, runs: tuple[RunInfo, ...]) -> tuple[int, int]:
+    def _first_two(self, runs: tuple[RunSummary, ...]) -> tuple[int, int]:
         """Indices of an older and a newer run that are worth a comparison; the latest is first."""
         run = self.document.review.run
-        numbers = [run.number for run in runs]
+        numbers = [run.id for run in runs]
         reviewed = None if run is None else run.number
         newer = numbers.index(reviewed) if reviewed in numbers else 0
         same = [i for i, run in enumerate(runs) if run.title == runs[newer].title and i != newer]
@@ -282,10 +283,10 @@ class ComparisonDialog(QDialog):
         self.note.setText(self._note(comparison, stage))
 
     def _note(self, comparison: Comparison, stage: str) -> str:
-        if not comparison.shared:
+        if not comparison.pairs:
             return "These runs tested no demonstration in common; choose two runs of the same task."
         reason = comparison.intervals[stage].reason
-        shared = f"Both tested {len(comparison.shared)} demonstrations."
+        shared = f"Both tested {len(comparison.pairs)} demonstrations."
         return f"{shared} {reason}".strip()
 
     def _show_each(self, index: QModelIndex) -> None:
@@ -293,17 +294,11 @@ class ComparisonDialog(QDialog):
         if comparison is None or not index.isValid():
             return
         metric = self.metrics[index.row()]
-        rows, self._ids = demonstration_rows(
-            comparison, str(self.stage.currentData()), metric, self._visible_demonstrations()
-        )
+        stage, hidden = str(self.stage.currentData()), blind_demonstrations(self.document)
+        rows, self._ids = demonstration_rows(comparison, stage, metric, hidden)
         columns = comparison_columns(comparison, metric.title, sure=False)
         self.each_model.show(columns, rows)
         self.each.fit_columns(stretched=0)
-
-    def _visible_demonstrations(self) -> frozenset[str]:
-        """The demonstrations that the coder may see predictions of."""
-        shared = () if self.comparison is None else self.comparison.shared
-        return frozenset(shared) - blind_demonstrations(self.document)
 
     def _open(self, index: QModelIndex) -> None:
         if index.isValid():

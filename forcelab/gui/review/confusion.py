@@ -47,8 +47,8 @@ from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, scr
 from forcelab.gui.review.reviewed_run import visible_run
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, combo_box, is_plain
+from forcelab.labels import Interval
 from forcelab.review.confusion import ConfusionCounts, Share, Unit, count_confusion, normalise
-from forcelab.review.differences import Interval
 from forcelab.review.run_result import RunResult
 
 

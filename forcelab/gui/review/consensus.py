@@ -31,10 +31,11 @@ from forcelab.gui.review.agreement_details import IntervalRow, IntervalTable, se
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.text import escape_ampersands, settle_name
 from forcelab.gui.widgets import ElidedComboBox
+from forcelab.labels import Interval
 from forcelab.project import Edit
-from forcelab.review.agreement import CoderDifference, CoderTracks
+from forcelab.review.agreement import CoderTracks
 from forcelab.review.consensus import CONSENSUS, Consensus
-from forcelab.review.differences import Interval
+from forcelab.review.differences import Difference
 from forcelab.text import tidy_name
 
 #: Where it is remembered who the consensus is by.
@@ -281,19 +282,19 @@ class ConsensusButtons(QWidget):
             cut = self.fontMetrics().elidedText(full_text, NAMES, room)
             self._keys.name(button, cut, full_text)
 
-    def offer(self, consensus: Consensus | None, current: CoderDifference | None) -> None:
+    def offer(self, consensus: Consensus | None, current: Difference | None) -> None:
         begun = consensus is not None and consensus.begun
         chosen = begun and current is not None
         for button in (self.take_a, self.take_b, self.leave, self.other):
             set_enabled_with_reason(button, "" if chosen else self._missing_choice(begun))
-        edge = chosen and current is not None and current.edge
+        edge = chosen and current is not None and current.kind == "boundary"
         only = "Only where two edges differ is there a mean of them."
         set_enabled_with_reason(
             self.mean, "" if edge else only if chosen else self._missing_choice(begun)
         )
         waiting = () if consensus is None else consensus.undecided
         for part in (self.mean_all, self.tolerance):
-            left = begun and any(d.edge for d in waiting)
+            left = begun and any(d.kind == "boundary" for d in waiting)
             set_enabled_with_reason(
                 part, "" if left else "No edge that differs is left to decide on."
             )
@@ -330,7 +331,7 @@ class ConsensusBar(QWidget):
         super().__init__()
         self.document = document
         self.consensus: Consensus | None = None
-        self.current: CoderDifference | None = None
+        self.current: Difference | None = None
         self._names: Mapping[str, str] = {}
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("Consensus")
@@ -434,7 +435,7 @@ class ConsensusBar(QWidget):
         open_ones = set(waiting)
         rows = [
             IntervalRow(
-                difference.place(self.choice.id),
+                difference,
                 self._what(difference),
                 difference not in open_ones,
             )
@@ -444,12 +445,10 @@ class ConsensusBar(QWidget):
         if self.current in differences:
             self.places.selectRow(differences.index(self.current))
 
-    def _what(self, difference: CoderDifference) -> str:
+    def _what(self, difference: Difference) -> str:
         """What differs, in the words of the table of agreement."""
-        if difference.edge:
-            return "boundary moved"
-        both_labelled = difference.a is not None and difference.b is not None
-        return "different actions" if both_labelled else "only one labelled"
+        texts = {"boundary": "boundary moved", "action": "different actions"}
+        return texts.get(difference.kind, "only one labelled")
 
     def _state(self, total: int, waiting: int) -> str:
         if self.consensus is None:
@@ -466,8 +465,8 @@ class ConsensusBar(QWidget):
             return ""
         first, second = self.choice.coders
         return (
-            f"{item.start:.3f} to {item.end:.3f} s: {first} says {item.a or 'unlabelled'}, "
-            f"{second} says {item.b or 'unlabelled'}."
+            f"{item.start:.3f} to {item.end:.3f} s: {first} says {item.human or 'unlabelled'}, "
+            f"{second} says {item.predicted or 'unlabelled'}."
         )
 
     # What is done
@@ -485,10 +484,10 @@ class ConsensusBar(QWidget):
             difference = next((d for d in reversed(pool) if d.start < start), pool[-1])
         self._go_to(difference)
 
-    def _go_to(self, difference: CoderDifference) -> None:
+    def _go_to(self, difference: Difference) -> None:
         self.current = difference
         had_keyboard = self._has_keyboard()
-        self.document.review.examine(difference.place(self.choice.id))
+        self.document.review.examine(difference)
         if (
             had_keyboard and not self._has_keyboard()
         ):  # another demonstration's track, which was opened, has
@@ -522,7 +521,7 @@ class ConsensusBar(QWidget):
             if reopened:
                 self._go_to(reopened[0])
 
-    def _decide(self, verb: Callable[[Consensus, CoderDifference], Edit | None]) -> None:
+    def _decide(self, verb: Callable[[Consensus, Difference], Edit | None]) -> None:
         """Decide the current difference, and go to the next that waits."""
         current = self.current
         if current is None:

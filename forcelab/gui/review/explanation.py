@@ -29,8 +29,9 @@ from forcelab.gui.review import explanation_plots
 from forcelab.gui.review.explanation_plots import BandMap, NearestSegments, ProbabilityChart
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.jobs import Progress
+from forcelab.labels import Interval
 from forcelab.recognition.probabilities import ProbabilityTrace
-from forcelab.review.differences import Interval, interval_at, interval_of
+from forcelab.review.differences import interval_at, interval_of
 from forcelab.review.run_result import RunResult
 
 if TYPE_CHECKING:

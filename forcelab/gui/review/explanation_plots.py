@@ -37,8 +37,8 @@ from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.review.reviewed_run import reviewed_vocabulary
 from forcelab.gui.theme import colours, themes
 from forcelab.jobs import Progress
+from forcelab.labels import Interval
 from forcelab.recognition.probabilities import ProbabilityTrace
-from forcelab.review.differences import Interval
 from forcelab.review.run_result import RunResult
 from forcelab.vocabulary import Vocabulary
 

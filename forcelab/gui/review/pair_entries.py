@@ -18,8 +18,9 @@ from forcelab.gui.figures.tracks import agreed_share
 from forcelab.gui.jobs import Jobs
 from forcelab.labels import Segments, is_model
 from forcelab.project import LabelsUsed, Project
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.review.differences import Difference, as_trained, find_differences
-from forcelab.review.run_result import DemonstrationResult, RunResult
+from forcelab.review.run_result import RunResult
 from forcelab.text import natural_order
 
 #: Tracks by coder, spelt as in the run.
@@ -34,11 +35,15 @@ class PairEntry:
     reviewed: DemonstrationResult
     human: Segments | None  # the coder's track as it is now; None in a proposal
     lanes: tuple[PairRow, ...] = ()  # the extra rows
-    evaluated_accuracy: float | None = None  # that the run found
 
     @property
     def id(self) -> str:
         return self.reviewed.id
+
+    @property
+    def evaluated_accuracy(self) -> float | None:
+        """The accuracy that the run found."""
+        return self.reviewed.scores.get("filtered", {}).get("accuracy")
 
     @property
     def edited(self) -> bool:
@@ -108,7 +113,7 @@ class ExtraRows:
         return stages + coders
 
 
-def current_tracks(
+def tracks_by_coder(
     project: Project, run: RunResult, reviewed: DemonstrationResult, coders: Iterable[str]
 ) -> dict[str, Segments]:
     """Some coders' tracks of a demonstration as they are now.
@@ -150,7 +155,7 @@ def read_tracks(
         for reviewed in run.tested:
             yield
             if reviewed.id in ids:
-                tracks[reviewed.id] = current_tracks(project, run, reviewed, coders)
+                tracks[reviewed.id] = tracks_by_coder(project, run, reviewed, coders)
     return tracks
 
 
@@ -158,12 +163,9 @@ def pair_entries(
     run: RunResult, tracks: Mapping[str, Tracks], extra: ExtraRows, hidden: Collection[str]
 ) -> tuple[PairEntry, ...]:
     """All demonstrations but the hidden, the tested first; tracks by id, else those of the run."""
-    scores = run.scores.get("filtered", {}).get("demonstrations", ())
-    shares = [score.get("accuracy") for score in scores]
-    shares += [None] * (len(run.tested) - len(shares))
     tested = tuple(
-        tested_entry(run, reviewed, tracks.get(reviewed.id, {}), extra, share)
-        for reviewed, share in zip(run.tested, shares, strict=False)
+        tested_entry(run, reviewed, tracks.get(reviewed.id, {}), extra)
+        for reviewed in run.tested
         if reviewed.id not in hidden
     )
     proposals = tuple(
@@ -175,14 +177,10 @@ def pair_entries(
 
 
 def tested_entry(
-    run: RunResult,
-    reviewed: DemonstrationResult,
-    tracks: Tracks,
-    extra: ExtraRows,
-    share: float | None,
+    run: RunResult, reviewed: DemonstrationResult, tracks: Tracks, extra: ExtraRows
 ) -> PairEntry:
     human = tracks.get(run.author, reviewed.human)
-    return PairEntry(reviewed, human, extra.lanes(reviewed, tracks), share)
+    return PairEntry(reviewed, human, extra.lanes(reviewed, tracks))
 
 
 def filter_and_sort(
@@ -214,15 +212,14 @@ def filter_and_sort(
 
 def _mean_probability(reviewed: DemonstrationResult) -> float | None:
     """Mean probability of the predicted actions by time; None without probabilities."""
-    certainty = reviewed.probability_trace
-    seconds = sum(segment.duration for segment in reviewed.predicted)
-    if certainty is None or not seconds:
-        return None
-    each = (
-        segment.duration * certainty.of_action(segment.action, segment.start, segment.end)
-        for segment in reviewed.predicted
-    )
-    return sum(each) / seconds
+    seconds, certain = 0.0, 0.0
+    for segment in reviewed.predicted:
+        confidence = reviewed.confidence(segment.action, segment.start, segment.end)
+        if confidence is None:
+            return None
+        seconds += segment.duration
+        certain += segment.duration * confidence
+    return certain / seconds if seconds else None
 
 
 TRACKS_JOB = "pairs tracks"
@@ -278,7 +275,7 @@ class CurrentTracks(QObject):
         if reviewed is None:
             return False
         try:
-            tracks = current_tracks(project, run, reviewed, (run.author, *coders))
+            tracks = tracks_by_coder(project, run, reviewed, (run.author, *coders))
         except ForcelabError as error:
             document.show_message(str(error), True)
             return False

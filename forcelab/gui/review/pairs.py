@@ -517,7 +517,7 @@ class PairsView(QWidget):
         if old.human is None or not self._current.read_open(extra.coders):
             return
         tracks = self._current.tracks[id_]
-        new = tested_entry(run, old.reviewed, tracks, extra, old.evaluated_accuracy)
+        new = tested_entry(run, old.reviewed, tracks, extra)
         self._entries = tuple(new if entry is old else entry for entry in self._entries)
         names = set(self._vocabulary.names)
         if any(s.action not in names for track in new.final_tracks for s in track):

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
 from itertools import accumulate, pairwise
-from operator import attrgetter
 from time import perf_counter
 
 import numpy as np
@@ -47,8 +46,9 @@ from forcelab.gui.label.track_painting import narrow_columns, outline
 from forcelab.gui.review.pair_entries import PairEntry
 from forcelab.gui.theme import Colours, colours, themes
 from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, is_plain
-from forcelab.labels import Segment, Segments
-from forcelab.review.differences import Interval, action_over
+from forcelab.labels import Interval, Segment, Segments
+from forcelab.review.differences import action_over
+from forcelab.segment_edits import index_at
 
 #: The human's and the model's bars.
 BAR_NAMES = "human", "predicted"
@@ -166,8 +166,6 @@ HIT_DISTANCE = 3.0
 #: How many actions a tooltip tells the probability of.
 MOST_MARKS = 3
 
-_start = attrgetter("start")
-
 
 @dataclass(frozen=True)
 class Hit:
@@ -203,24 +201,19 @@ def hit_test(layout: PairsLayout, point: QPointF) -> Hit | None:
         bars.append((lane.caption, box, lane.segments))
     for author, box, segments in bars:
         if box.top() <= y < box.bottom():
-            return Hit(row, time, segment_at(segments, time), author)
+            index = index_at(segments, time)
+            return Hit(row, time, None if index is None else segments[index], author)
     return Hit(row, time)
-
-
-def segment_at(segments: Sequence[Segment], time: float) -> Segment | None:
-    i = bisect_right(segments, time, key=_start) - 1
-    return segments[i] if i >= 0 and time < segments[i].end else None
 
 
 def hit_interval(entry: PairEntry, place: Segment | Interval) -> Interval:
     """A segment or a disagreement as an interval: what each sees in most of it, and how sure."""
-    predicted = action_over(entry.reviewed.predicted, place.start, place.end)
-    human = action_over(entry.human or (), place.start, place.end)
     if isinstance(place, Interval):
         human, predicted = place.human, place.predicted
-    certainty, confidence = entry.reviewed.probability_trace, None
-    if certainty is not None and predicted is not None:
-        confidence = certainty.of_action(predicted, place.start, place.end)
+    else:
+        human = action_over(entry.human or (), place.start, place.end)
+        predicted = action_over(entry.reviewed.predicted, place.start, place.end)
+    confidence = entry.reviewed.confidence(predicted, place.start, place.end)
     return Interval(entry.id, place.start, place.end, human, predicted, confidence)
 
 
@@ -248,9 +241,7 @@ def hit_tooltip(entry: PairEntry, hit: Hit) -> str:
 
 
 def difference_text(mark: Interval) -> str:
-    predicted = mark.predicted
-    if predicted is None:
-        predicted = "unlabelled"
+    predicted = mark.predicted or "unlabelled"
     return f"{_interval_text(mark.start, mark.end)}: human {mark.human}, predicted {predicted}"
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Callable, Generator
-from operator import attrgetter
 
 from PySide6.QtCore import QModelIndex, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QShowEvent
@@ -36,6 +34,7 @@ from forcelab.review.active_learning import (
     weighs_typicality,
 )
 from forcelab.review.run_result import RunResult
+from forcelab.segment_edits import overlapping
 
 #: A stretch that is too short to hold anything but what lies at its start, in seconds.
 INSTANT = 1e-6
@@ -142,8 +141,8 @@ class AcceptButtons(QWidget):
 
     def _is_predicted(self, start: float, end: float) -> bool:
         predicted = self.document.review.prediction  # asked at each step of playback: not all of it
-        first = bisect_right(predicted, start, key=attrgetter("end"))
-        return first < len(predicted) and predicted[first].start < end
+        found = overlapping(predicted, start, end)
+        return found.start < found.stop
 
     def _follow_cursor(self, cursor: float) -> None:
         if self.isVisible():

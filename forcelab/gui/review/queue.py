@@ -29,7 +29,6 @@ from forcelab.gui.review.queue_list import (
     QueueList,
     QueueModel,
     action_name,
-    interval_of,
 )
 from forcelab.gui.review.reviewed_run import blind_demonstrations, untested_text, visible_run
 from forcelab.gui.shortcuts import keys
@@ -377,18 +376,17 @@ class VerdictUndo:
         if not changes or project is None:
             return self._revert_edit(kind)
         change = changes[-1]
-        place = interval_of(change.verdict)
-        places = {document.id, change.verdict.demonstration} - {""}
-        tops = (project.tracks.revertible(id_, document.author, kind) for id_ in places)
+        ids = {document.id, change.verdict.demonstration} - {""}
+        tops = (project.tracks.revertible(id_, document.author, kind) for id_ in ids)
         edit = max((top for top in tops if top is not None), key=_time, default=None)
         together = edit is not None and change.edit in (edit.id, edit.reverts)
         if edit is not None and edit.time > change.time and not together:
             is_open = edit.demonstration == document.id
-            return (is_open or document.review.examine(place)) and self._revert_edit(kind)
+            return (is_open or document.review.examine(change.verdict)) and self._revert_edit(kind)
         if change.edit and not together:
             changes.pop()  # its labels went another way
             return self._revert(changes, opposite, kind)
-        if not document.review.examine(place):
+        if not document.review.examine(change.verdict):
             return False
         if not together:
             self._revert_verdict(change, project, kind)

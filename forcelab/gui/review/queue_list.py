@@ -55,9 +55,10 @@ from forcelab.gui.item_views import (
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ENTER_KEYS
+from forcelab.labels import Interval
 from forcelab.project import StoredVerdict
 from forcelab.recognition.label_noise import SUSPECT
-from forcelab.review.differences import Difference, Interval
+from forcelab.review.differences import Difference
 from forcelab.review.queue import Queue
 from forcelab.vocabulary import Vocabulary
 
@@ -95,10 +96,6 @@ class QueueItem:
 
     about: Difference | StoredVerdict
     name: str
-
-    @property
-    def place(self) -> Interval:
-        return interval_of(self.about)
 
     @property
     def judged(self) -> bool:
@@ -151,13 +148,6 @@ class QueueSection:
         )
 
 
-def interval_of(about: Difference | StoredVerdict) -> Interval:
-    """The interval of a difference, or of a verdict."""
-    if isinstance(about, StoredVerdict):
-        return Interval(about.demonstration, about.start, about.end, about.human, about.predicted)
-    return about
-
-
 def queue_sections(
     queue: Queue, names: Mapping[str, str], text: str = ""
 ) -> tuple[QueueSection, ...]:
@@ -172,9 +162,7 @@ def queue_sections(
     return tuple(sections)
 
 
-def _text_filter(
-    names: Mapping[str, str], text: str
-) -> Callable[[Difference | StoredVerdict], bool]:
+def _text_filter(names: Mapping[str, str], text: str) -> Callable[[Interval], bool]:
     @cache
     def action(name: str | None) -> bool:
         return text in action_name(name).casefold()
@@ -183,7 +171,7 @@ def _text_filter(
     def demonstration(id_: str) -> bool:
         return text in names.get(id_, "").casefold()
 
-    def fits(about: Difference | StoredVerdict) -> bool:
+    def fits(about: Interval) -> bool:
         return action(about.human) or action(about.predicted) or demonstration(about.demonstration)
 
     return fits
@@ -287,11 +275,11 @@ class QueueModel(QAbstractListModel):
 
 
 def item_text(item: QueueItem) -> list[str]:
-    place, about = item.place, item.about
+    about = item.about
     parts = [
-        f"Human: {action_name(place.human)}",
-        f"Model: {action_name(place.predicted)}",
-        f"{item.name}, {place.start:.3f} to {place.end:.3f} s",
+        f"Human: {action_name(about.human)}",
+        f"Model: {action_name(about.predicted)}",
+        f"{item.name}, {about.start:.3f} to {about.end:.3f} s",
     ]
     if isinstance(about, StoredVerdict):
         parts.append(f"Judged by {about.author}: {VERDICT_NAMES[about.verdict]}")
@@ -327,8 +315,7 @@ class QueuePainter(QStyledItemDelegate):
         if isinstance(item, QueueSection):
             _paint_section(painter, option, item, item.kind not in self._model.folded)
         elif item is not None:
-            place = item.place
-            styles = self._style(place.human), self._style(place.predicted)
+            styles = self._style(item.about.human), self._style(item.about.predicted)
             _paint_item(painter, option, item, styles)
         painter.restore()
 
@@ -376,7 +363,7 @@ def _paint_item(
     styles: tuple[LabelStyle, LabelStyle],
 ) -> None:
     """A difference: human, arrow, model and how sure above; where and how long below."""
-    theme, box, place = colours(), QRectF(option.rect), item.place
+    theme, box, place = colours(), QRectF(option.rect), item.about
     face, small = option.font, smaller(option.font)
     height = QFontMetricsF(face).height()
     left, right = box.left() + SIDE * height + 0.9 * height, box.right() - SIDE * height
@@ -549,7 +536,7 @@ class QueueList(QTableView):
         for number in self._open:
             section = self._model.sections[number]
             if position < len(section):
-                return section.item(position).place
+                return section.listed[position]
             position -= len(section)
         raise IndexError(position)
 
@@ -593,7 +580,7 @@ class QueueList(QTableView):
         """Show an interval; fold or unfold a section."""
         item = self._model.at(index)
         if isinstance(item, QueueItem):
-            self.chosen.emit(item.place)
+            self.chosen.emit(item.about)
         elif item is not None:
             number, _ = self._model.where(index.row())
             self._model.fold(number, item.kind not in self._model.folded)

@@ -28,10 +28,9 @@ from forcelab.gui.widgets import combo_box
 from forcelab.jobs import Progress
 from forcelab.recognition.intervals import METHOD, Intervals, score_intervals
 from forcelab.recognition.metrics import count_segments
-from forcelab.review.run_result import DemonstrationResult, RunResult
+from forcelab.recognition.results import STAGES, DemonstrationResult
+from forcelab.review.run_result import RunResult
 
-#: As the scores and the table name them.
-STAGES = ("raw", "filtered")
 #: Rows at the top that are never sorted: pooled and its intervals.
 POOLED_ROWS = 2
 
@@ -81,10 +80,9 @@ def score_rows(
     pairs = [(metric, stage) for metric in metrics for stage in STAGES]
     pooled = [metric.value(run.scores.get(stage, {}).get("pooled", {})) for metric, stage in pairs]
     each = {
-        d.id: [metric.value(scores[stage]) if stage in scores else None for metric, stage in pairs]
-        for d, scores in _scores_by_demonstration(run)
+        d.id: [metric.value(d.scores.get(stage, {})) for metric, stage in pairs] for d in visible
     }
-    listed = [d for d in visible if d.id in each]
+    listed = list(visible)
     if sorting.column is not None:
         listed.sort(key=lambda d: _sort_key(each[d.id][sorting.column or 0], sorting.descending))
     rows = [
@@ -93,20 +91,6 @@ def score_rows(
         *(_score_row(d.name, pairs, each[d.id]) for d in listed),
     ]
     return tuple(rows), tuple(d.id for d in listed)
-
-
-def _scores_by_demonstration(
-    run: RunResult,
-) -> list[tuple[DemonstrationResult, dict[str, Mapping[str, object]]]]:
-    """Each tested demonstration with its scores by stage, in the order of the run."""
-    lists = {stage: run.scores.get(stage, {}).get("demonstrations", ()) for stage in STAGES}
-    return [
-        (
-            reviewed,
-            {stage: intervals[i] for stage, intervals in lists.items() if i < len(intervals)},
-        )
-        for i, reviewed in enumerate(run.tested)
-    ]
 
 
 def _score_row(

@@ -116,8 +116,7 @@ def read_latest(path: Path, task: str, viewer: str) -> Generator[object, None, M
     yield None
     with Project.open(path) as project:
         for run in reversed(project.runs.summaries(KIND)):
-            tasks = run.settings.get("choice", {}).get("tasks")
-            if tasks == [task] and _may_see(project, run, viewer):
+            if run.tasks == (task,) and _may_see(project, run, viewer):
                 return load_measured(project, run.id)
             yield None
     return None

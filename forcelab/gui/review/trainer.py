@@ -16,12 +16,12 @@ from forcelab.errors import ForcelabError, InputError
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import training_preferences
-from forcelab.gui.review.training_backend import Backend, RunInfo, SettingsAndChoice, freshness_text
+from forcelab.gui.review.training_backend import Backend, SettingsAndChoice, freshness_text
 from forcelab.labels import Segments, is_model
 from forcelab.recognition.groups import default_fold_count
 
 if TYPE_CHECKING:
-    from forcelab.project import Project
+    from forcelab.project import Project, RunSummary
     from forcelab.recognition.dataset import DataSelection
     from forcelab.recognition.settings import Settings
     from forcelab.review.run_result import RunResult
@@ -240,7 +240,7 @@ class Trainer(QObject):
         self._path: Path | None = None
         self._reset_task()
         self.jobs = jobs
-        self.runs: tuple[RunInfo, ...] = ()
+        self.runs: tuple[RunSummary, ...] = ()
         self._backend = backend or Backend()
         document.listing_changed.connect(self._listing_changed)
         self._counter = EditCounter(document, self._backend.count_edits, self)
@@ -429,7 +429,7 @@ class Trainer(QObject):
                 key=LISTING_RUNS,
             )
 
-    def _listed(self, runs: tuple[RunInfo, ...]) -> None:
+    def _listed(self, runs: tuple[RunSummary, ...]) -> None:
         """Offer the runs; where none is reviewed yet, the latest one is."""
         self.runs = runs
         self.runs_changed.emit()
@@ -443,13 +443,13 @@ class Trainer(QObject):
         demonstrations comes before one that learnt from them and tested others.
         """
         run = min(
-            (run for run in self.runs if self.task in run.tasks),
-            key=lambda run: (None, self.task, run.tested).index(run.tested),
+            (run for run in self.runs if self.task in (*run.tasks, run.test_task)),
+            key=lambda run: (None, self.task, run.test_task).index(run.test_task),
             default=None,
         )
         reviewed = self.document.review.run
-        if run is not None and (reviewed is None or reviewed.number != run.number):
-            self.show_run(run.number)
+        if run is not None and (reviewed is None or reviewed.number != run.id):
+            self.show_run(run.id)
         elif run is None and reviewed is not None:
             self.document.review.set_run(None)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,19 +17,6 @@ if TYPE_CHECKING:
 
 #: Gives settings and choice.
 SettingsAndChoice = Callable[[], "tuple[Settings, DataSelection]"]
-
-
-@dataclass(frozen=True, slots=True)
-class RunInfo:
-    """A run that the project keeps, as it is listed."""
-
-    number: int
-    time: datetime  # UTC
-    title: str  # what was evaluated, such as "stylus"
-    tasks: tuple[str, ...]  # those trained on, and the one tested on
-    f1: float | None  # pooled F1 at half overlap after the filters, 0 to 1; None: nothing tested
-    preset: str = ""  # the one that its settings began with
-    tested: str | None = None  # the task tested on; None: each demonstration was left out once
 
 
 class Backend:
@@ -71,14 +57,13 @@ class Backend:
         with Project.open(path) as project:
             return load_run(project, number)
 
-    def list_runs(self, path: Path) -> Generator[object, None, tuple[RunInfo, ...]]:
+    def list_runs(self, path: Path) -> Generator[object, None, tuple[RunSummary, ...]]:
         """Read which runs can be reviewed, the latest first."""
         from forcelab.project import Project
 
         yield None
         with Project.open(path) as project:
-            runs = project.runs.summaries("evaluate")
-        return tuple(_run_info(run) for run in reversed(runs))
+            return project.runs.summaries("evaluate")[::-1]
 
     def remove(self, path: Path, number: int) -> Generator[object, None, None]:
         """Remove a run for good; to make the store's file smaller may take seconds."""
@@ -93,20 +78,6 @@ class Backend:
         from forcelab.review.run_result import edits_since
 
         return edits_since(project, run)
-
-
-def _run_info(run: RunSummary) -> RunInfo:
-    choice = run.settings.get("choice", {})
-    tasks = [*choice.get("tasks", ()), choice.get("test_task")]
-    return RunInfo(
-        number=run.id,
-        time=run.time,
-        title=str(run.digest.get("title", "")),
-        tasks=tuple(task for task in tasks if task is not None),
-        f1=run.digest.get("f1"),
-        preset=str(run.settings.get("preset", "")),
-        tested=choice.get("test_task"),
-    )
 
 
 def freshness_text(
@@ -133,15 +104,15 @@ def freshness_text(
     return f"{age}, no recogniser kept", "no recogniser kept"
 
 
-def run_text(run: RunInfo) -> str:
+def run_text(run: RunSummary) -> str:
     """A run in a list: its number, what, how, how good, and when."""
     local = run.time.astimezone()
     now = datetime.now(local.tzinfo)
     day = "" if local.date() == now.date() else "%d %b " if local.year == now.year else "%d %b %Y "
     when = local.strftime(f"{day}%H:%M")
     score = "" if run.f1 is None else f" · F1 {100 * run.f1:.0f} %"
-    preset = f" · {run.preset}" if run.preset else ""
-    return f"{run.number}: {run.title}{preset}{score} · {when}"
+    preset = f" · {name}" if (name := run.settings.get("preset")) else ""
+    return f"{run.id}: {run.title}{preset}{score} · {when}"
 
 
 def training_progress_text(step: TrainingStep, *, short: bool = False) -> str:

@@ -81,7 +81,7 @@ class RunComboBox(ElidedComboBox):
     def refresh(self) -> None:
         self.clear()
         for run in self.trainer.runs:
-            self.addItem(run_text(run), run.number)
+            self.addItem(run_text(run), run.id)
         set_enabled_with_reason(self, "" if self.trainer.runs else "Nothing was trained yet.")
         self.setPlaceholderText("no run yet")
         texts = map(run_text, self.trainer.runs)
@@ -370,7 +370,7 @@ class TrainingBar(QWidget):
             for run in self.trainer.runs:
                 entry = runs.addAction(escape_ampersands(run_text(run)))
                 entry.triggered.connect(
-                    lambda _checked=False, number=run.number: self.trainer.show_run(number)
+                    lambda _checked=False, number=run.id: self.trainer.show_run(number)
                 )
         if self.compare.isHidden():
             self._menu.addAction("Compare two runs…", self.compare_requested.emit)

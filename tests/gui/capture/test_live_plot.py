@@ -60,7 +60,8 @@ def test_columns_have_every_extreme_and_leave_gaps_open():
     times = np.r_[0:1:0.001, 2:3:0.001]
     values = np.random.default_rng(0).normal(size=(len(times), 2))
     edges = np.linspace(-0.5, 3.5, 81)
-    low, high = pixel_columns(times, values, edges)
+    extremes = pixel_columns(times, values, edges)
+    low, high = extremes.low, extremes.high
     for column in range(80):
         inside = (times >= edges[column]) & (times < edges[column + 1])
         if not inside.any():
@@ -69,7 +70,7 @@ def test_columns_have_every_extreme_and_leave_gaps_open():
         assert (low[column] <= values[inside].min(axis=0)).all()
         assert (high[column] >= values[inside].max(axis=0)).all()
     np.testing.assert_array_equal(np.nanmin(low, axis=0), values.min(axis=0))
-    held, _ = pixel_columns(np.array([0.22]), np.array([[7.0]]), edges, holds=True)
+    held = pixel_columns(np.array([0.22]), np.array([[7.0]]), edges, holds=True).low
     assert np.isnan(held[:14]).all()
     assert (held[14:] == 7.0).all()
 

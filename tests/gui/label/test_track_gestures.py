@@ -10,13 +10,13 @@ from forcelab.gui.label.track_gestures import (
     SnapTargets,
     gap_at,
     hit,
-    index_at,
     is_on_target,
     round_to_sample,
     snap,
 )
 from forcelab.gui.view_state import Snap
 from forcelab.labels import Segment
+from forcelab.segment_edits import index_at
 
 SAMPLES = np.arange(1000) / 100
 

@@ -18,7 +18,6 @@ from forcelab.gui.label.track_painting import (
     paint_row,
     short_name,
     styles_of,
-    visible,
 )
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.theme import colours
@@ -144,12 +143,6 @@ def test_a_name_is_written_only_where_its_letters_are_not_cut(document, height, 
     painter.end()
     inks = {image.pixel(x, y) for x in range(4, 196) for y in range(2, int(height) - 2)}
     assert (len(inks) > 1) == written
-
-
-def test_visible_segments_reach_into_the_span():
-    assert visible(TRACK, 2.5, 5.5) == TRACK[1:]
-    assert visible(TRACK, 3.0, 5.0) == ()
-    assert visible(TRACK, 1.9, 1.95) == TRACK[:1]
 
 
 def test_the_rarest_of_a_crowd_is_seen():

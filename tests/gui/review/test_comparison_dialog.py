@@ -1,12 +1,11 @@
 """The dialog that compares two runs: what is offered, shown, marked and opened."""
 
 from dataclasses import replace
-from datetime import datetime, timezone
 
 import pytest
 from factories import random_run_result
 from PySide6.QtGui import QColor
-from window_helpers import open_painted_document
+from window_helpers import open_painted_document, run_summary
 
 from forcelab.errors import InputError
 from forcelab.gui.review.comparison_dialog import (
@@ -15,7 +14,7 @@ from forcelab.gui.review.comparison_dialog import (
     settings_differences,
 )
 from forcelab.gui.review.metrics import AGREEMENT_METRICS
-from forcelab.gui.review.training_backend import Backend, RunInfo
+from forcelab.gui.review.training_backend import Backend
 from forcelab.gui.theme import colours
 from forcelab.recognition.settings import Settings
 from forcelab.review.run_comparison import compare_runs
@@ -37,8 +36,7 @@ class Runs(Backend):
 
     def list_runs(self, _path):
         yield None
-        time = datetime(2026, 1, 2, 12, tzinfo=timezone.utc)
-        runs = [RunInfo(o.number, time, o.title, o.tasks, 0.5) for o in self.results]
+        runs = [run_summary(o.number, o.title, tasks=o.tasks) for o in self.results]
         return tuple(reversed(runs))
 
     def load(self, _path, number):
@@ -150,9 +148,7 @@ def test_settings_that_differ_are_called_as_in_the_dialog_where_they_are_chosen(
 def test_the_chosen_metric_is_shown_for_each_demonstration(dialog, document, runs):
     number = [row.cells[0] for row in dialog.model.rows].index("Edit (%)")
     dialog.table.setCurrentIndex(dialog.model.index(number, 0))
-    expected = [
-        f"{100 * scores['edit']:.1f}" for scores in runs[1].scores["filtered"]["demonstrations"]
-    ]
+    expected = [f"{100 * item.scores['filtered']['edit']:.1f}" for item in runs[1].tested]
     assert [row.cells[1] for row in dialog.each_model.rows] == expected
     dialog.each.clicked.emit(dialog.each_model.index(1, 0))
     assert document.id == document.infos[1].id

@@ -17,7 +17,8 @@ from forcelab.gui.review import explanation_plots
 from forcelab.gui.review.explanation import ExplanationView, ModelCache
 from forcelab.gui.review.explanation_plots import balance_colours
 from forcelab.jobs import Progress, finish
-from forcelab.review.differences import Interval, interval_at
+from forcelab.labels import Interval
+from forcelab.review.differences import interval_at
 from forcelab.review.explanation import train_held_out
 
 SETTINGS = QUICK_SETTINGS.replace(classifier="naive-bayes")

@@ -20,13 +20,13 @@ from forcelab.gui.review.pairs import PairsView
 from forcelab.gui.review.pairs_list import hit_tooltip
 from forcelab.gui.review.reviewed_run import with_keys
 from forcelab.label_map import MergeMap
-from forcelab.labels import Segment
+from forcelab.labels import Interval, Segment
 from forcelab.project import Project
 from forcelab.project.tracks import TrackStore
 from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
-from forcelab.review.differences import Interval
-from forcelab.review.run_result import DemonstrationResult, action_styles
+from forcelab.review.run_result import action_styles
 from forcelab.vocabulary import Vocabulary
 
 VOCABULARY = Vocabulary().with_actions(*FOAM_ACTIONS)
@@ -407,8 +407,9 @@ def test_proposals_stand_below_with_the_prediction_alone(shown, study):
 
 
 def test_the_accuracy_is_that_of_the_run_until_the_track_is_edited(shown, study):
-    scores = {"filtered": {"demonstrations": [{"accuracy": 0.123}] * 3}}
-    view = shown(unscored_run_result([reviewed(i.id, i.name) for i in study.infos], scores=scores))
+    scores = {"filtered": {"accuracy": 0.123}}
+    tested = [replace(reviewed(i.id, i.name), scores=scores) for i in study.infos]
+    view = shown(unscored_run_result(tested))
     assert view.area.entries[0].share == 0.123
     study.open_demonstration(view.area.entries[0].id)
     study.editor.paint(3.0, 4.0, "hold")

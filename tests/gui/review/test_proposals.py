@@ -11,9 +11,8 @@ from window_helpers import open_training_document, status_messages
 
 from forcelab.gui.document import ReviewState
 from forcelab.gui.review.proposals import ProposalsView
-from forcelab.labels import Segment
-from forcelab.review.differences import Interval
-from forcelab.review.run_result import DemonstrationResult
+from forcelab.labels import Interval, Segment
+from forcelab.recognition.results import DemonstrationResult
 
 
 @pytest.fixture

@@ -16,11 +16,11 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import guard_typing
 from forcelab.gui.review.queue import QueueView
 from forcelab.gui.review.queue_list import QueueSection
-from forcelab.labels import Segment
+from forcelab.labels import Interval, Segment
 from forcelab.recognition.probabilities import ProbabilityTrace
-from forcelab.review.differences import Difference, Interval
+from forcelab.recognition.results import DemonstrationResult
+from forcelab.review.differences import Difference
 from forcelab.review.queue import Queue
-from forcelab.review.run_result import DemonstrationResult
 
 HUMAN = (Segment(0, 2, "grab"), Segment(2, 6, "hold"), Segment(6, 8, "release"))
 #: An edge 0.1 s late, a wrong action, a hole, and something after the last label.
@@ -298,7 +298,7 @@ def test_undo_gives_a_withdrawn_verdict_back(view, until):
     view.step(1)
     view.judge("human")
     until(lambda: not view.reader.stale)
-    view.document.review.examine(view.model.sections[-1].item(0).place)
+    view.document.review.examine(view.model.sections[-1].item(0).about)
     assert view.withdraw()
     assert view.undo()
     assert verdicts(view) == [(3, "human")]
@@ -337,7 +337,7 @@ def test_a_verdict_is_withdrawn_and_the_place_is_open_again(view, until):
     view.step(1)
     view.judge("ambiguous")
     until(lambda: not view.reader.stale)
-    view.document.review.examine(view.model.sections[-1].item(0).place)
+    view.document.review.examine(view.model.sections[-1].item(0).about)
     assert not view.buttons.withdraw.isHidden()
     assert view.withdraw()
     until(lambda: not view.reader.stale)
@@ -360,7 +360,7 @@ def test_delete_in_the_queue_withdraws_the_verdict_and_erases_no_label(view, unt
     QTest.keyClick(view.list, Qt.Key.Key_Delete)
     assert document.editor.segments == before
     assert len(document.project.coding.verdicts()) == 1  # an open place has none to withdraw
-    document.review.examine(view.model.sections[-1].item(0).place)
+    document.review.examine(view.model.sections[-1].item(0).about)
     QTest.keyClick(view.list, Qt.Key.Key_Delete)
     until(lambda: not view.reader.stale)
     assert document.editor.segments == before

@@ -41,12 +41,15 @@ def test_every_metric_of_the_scores_is_shown_with_its_own_explanation():
 
 
 def test_numbers_are_those_of_the_run_pooled_first_raw_beside_filtered(view, document):
-    scores = document.review.run.scores
+    run = document.review.run
     for which in (0, 1):
         view.which.setCurrentIndex(which)
         for number, metric in enumerate(view.metrics):
             for offset, stage in enumerate(("raw", "filtered")):
-                records = [scores[stage]["pooled"], *scores[stage]["demonstrations"]]
+                records = [
+                    run.scores[stage]["pooled"],
+                    *(item.scores[stage] for item in run.tested),
+                ]
                 expected = [metric.text(look_up(record, metric.path)) for record in records]
                 found = column(view, 2 * number + offset)
                 assert [found[0], *found[2:]] == expected

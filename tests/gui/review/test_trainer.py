@@ -1,13 +1,13 @@
 """The trainer of the window: one at a time, on a snapshot, and the old result stays."""
 
 from dataclasses import replace
-from datetime import datetime, timezone
 
 import pytest
 from factories import add_run, remove_demonstration, run_result_of
 from window_helpers import (
     FakeTrainingBackend,
     open_training_document,
+    run_summary,
     status_messages,
     training_step,
 )
@@ -19,7 +19,6 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import training_preferences
 from forcelab.gui.review.tab import TrainingIndicator
 from forcelab.gui.review.trainer import Trainer, default_author
-from forcelab.gui.review.training_backend import RunInfo
 from forcelab.gui.review.training_bar import TrainingBar
 from forcelab.labels import Segment
 from forcelab.project import Project, Verdict
@@ -33,10 +32,6 @@ from forcelab.recognition.settings import Settings
 def document(app):
     with open_training_document() as document:
         yield document
-
-
-def run_info(number, task, title=""):
-    return RunInfo(number, datetime(2026, 3, 1, tzinfo=timezone.utc), title or task, (task,), 0.9)
 
 
 def test_training_ends_with_the_run_in_the_document(trainer, document, work, until):
@@ -186,7 +181,17 @@ def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_
         if number == 1:
             judged = work.result.number
             project.coding.add_verdict(
-                Verdict(document.id, "Bea", "Ann", 6.0, 7.0, "grab", "hold", "human", judged)
+                Verdict(
+                    document.id,
+                    6.0,
+                    7.0,
+                    "grab",
+                    "hold",
+                    author="Bea",
+                    coder="Ann",
+                    verdict="human",
+                    run=judged,
+                )
             )
     stored = [run.id for run in project.runs.summaries()]
     assert stored[:2] == [requested, judged]
@@ -242,7 +247,7 @@ def test_what_was_painted_meanwhile_is_trained_next(trainer, document, work, unt
 
 
 def test_a_reopened_project_shows_its_last_result(document, work, until):
-    work.runs = (run_info(9, "stylus"), run_info(7, "foam"), run_info(3, "foam"))
+    work.runs = (run_summary(9, "stylus"), run_summary(7, "foam"), run_summary(3, "foam"))
     work.outcomes = {n: run_result_of(document.project, n, "foam") for n in (3, 7)}
     jobs = Jobs()
     trainer = Trainer(document, jobs, backend=work)
@@ -258,10 +263,10 @@ def test_a_reopened_project_shows_its_last_result(document, work, until):
 
 
 def test_a_task_s_own_run_comes_before_a_later_one_that_tested_another_task(document, work, until):
-    across = replace(run_info(9, "foam"), tasks=("foam", "stylus"), tested="stylus")
-    onto = replace(run_info(5, "stylus"), tasks=("stylus", "foam"), tested="foam")
+    across = run_summary(9, "foam", test_task="stylus")
+    onto = run_summary(5, "stylus", test_task="foam")
     for runs, number in (
-        ((across, onto, run_info(3, "foam")), 3),
+        ((across, onto, run_summary(3, "foam")), 3),
         ((across, onto), 5),
         ((across,), 9),
     ):

@@ -1,7 +1,5 @@
 """The training bar: what it says, and that nothing is cut off where there is little room."""
 
-from dataclasses import replace
-from datetime import datetime, timezone
 from itertools import pairwise
 
 import pytest
@@ -10,11 +8,11 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu
-from window_helpers import open_training_document, training_step
+from window_helpers import open_training_document, run_summary, training_step
 
 from forcelab.errors import InputError
 from forcelab.gui.removal_dialog import Removal
-from forcelab.gui.review.training_backend import RunInfo, run_text
+from forcelab.gui.review.training_backend import run_text
 from forcelab.gui.review.training_bar import TrainingBar
 from forcelab.labels import Segment
 from forcelab.project import Verdict
@@ -33,10 +31,6 @@ def bar(document, trainer, show, app):
     bar = show(TrainingBar(document, trainer), 1300, 40)
     app.processEvents()
     return bar
-
-
-def run_info(number, task="foam", f1=0.9):
-    return RunInfo(number, datetime(2026, 3, 1, 12, tzinfo=timezone.utc), task, (task,), f1)
 
 
 def test_the_button_trains_and_cancel_answers_at_once(bar, trainer, work, until):
@@ -118,7 +112,7 @@ def test_whose_labels_are_trained_on_stands_beside_the_button_among_several(
 
 @pytest.mark.parametrize("training", [False, True])
 def test_at_no_width_is_anything_cut_off(bar, trainer, work, until, app, training):
-    work.runs = tuple(run_info(n) for n in range(1, 4))
+    work.runs = tuple(run_summary(n) for n in range(1, 4))
     trainer.list_runs()
     until(lambda: trainer.runs)
     if training:
@@ -137,7 +131,7 @@ def test_at_no_width_is_anything_cut_off(bar, trainer, work, until, app, trainin
 
 
 def test_what_has_no_room_is_in_the_menu(bar, trainer, work, until, app):
-    work.runs = (run_info(2), run_info(1))
+    work.runs = (run_summary(2), run_summary(1))
     work.outcomes = {n: run_result_of(trainer.document.project, n) for n in (1, 2)}
     trainer.list_runs()
     until(lambda: trainer.document.review.run is not None)
@@ -184,20 +178,20 @@ def test_what_training_hides_hands_the_keyboard_to_what_cancels_it(bar, trainer,
 
 
 def test_the_runs_can_be_chosen(bar, trainer, work, document, until):
-    work.runs = (run_info(2, f1=None), run_info(1))
+    work.runs = (run_summary(2, f1=None), run_summary(1))
     work.outcomes = {n: run_result_of(document.project, n) for n in (1, 2)}
     trainer.list_runs()
     until(lambda: bar.runs.currentData() == 2)
     assert "F1 90 %" in bar.runs.itemText(1)
     assert "F1" not in bar.runs.itemText(0)
     assert bar.runs.itemText(0).startswith("2: foam · 01 Mar")
-    text = run_text(replace(run_info(7), preset="fast"))  # two runs of a task are told apart
+    text = run_text(run_summary(7, preset="fast"))  # two runs of a task are told apart
     assert text.startswith("7: foam · fast · F1 90 %")
     bar.runs.activated.emit(1)
     until(lambda: document.review.run.number == 1)
     assert bar.runs.currentData() == 1
     bar.runs.resize(400, 30)
-    assert bar.runs.shown_text == bar.runs.currentText() == run_text(run_info(1))
+    assert bar.runs.shown_text == bar.runs.currentText() == run_text(run_summary(1))
     bar.runs.resize(120, 30)
     assert bar.runs.shown_text.endswith("…")  # never just cut off
     assert bar.runs.currentText() in bar.runs.toolTip()
@@ -209,9 +203,11 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
     project = document.project
     numbers = [add_run(project, n=n) for n in range(3)]
     id_ = project.demonstrations.infos("foam")[0].id
-    verdict = Verdict(id_, "Bob", "Ann", 0.0, 1.0, "grab", "hold", "model", run=numbers[2])
+    verdict = Verdict(
+        id_, 0.0, 1.0, "grab", "hold", author="Bob", coder="Ann", verdict="model", run=numbers[2]
+    )
     project.coding.add_verdict(verdict)
-    work.runs = tuple(run_info(n) for n in reversed(numbers))
+    work.runs = tuple(run_summary(n) for n in reversed(numbers))
     work.outcomes = {n: run_result_of(project, n) for n in numbers}
     trainer.list_runs()
     until(lambda: bar.runs.currentData() == numbers[2])
@@ -229,7 +225,7 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
     assert action.isEnabled()
     menu.close()
     dialog = ask_removal()
-    assert run_text(run_info(numbers[2])) in dialog.text.text()
+    assert run_text(run_summary(numbers[2])) in dialog.text.text()
     assert "Verdicts were given on it (1)" in dialog.text.text()
     dialog.reject()
     until(lambda: not trainer.jobs.busy)
@@ -245,7 +241,7 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
 
 
 def test_a_run_that_cannot_be_read_is_not_said_to_be_reviewed(bar, trainer, work, document, until):
-    work.runs = (run_info(2), run_info(1))
+    work.runs = (run_summary(2), run_summary(1))
     work.outcomes = {2: run_result_of(document.project, 2)}
     trainer.list_runs()
     until(lambda: bar.runs.currentData() == 2)
