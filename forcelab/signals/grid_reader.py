@@ -7,13 +7,13 @@ channel is looked through for glitches only once a number comes up that may be o
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.demonstration import GAP_PERIODS, Demonstration
+from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.signals.channels import channel_map
@@ -171,12 +171,12 @@ def _long_runs(lost: Flags, before: int, after: int) -> Flags:
     return out
 
 
-def columns_of(demonstration: Demonstration, channel: str) -> tuple[int, ...]:
+def columns_of(channels: Sequence[Channel], channel: str) -> tuple[int, ...]:
     """The recorded columns that a channel is made of."""
-    names = [recorded.name for recorded in demonstration.channels]
+    names = [recorded.name for recorded in channels]
     if channel in names:
         return (names.index(channel),)
-    mapping = channel_map(demonstration.channels, (channel,))
+    mapping = channel_map(channels, (channel,))
     return tuple(mapping.recorded[place] for place in mapping.columns[0])
 
 
@@ -188,7 +188,7 @@ def open_reader(
     `channel`: name of a recorded channel, or of a recognition channel (see
     :func:`~forcelab.signals.channels.channel_map`).
     """
-    columns = columns_of(demonstration, channel)
+    columns = columns_of(demonstration.channels, channel)
     times, own_rate = demonstration.times, 1.0 / demonstration.period
     n = len(times)
     true = (n - 1) / float(times[-1] - times[0])

@@ -221,7 +221,7 @@ def scalogram(
         coarse = replace(coarse, values=values)
     yield Step(1, 2, "first picture", coarse)
     if cells is None:
-        exact = _phases(view, scales, at) if phase else _blocks(view, scales, at, False)
+        exact = _phases(view, scales, at) if phase else largest_magnitudes(view, scales, at)
         return replace(picture, values=(yield from _steps(exact, coarse)))
     rough = values[np.arange(len(scales)) * len(thinned) // len(scales)]
     each = max(1, SHOWN // BLOCK)
@@ -286,6 +286,21 @@ def _bands(scales: Real, wavelet: Morlet) -> list[tuple[slice, int]]:
     return bands
 
 
+def reach(scales: Real, wavelet: Morlet) -> int:
+    """Samples on either side that are read for the coefficients of some scales."""
+    return EVEN + max(half for _, half in _bands(scales, wavelet))
+
+
+def largest_magnitudes(
+    view: ChannelView, scales: Real, bounds: Whole
+) -> Generator[Progress, None, Picture]:
+    """Decimal logarithms of the largest magnitudes between neighbouring samples; a job.
+
+    `bounds` (m + 1,): samples of the grid, rising. Gives (k, m); NaN where nothing is known.
+    """
+    return _blocks(view, scales, bounds, False)
+
+
 def _values(view: ChannelView, values: Real, scales: Real, at: Whole, phase: bool) -> Picture:
     """Phases at some samples, or logarithms of the largest magnitudes between neighbouring ones.
 
@@ -326,16 +341,15 @@ def _block(
 ) -> Generator[Progress, None, Picture]:
     """The same on the channel's grid, of one block; a job. NaN where nothing is known."""
     first, last = int(at[0]), int(at[-1]) + int(phase)
-    bands = _bands(scales, view.wavelet)
 
     def around(half: int) -> tuple[int, int]:
         begin = max(0, first - half)
         return begin, min(view.reader.count, begin + EVEN * -(-(last + half - begin) // EVEN))
 
-    begin, end = around(max(half for _, half in bands))
+    begin, end = around(reach(scales, view.wavelet))
     values, known = view.reader.read(begin, end)
     parts = []
-    for rows, half in bands:
+    for rows, half in _bands(scales, view.wavelet):
         left, right = around(half)
         piece = values[np.newaxis, left - begin : right - begin]
         parts.append(_values(view, piece, scales[rows], at - left, phase)[0])
