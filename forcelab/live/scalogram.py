@@ -36,7 +36,7 @@ DECADES, TOP = 3.0, 0.998
 CALM, ABOVE = 0.5, 2.0
 #: Half-width of a wavelet in scales: beyond it 1.4e-3 of the largest coefficient is missed, where a
 #: colour stands for a hundredth of the range and more.
-HALF_WIDTH, TOLERANCE = 4.3, 1.4e-3
+HALF_WIDTH = 4.3
 #: Smallest scale, in samples: a wavelet that is not cut by the Nyquist frequency. Largest scale;
 #: and the share of the seconds shown that a wavelet may take to become complete.
 SMALLEST, LARGEST, SHARE = 3.0, 1024.0, 0.45

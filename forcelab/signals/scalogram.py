@@ -186,24 +186,16 @@ def scalogram(
     last = max(min(reader.place(end), float(reader.count)), first + 1.0)
     count = max(1, min(columns, MAX_COLUMNS, math.floor(last - first)))
     edges = np.linspace(first, last, count + 1)
-    picture = Scalogram(
-        reader.time(first),
-        reader.time(last),
-        scales,
-        np.empty((0, 0), dtype=np.float32),
-        phase,
-        view,
-        False,
-    )
+    span, empty = (reader.time(first), reader.time(last)), np.empty((0, 0), dtype=np.float32)
+    picture = Scalogram(*span, scales, empty, phase, view, False)
     at = _centres(edges) if phase else _bounds(edges)
     if last - first <= LONG:
         exact = _blocks(view, scales, at, phase)
         return replace(picture, values=(yield from _steps(exact, None)))
-    cells = None if phase else view.cells(scales)
-    if cells is not None and not cells.serve(edges):
-        cells = None
-    missing = [] if cells is None else cells.missing(first, last)
-    if cells is not None and not missing:
+    cells = view.cells(scales)
+    in_cells = not phase and cells.serve(edges)
+    missing = cells.missing(first, last)
+    if in_cells and not missing:
         return replace(picture, values=cells.picture(edges))
     thinned = _thinned(scales)
     narrow, wide, mean = _first_rows(thinned, view.wavelet, last - first)
@@ -220,7 +212,7 @@ def scalogram(
         values[:, np.isnan(rest).all(axis=0)] = np.nan  # a gap ends where it ends
         coarse = replace(coarse, values=values)
     yield Step(1, 2, "first picture", coarse)
-    if cells is None:
+    if not in_cells:
         exact = _phases(view, scales, at) if phase else largest_magnitudes(view, scales, at)
         return replace(picture, values=(yield from _steps(exact, coarse)))
     rough = values[np.arange(len(scales)) * len(thinned) // len(scales)]
@@ -483,7 +475,8 @@ def _means(
 class Cells:
     """The largest magnitudes of a channel in all cells of a few samples, as far as computed.
 
-    `scales` (k,): in samples, rising; `size`: samples of a cell, a power of two.
+    `scales` (k,): in samples, rising; `size`: samples of a cell, a power of two; `values` (k,
+    cells): decimal logarithms, NaN where nothing is known.
     """
 
     def __init__(self, view: ChannelView, scales: Real) -> None:
@@ -492,12 +485,8 @@ class Cells:
         self.size = CELL
         while 4 * len(scales) * count > MOST * self.size:
             self.size *= 2
-        self._values = np.zeros((len(scales), -(-count // self.size)), dtype=np.float32)
+        self.values = np.zeros((len(scales), -(-count // self.size)), dtype=np.float32)
         self._done = np.zeros(-(-count // BLOCK), dtype=bool)
-
-    @property
-    def nbytes(self) -> int:
-        return self._values.nbytes
 
     def serve(self, edges: Real) -> bool:
         """Whether columns are so wide that their edges move by a quarter of one at most."""
@@ -516,14 +505,14 @@ class Cells:
         bounds = np.append(np.arange(begin, end, self.size), end)
         values = yield from _block(self._view, self.scales, bounds, False)
         first = begin // self.size
-        self._values[:, first : first + values.shape[1]] = values
+        self.values[:, first : first + values.shape[1]] = values
         self._done[block] = True
 
     def _nearest(self, edges: Real) -> Whole:
         """The cells nearest to edges of columns; edges do not depend on the last bits."""
         nearest = np.floor(edges / self.size + 0.5 + ROUNDING).astype(np.int64)
-        nearest[:-1] = np.minimum(nearest[:-1], self._values.shape[1] - 1)
-        nearest[-1] = max(min(nearest[-1], self._values.shape[1]), nearest[-2] + 1)
+        nearest[:-1] = np.minimum(nearest[:-1], self.values.shape[1] - 1)
+        nearest[-1] = max(min(nearest[-1], self.values.shape[1]), nearest[-2] + 1)
         return nearest
 
     def done(self, edges: Real) -> Flags:
@@ -536,4 +525,4 @@ class Cells:
     def picture(self, edges: Real) -> Picture:
         """Logarithms of the largest magnitudes in columns that the cells :meth:`serve`."""
         cells = self._nearest(edges)
-        return np.fmax.reduceat(self._values[:, : cells[-1]], cells[:-1], axis=1)
+        return np.fmax.reduceat(self.values[:, : cells[-1]], cells[:-1], axis=1)

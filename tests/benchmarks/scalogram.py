@@ -81,7 +81,7 @@ def measuring(
             judged = partial(_judged, x, first, span)
             ways.append((span, kind, Method(f"{kind}, {span}", run, judged)))
     timed = yield from timed_methods([way for _, _, way in ways], repetitions)
-    megabytes = view.cells(row_scales(ROWS, LARGEST)).nbytes / 1e6
+    megabytes = view.cells(row_scales(ROWS, LARGEST)).values.nbytes / 1e6
     return with_front(
         [
             _row(span, kind, timing, megabytes if span > LONG else None)
