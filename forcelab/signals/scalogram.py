@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Demonstration
 from forcelab.jobs import Progress
-from forcelab.signals.conditioning import noise_level
+from forcelab.signals.conditioning import condition
 from forcelab.signals.cwt_blocks import design
 from forcelab.signals.cwt_engine import plan_for
 from forcelab.signals.grid_reader import GridReader, open_reader
@@ -298,34 +298,18 @@ def _values(view: ChannelView, values: Real, scales: Real, at: Whole, phase: boo
 
     `values` (c, n): finite; `at` (m,): rising, from 0 to n. Gives (c, k, m), or one less.
     """
-    sized, exponents, noise = _sized(values)
+    ready = condition(values)
     plan = plan_for(values.shape[1], scales, view.wavelet, TOLERANCE)
-    floor = np.maximum(NOISE_SHARE * noise[:, np.newaxis], FLOOR * np.sqrt(scales))
+    floor = np.maximum(NOISE_SHARE * ready.noise[:, np.newaxis], FLOOR * np.sqrt(scales))
     if phase:
-        coefficients = plan.at_samples(sized, at)
+        coefficients = plan.at_samples(ready.values, at)
         angles = np.angle(coefficients)
         angles[np.abs(coefficients) <= floor[:, :, np.newaxis]] = np.nan
         return np.asarray(angles, dtype=np.float32)
-    power = plan.largest_power(sized, at)
+    power = plan.largest_power(ready.values, at)
     sizes = 0.5 * np.log10(np.maximum(power, floor[:, :, np.newaxis] ** 2))
-    sizes += (math.log10(2.0) * exponents)[:, np.newaxis, np.newaxis]
+    sizes += (math.log10(2.0) * ready.exponent)[:, np.newaxis, np.newaxis]
     return np.asarray(sizes, dtype=np.float32)
-
-
-def _sized(values: Real) -> tuple[Real, Whole, Real]:
-    """Channels about zero and of size 1, the powers of two taken out, and their noise.
-
-    As :func:`forcelab.signals.conditioning.condition` does, of many short pieces at once.
-    """
-    first = np.frexp(np.abs(values).max(axis=1))[1]
-    # Scaled before anything is subtracted: a difference of numbers near 1e308 overflows.
-    sized = np.ldexp(values, -first[:, np.newaxis])
-    noise = noise_level(sized)
-    sized -= 0.5 * (sized.max(axis=1, keepdims=True) + sized.min(axis=1, keepdims=True))
-    second = np.frexp(np.abs(sized).max(axis=1))[1]
-    sized = np.ldexp(sized, -second[:, np.newaxis])
-    exponents = np.where(sized.any(axis=1), first + second, 0)
-    return sized, exponents.astype(np.int64), np.ldexp(noise, -second)
 
 
 def _block(
