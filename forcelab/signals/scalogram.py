@@ -69,8 +69,8 @@ MEAN, MEANS = 16, 1 << 20
 #: Samples of a cell at least, and bytes of all cells of a channel at most: of recordings of more
 #: than 1e7 samples cells are larger.
 CELL, MOST = 64, 1 << 26
-#: Samples between two pictures of a long span while its cells are computed.
-SHOWN = 1 << 20
+#: Blocks between two pictures of a long span while its cells are computed: some 0.3 s.
+SHOWN = 4
 #: Stretches of a demonstration that tell its range of colours, the samples of each, and the columns
 #: and rows that it is seen in.
 STRETCHES, STRETCH, STRETCH_COLUMNS, STRETCH_ROWS = 6, 1 << 14, 512, 16
@@ -216,9 +216,8 @@ def scalogram(
         exact = _phases(view, scales, at) if phase else largest_magnitudes(view, scales, at)
         return replace(picture, values=(yield from _steps(exact, coarse)))
     rough = values[np.arange(len(scales)) * len(thinned) // len(scales)]
-    each = max(1, SHOWN // BLOCK)
     for number, block in enumerate(missing):
-        if number and number % each == 0:
+        if number and number % SHOWN == 0:
             # What is exact by then is shown.
             values = np.where(cells.done(edges), cells.picture(edges), rough)
             coarse = replace(picture, values=values, coarse=True)

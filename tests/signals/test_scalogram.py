@@ -141,8 +141,8 @@ def test_phases_of_cut_wavelets_are_as_sure_as_stated_for_any_carrier(p, last, c
 @pytest.fixture
 def long_from_little(monkeypatch):
     """Spans are long, and made of several blocks, that are short enough to be transformed."""
-    for name in ("LONG", "SHOWN", "BLOCK"):
-        monkeypatch.setattr(module, name, 1 << 14)
+    for name, value in (("LONG", 1 << 14), ("BLOCK", 1 << 14), ("SHOWN", 1)):
+        monkeypatch.setattr(module, name, value)
 
 
 @pytest.mark.usefixtures("long_from_little")
