@@ -400,6 +400,58 @@ class LogPolar:
         np.multiply(power, self._half, out=magnitudes)
 
 
+class LargestPower:
+    """The largest ``|W|^2`` between neighbouring bounds.
+
+    `bounds` (m + 1,): samples, rising; `power` (c, k, m).
+    """
+
+    direct: Floats | None = None
+
+    def __init__(self, channels: int, scales: int, bounds: NDArray[np.int64], single: bool) -> None:
+        kind = np.float32 if single else np.float64
+        self.power: Floats = np.zeros((channels, scales, len(bounds) - 1), dtype=kind)
+        self._bounds = bounds
+
+    def write(self, channels: slice, scales: slice, start: int, real: Floats, imag: Floats) -> None:
+        """Take parts, see :class:`Sink`."""
+        begin = max(start, int(self._bounds[0]))
+        end = min(start + real.shape[-1], int(self._bounds[-1]))
+        if begin >= end:
+            return
+        part = slice(begin - start, end - start)
+        power = np.multiply(real[..., part], real[..., part], out=real[..., part])
+        power += np.multiply(imag[..., part], imag[..., part], out=imag[..., part])
+        first = int(np.searchsorted(self._bounds, begin, side="right")) - 1
+        last = int(np.searchsorted(self._bounds, end))
+        places = np.maximum(self._bounds[first:last] - begin, 0)
+        largest = self.power[channels, scales, first:last]
+        np.maximum(largest, np.maximum.reduceat(power, places, axis=-1), out=largest)
+
+
+class AtSamples:
+    """The coefficients at some samples.
+
+    `samples` (m,): rising; `coefficients` (c, k, m).
+    """
+
+    direct: Floats | None = None
+
+    def __init__(
+        self, channels: int, scales: int, samples: NDArray[np.int64], single: bool
+    ) -> None:
+        kind = np.complex64 if single else np.complex128
+        self.coefficients: Complex = np.zeros((channels, scales, len(samples)), dtype=kind)
+        self._samples = samples
+
+    def write(self, channels: slice, scales: slice, start: int, real: Floats, imag: Floats) -> None:
+        """Take parts, see :class:`Sink`."""
+        first, last = np.searchsorted(self._samples, (start, start + real.shape[-1]))
+        places = self._samples[first:last] - start
+        into = self.coefficients[channels, scales, first:last]
+        into.real, into.imag = real[..., places], imag[..., places]
+
+
 #: M; rows that are transformed at once, and columns.
 PARTS = 64
 ROWS = 4

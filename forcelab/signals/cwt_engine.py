@@ -41,10 +41,12 @@ from forcelab.signals.cwt_blocks import (
     MEANS_A_ROW,
     PARTS,
     SINGLE,
+    AtSamples,
     Coefficients,
     Copies,
     Design,
     Interpolation,
+    LargestPower,
     LogPolar,
     Sink,
     Smoothing,
@@ -898,6 +900,24 @@ class Plan:
         sink = LogPolar(len(values), floor, self.n, self.single)
         self._run(values, sink)
         return self._as_asked(sink.magnitudes), self._as_asked(sink.phases)
+
+    def largest_power(self, values: Real, bounds: NDArray[np.int64]) -> Floats:
+        """The largest ``|W|^2`` of channels between neighbouring bounds.
+
+        `values` (c, n); `bounds` (m + 1,): samples, rising, from 0 to n. Gives (c, k, m).
+        """
+        sink = LargestPower(len(values), len(self.scales), bounds, self.single)
+        self._run(values, sink)
+        return self._as_asked(sink.power)
+
+    def at_samples(self, values: Real, samples: NDArray[np.int64]) -> Complex:
+        """The coefficients of channels at some samples.
+
+        `values` (c, n); `samples` (m,): rising. Gives (c, k, m).
+        """
+        sink = AtSamples(len(values), len(self.scales), samples, self.single)
+        self._run(values, sink)
+        return self._as_asked(sink.coefficients)
 
     def _run(self, values: Real, sink: Sink) -> None:
         if values.ndim != 2 or values.shape[1] != self.n:

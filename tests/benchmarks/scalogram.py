@@ -1,9 +1,7 @@
 """Error against run time of the scalogram on the screen: first and exact image of any span.
 
-Long spans are put together from tiles, so their exact image has three rows: with the tiles still to
-be computed, once for a recording; with those that a file has kept still to be read, once in each
-later session; and with them ready, ever after. First images of long spans are those with the
-channel's means ready; the very first one shows narrow wavelets alone until they are.
+Long spans are put together from cells that stay in memory, so their exact image has two rows: with
+the cells still to be computed, and with them ready.
 """
 
 from __future__ import annotations
@@ -11,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Generator, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,16 +20,13 @@ from forcelab.measure.timing import Method, Timed, timed_methods
 from forcelab.signals.cwt import cwt
 from forcelab.signals.scalogram import (
     LONG,
+    ChannelView,
     Scalogram,
     Step,
-    Survey,
-    load_tiles,
+    open_channel,
     row_scales,
     scalogram,
-    store_tiles,
-    survey,
 )
-from forcelab.signals.scalogram_frames import Columns
 
 Real = NDArray[np.float64]
 
@@ -75,27 +68,20 @@ def measuring(
     demonstration = Demonstration(
         "scalogram", "scalogram", np.arange(len(x)) / RATE, x[:, np.newaxis], (Channel("f", "N"),)
     )
-    yield Progress(0, 1, "survey")
-    view = finish(survey(demonstration, "f", LARGEST))
-    with TemporaryDirectory(prefix="forcelab-measure-") as folder:
-        ways = []
-        for span in spans:
-            first = (len(x) - span) // 2
-            kinds = [FIRST_IMAGE, EXACT]
-            if span > LONG:
-                kinds[1:] = [ONCE, FILE, READY]
-                yield Progress(0, 1, f"tiles of {span} samples")
-                finish(_job(view, first, span, columns))
-            for kind in kinds:
-                run = partial(_picture, view, first, span, columns, kind, Path(folder))
-                judged = partial(_judged, x, first, span)
-                ways.append((span, kind, Method(f"{kind}, {span}", run, judged)))
-        if spans[-1] > LONG:
-            tiles = view.tiles(row_scales(ROWS, LARGEST))
-            finish(tiles.building(tiles.missing(0, len(x))))
-            store_tiles(Path(folder), view, tiles.scales)
-        timed = yield from timed_methods([way for _, _, way in ways], repetitions)
-    megabytes = view.tiles(row_scales(ROWS, LARGEST)).nbytes / 1e6
+    yield Progress(0, 1, "range of colours")
+    view = finish(open_channel(demonstration, "f", LARGEST))
+    ways = []
+    for span in spans:
+        first = (len(x) - span) // 2
+        kinds = [FIRST_IMAGE, ONCE, READY] if span > LONG else [EXACT]
+        if READY in kinds:
+            finish(_job(view, first, span, columns))
+        for kind in kinds:
+            run = partial(_picture, view, first, span, columns, kind)
+            judged = partial(_judged, x, first, span)
+            ways.append((span, kind, Method(f"{kind}, {span}", run, judged)))
+    timed = yield from timed_methods([way for _, _, way in ways], repetitions)
+    megabytes = view.cells(row_scales(ROWS, LARGEST)).values.nbytes / 1e6
     return with_front(
         [
             _row(span, kind, timing, megabytes if span > LONG else None)
@@ -104,11 +90,10 @@ def measuring(
     )
 
 
-#: The first image, that which stays, and that of a long span before its tiles are there, with those
-#: of a file, and after.
-FIRST_IMAGE, EXACT = "first image", "exact image"
-ONCE, READY = "exact image, first time", "exact image, tiles ready"
-FILE = "exact image, tiles in a file"
+#: The only image of a short span; of a long one the first, and the exact one before its cells are
+#: there and after.
+EXACT, FIRST_IMAGE = "exact image", "first image"
+ONCE, READY = "exact image, first time", "exact image, seen before"
 
 
 def _noise(n: int) -> Real:
@@ -137,7 +122,9 @@ def _largest(x: Real, scale: float, edges: NDArray[np.int64]) -> Real:
     return out
 
 
-def _job(view: Survey, first: int, span: int, columns: int) -> Generator[Step, None, Scalogram]:
+def _job(
+    view: ChannelView, first: int, span: int, columns: int
+) -> Generator[Step, None, Scalogram]:
     """What computes the image of a span."""
     return scalogram(
         view,
@@ -148,30 +135,23 @@ def _job(view: Survey, first: int, span: int, columns: int) -> Generator[Step, N
     )
 
 
-def _picture(
-    view: Survey, first: int, span: int, columns: int, kind: str, folder: Path
-) -> Scalogram:
+def _picture(view: ChannelView, first: int, span: int, columns: int, kind: str) -> Scalogram:
     """Compute the image of a span, as far as it is asked for."""
-    if kind in (FIRST_IMAGE, ONCE):
-        view = view.without_tiles()
-    elif kind == FILE:
-        source, scales = view.source, row_scales(ROWS, LARGEST)
-        again = load_tiles(folder, source.demonstration, source.channel, scales, view.wavelet)
-        assert again is not None
-        view = again
+    if kind != READY:
+        view = replace(view)  # without the cells
     job = _job(view, first, span, columns)
     if kind != FIRST_IMAGE:
         return finish(job)
-    return next(step.picture for step in job if step.picture is not None)
+    return next(step.picture for step in job if step.text == "first picture")
 
 
 def _judged(x: Real, first: int, span: int, picture: Scalogram) -> Judgement:
     """How far columns are off, the worst of them; those of which nothing is known are left out."""
-    columns = picture.values.shape[1]
-    grid = Columns(first, span / columns, columns)
-    edges = grid.bounds()
-    if span > LONG and not picture.coarse:
-        edges = np.minimum(picture.view.tiles(picture.scales).bounds(grid)[1], len(x))
+    edges = first + span / picture.values.shape[1] * np.arange(picture.values.shape[1] + 1)
+    cells = picture.view.cells(picture.scales)
+    if span > LONG and not picture.coarse and cells.serve(edges):
+        edges = np.minimum(cells.size * np.floor(edges / cells.size + 0.5 + 1e-6), len(x))
+    edges = np.ceil(edges - 1e-6).astype(np.int64)
     worst = 0.0
     for row in _compared(picture.scales, span).tolist():
         found = 10.0 ** (2 * picture.values[row].astype(np.float64))
@@ -188,4 +168,4 @@ def _row(span: int, kind: str, timed: Timed[Judgement], megabytes: float | None)
     row = timed_row(kind, "magnitude", size, reference, timed, 1.0)
     if megabytes is None or row.refusal:
         return row
-    return replace(row, further={"tiles (MB)": megabytes})
+    return replace(row, further={"cells (MB)": megabytes})

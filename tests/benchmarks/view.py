@@ -581,11 +581,11 @@ FIRST, EXACT = "first scalogram", "exact scalogram"
 SPANS, NEARER = (4_000, 65_000, 1_000_000), 0.01
 #: Of exact pictures; a span rests for a while before it is computed.
 PROMPT = Bound("p95", LOADING_DELAY_MS / 1000 + 0.150)
-WAYS = ("never seen", "seen before", "from its file")
+WAYS = ("never seen", "seen before")
 
 #: Seconds to the first and to the exact picture.
 Taken = tuple[float, float]
-_Way = Callable[[Window], "Taken | None"]
+_Way = Callable[[Window], Taken]
 
 
 def measuring_scalograms(
@@ -608,14 +608,12 @@ def measuring_scalograms(
     with shown(path, size) as window:
         spans = [*(span for span in SPANS if span < count), count]
         names = cycle(channel.name for channel in CHANNELS)
-        ways: tuple[_Way, ...] = (partial(_never, names=names), _before, _from_file)
+        ways: tuple[_Way, ...] = (partial(_never, names=names), _before)
         for i, way in enumerate(ways):
             yield Progress(i, len(WAYS), f"{setting}: scalograms {WAYS[i]}")
             for span in spans:
                 _look(window, span, phase=i == 0)
                 taken = [way(window) for _ in range(times)]
-                if None in taken:  # only long recordings have files
-                    break
                 where = f"{setting}, {span:,} visible, {WAYS[i]}"
                 bounded = i > 0 or span == spans[0]
                 firsts, exacts = zip(*taken, strict=True)
@@ -640,8 +638,6 @@ def _never(window: Window, names: Iterator[str]) -> Taken:
     Phases end the computing of what is not seen, which is not waited for.
     """
     panel = window.label.scalogram
-    for file in _files(window):
-        file.unlink()
 
     def act() -> None:
         panel.set_phase(False)
@@ -664,17 +660,6 @@ def _before(window: Window) -> Taken:
     return taken
 
 
-def _from_file(window: Window) -> Taken | None:
-    """Of a channel that a file was kept of; None where none is kept."""
-    if not _files(window):
-        return None
-    panel = window.label.scalogram
-    known = panel.channel
-    panel.set_channel(next(channel.name for channel in CHANNELS if channel.name != known))
-    settle(window)
-    return _time_pictures(panel, partial(panel.set_channel, known))
-
-
 def _time_pictures(panel: ScalogramPanel, act: Callable[[], object]) -> Taken:
     """Seconds from an act to the first picture and to the exact one."""
     before = panel.picture
@@ -684,13 +669,6 @@ def _time_pictures(panel: ScalogramPanel, act: Callable[[], object]) -> Taken:
     first = time.perf_counter() - begin
     until(lambda: panel.settled)
     return first, time.perf_counter() - begin
-
-
-def _files(window: Window) -> list[Path]:
-    """What was kept of scalograms."""
-    project = window.document.project
-    assert project is not None
-    return sorted(project.path.rglob("scalogram-*.npz"))
 
 
 Picture = NDArray[np.uint8]

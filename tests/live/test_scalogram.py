@@ -8,13 +8,14 @@ import pytest
 from forcelab.capture.reader import RingBuffer
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
-from forcelab.live.scalogram import TOLERANCE, LiveScalogram, channels_to_show
-from forcelab.live.scalogram import ColumnRing as Columns
+from forcelab.live.scalogram import LiveScalogram, channels_to_show
 from forcelab.signals.cwt import cwt
 
 AXES = tuple(Channel(axis, "N") for axis in ("fx", "fy", "fz"))
 RATE, SECONDS, COLUMNS, ROWS = 200.0, 4.0, 100, 12
 WIDTH = SECONDS / COLUMNS
+#: Of what counts as complete, relative to the largest coefficient of its scale.
+TOLERANCE = 1.4e-3
 
 
 def devices(*rates):
@@ -53,7 +54,7 @@ def signal(n, seed=0):
 def in_columns(live, x, times, first):
     """The largest magnitude in each column, from the whole recording."""
     sizes = np.abs(cwt(x, live.scales))
-    column = np.floor(times / WIDTH).astype(int) - first
+    column = np.floor(times / WIDTH + 1e-6).astype(int) - first
     out = np.full((ROWS, COLUMNS), np.nan)
     for c in range(COLUMNS):
         inside = column == c
@@ -135,39 +136,40 @@ def test_a_channel_without_a_scalogram_is_refused_in_a_sentence():
     assert measured.hertz[0] < RATE / 2
 
 
-def test_a_column_is_joined_by_its_writer_and_replaced_by_another_one():
-    ring = Columns(1, 10, 1.0)
-    ring.reach(4.5)
-    rows = np.array([0])
+def test_a_glitch_is_left_out_of_the_picture():
+    times, values = signal(1500)
+    streams = Streams(1)
+    live = LiveScalogram(streams, devices(RATE), "normal 1", SECONDS, COLUMNS, ROWS)
+    expected = fed(live, streams, [(0, times, values)])
+    values[[1200, 1499], 2] = 1e16
+    streams = Streams(1)
+    live = LiveScalogram(streams, devices(RATE), "normal 1", SECONDS, COLUMNS, ROWS)
+    strip = fed(live, streams, [(0, times, values)])
+    assert strip.high < expected.high + 0.5
 
-    def write(time, size, source):
-        ring.write(rows, np.array([[time]]), np.array([[size]], dtype=np.float32), source)
 
-    def image():
-        return 10.0 ** ring.image(np.ones(1), np.zeros(1)).values[0]
-
-    write(2.1, 5.0, 0)
-    write(2.5, 3.0, 0)  # joins: the larger one stays
-    assert image()[7] == pytest.approx(5.0)
-    write(2.1, 2.0, 1)  # knows better
-    write(2.9, 1.0, 1)
-    assert image()[7] == pytest.approx(2.0)
-    write(-20.0, 9.0, 0)  # long gone
-    write(np.nan, 9.0, 0)
-    ring.reach(11.5)  # the column is used again, for another time
-    assert np.isfinite(image()).sum() == 1
-    ring.reach(30.0)
-    assert np.isnan(image()).all()
+def test_a_rate_of_few_samples_a_column_leaves_the_others_empty():
+    times = 50.0 + np.arange(160) / 20.0
+    streams = Streams(1)
+    live = LiveScalogram(streams, devices(20.0), "fx1", SECONDS, COLUMNS, ROWS)
+    strip = fed(live, streams, [(0, times, np.random.default_rng(1).normal(size=(160, 3)))])
+    filled = np.isfinite(strip.values).all(axis=0)
+    assert np.isnan(strip.values[:, ~filled]).all()
+    assert filled.sum() == 80
 
 
 def test_the_colours_come_back_from_a_glitch_at_once_and_from_a_contact_calmly():
-    rows, column = np.arange(ROWS), np.ones((ROWS, 1))
-    for size, falls in ((1e16, 2.0), (10.0, 0.98)):
-        ring = Columns(ROWS, COLUMNS, 1.0)
-        highs = []
-        for number in range(COLUMNS + 2):
-            ring.reach(number + 0.5)
-            ring.write(rows, (number + 0.5) * column, (size if number == 1 else 1.0) * column, 0)
-            highs.append(ring.image(np.ones(ROWS), np.zeros(ROWS)).high)
-        assert highs[COLUMNS] == pytest.approx(np.log10(size))
-        assert highs[-1] == pytest.approx(falls)
+    for size, falls in ((16.0, 2.0), (1.0, 0.9)):
+        live = LiveScalogram(Streams(1), devices(RATE), "fx1", SECONDS, COLUMNS, ROWS)
+        quiet = np.zeros((ROWS, COLUMNS), dtype=np.float32)
+        assert live._colours(quiet + size, 0.2)[1] == pytest.approx(size)
+        assert live._colours(quiet, 0.2)[1] == pytest.approx(falls)
+
+
+def test_memory_stays_that_of_the_last_seconds():
+    times, values = signal(6000)
+    streams = Streams(1)
+    live = LiveScalogram(streams, devices(RATE), "normal 1", SECONDS, COLUMNS, ROWS)
+    blocks = ((0, times[i : i + 200], values[i : i + 200]) for i in range(0, 6000, 200))
+    fed(live, streams, blocks)
+    assert len(live._times) == len(live._values) < 2500

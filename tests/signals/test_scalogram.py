@@ -1,9 +1,6 @@
 from __future__ import annotations
 
-import errno
 import math
-import os
-import time
 import tracemalloc
 from dataclasses import replace
 
@@ -13,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from forcelab import io
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
@@ -21,12 +17,16 @@ from forcelab.recognition import features
 from forcelab.signals import scalogram as module
 from forcelab.signals.cwt import cwt
 from forcelab.signals.grid import on_grid
-from forcelab.signals.scalogram import Tiles, load_tiles, row_scales, scalogram, store_tiles, survey
-from forcelab.signals.scalogram_frames import Level, Source, open_source
+from forcelab.signals.grid_reader import GridReader, open_reader
+from forcelab.signals.scalogram import Cells, ChannelView, open_channel, row_scales, scalogram
 from forcelab.signals.wavelets import Morlet
 
 RATE = 1000.0
 SCALES = row_scales(32, 2048.0)
+#: Errors of a picture that is not coarse, of a row's largest power; and of the rows below a scale,
+#: whose wavelets the Nyquist frequency cuts: they ring further than they are followed.
+EXACT, RINGING = 2e-6, 1e-3
+CUT_BELOW = (5 + 6.5) / math.pi
 
 
 def recorded(x, times=None, names=("fz",)):
@@ -49,7 +49,7 @@ def force(n, seed=3):
 
 def make_picture(x, start=None, end=None, channel="fz", **settings):
     demonstration = x if isinstance(x, Demonstration) else recorded(x)
-    view = finish(survey(demonstration, channel, 2048.0))
+    view = finish(open_channel(demonstration, channel, 2048.0))
     request = {"scales": SCALES, "columns": 200, **settings}
     span = (demonstration.start if start is None else start, end or demonstration.end)
     return finish(scalogram(view, *span, **request))
@@ -64,14 +64,16 @@ def reference(x, first, last, columns, scales=SCALES, cell=1):
     full = np.abs(cwt(x, scales)) ** 2
     edges = first + (last - first) / columns * np.arange(columns + 1)
     edges = np.floor(edges / cell + 0.5 + 1e-6) * cell if cell > 1 else np.ceil(edges - 1e-6)
-    edges = np.minimum(edges, last).astype(int)
-    return np.maximum.reduceat(full[:, :last], edges[:-1], axis=1)
+    edges = edges.astype(int)
+    return np.maximum.reduceat(full[:, : edges[-1]], edges[:-1], axis=1)
 
 
-def worst(picture, expected):
-    """The largest error, relative to the largest power of a row."""
-    error = np.abs(power(picture) - expected) / np.max(expected, axis=1, keepdims=True)
-    return np.max(error)
+def assert_exact(picture, expected):
+    """Powers are those expected to within a share of the largest of their row."""
+    error = np.abs(power(picture) - expected) / np.nanmax(expected, axis=1, keepdims=True)
+    cut = picture.scales < CUT_BELOW
+    assert np.nanmax(error[~cut], initial=0.0) < EXACT
+    assert np.nanmax(error[cut], initial=0.0) < RINGING
 
 
 @pytest.fixture(scope="module")
@@ -87,20 +89,22 @@ def test_a_picture_holds_the_largest_power_of_each_column(tapped, first, last, c
     picture = make_picture(tapped, first / RATE, last / RATE, columns=columns)
     expected = reference(tapped, first, last, columns)
     assert picture.values.shape == expected.shape
-    assert worst(picture, expected) < 0.02
+    assert_exact(picture, expected)
 
 
 @pytest.mark.parametrize("p", [2.0, 6.0, 12.0, 20.0, 30.0, 1000.0])
 @pytest.mark.parametrize(("last", "columns"), [(20_000, 250), (11_000, 500)])
 def test_other_carriers_are_as_right(tapped, p, last, columns):
-    view = finish(survey(recorded(tapped), "fz", 1024.0, Morlet(p)))
+    view = finish(open_channel(recorded(tapped), "fz", 1024.0, Morlet(p)))
     scales = row_scales(20, 1024.0, 2.0)
     request = {"scales": scales, "columns": columns}
     full = cwt(tapped, scales, Morlet(p))[:, 10_000:last]
     sizes = np.abs(full).reshape(20, columns, -1).max(axis=-1)
     picture = finish(scalogram(view, 10.0, last / RATE, **request))
     floor = 2e-6 * np.ptp(tapped) * np.sqrt(scales)[:, np.newaxis]
-    allowed = 0.02 * sizes.max(axis=1, keepdims=True) ** 2 + floor * (2 * sizes + floor)
+    # Taps outside the span are ten times as loud as what is seen.
+    share = np.where(scales < (p + 6.5) / math.pi, 10 * RINGING, EXACT)[:, np.newaxis]
+    allowed = share * sizes.max(axis=1, keepdims=True) ** 2 + floor * (2 * sizes + floor)
     assert np.all(np.abs(power(picture) - sizes**2) < allowed)
     turned = finish(scalogram(view, 10.0, last / RATE, **request, phase=True)).values
     each = (last - 10_000) // columns
@@ -111,7 +115,7 @@ def test_other_carriers_are_as_right(tapped, p, last, columns):
     strong &= scales[:, np.newaxis] > (p + 6.5) / math.pi
     assert strong.any() or p > 60
     error = np.abs(np.angle(np.exp(1j * (turned - np.angle(centres)))))
-    assert np.max(error[strong], initial=0.0) < 0.03
+    assert np.max(error[strong], initial=0.0) < 1e-3
 
 
 @pytest.mark.parametrize("p", [5.0, 8.0, 12.0])
@@ -119,9 +123,9 @@ def test_other_carriers_are_as_right(tapped, p, last, columns):
 def test_phases_of_cut_wavelets_are_as_sure_as_stated_for_any_carrier(p, last, columns):
     steps = np.random.default_rng(7).standard_normal(30_000)
     scales = (p + np.array([0.0, 0.5, 1.0, 1.5, 2.5])) / math.pi
-    stated = np.array([0.5, 0.5, 0.25, 0.25, 0.25])
+    stated = np.array([0.15, 0.15, 0.06, 0.04, 0.01])
     for x in (steps, np.cumsum(steps)):
-        view = finish(survey(recorded(x), "fz", 1024.0, Morlet(p)))
+        view = finish(open_channel(recorded(x), "fz", 1024.0, Morlet(p)))
         request = {"scales": scales, "columns": columns, "phase": True}
         turned = finish(scalogram(view, 10.0, last / RATE, **request)).values
         each = (last - 10_000) // columns
@@ -135,37 +139,35 @@ def test_phases_of_cut_wavelets_are_as_sure_as_stated_for_any_carrier(p, last, c
 
 @pytest.fixture
 def long_from_little(monkeypatch):
-    """Spans are long, and made of several chunks, that are short enough to be transformed."""
-    monkeypatch.setattr(module, "LONG", 1 << 14)
-    monkeypatch.setattr(module, "SHOWN", 1 << 14)
-    monkeypatch.setattr(module, "CHUNK", 1 << 14)
-    monkeypatch.setattr(module, "CHUNK", 1 << 14)
+    """Spans are long, and made of several blocks, that are short enough to be transformed."""
+    for name, value in (("LONG", 1 << 14), ("BLOCK", 1 << 14), ("SHOWN", 1)):
+        monkeypatch.setattr(module, name, value)
 
 
 @pytest.mark.usefixtures("long_from_little")
 @pytest.mark.parametrize(
     ("first", "last", "columns", "cell"),
-    [(0, 60_000, 60, 256), (0, 60_000, 400, 64), (12_345, 51_000, 300, 64)],
+    [(0, 60_000, 60, 64), (0, 60_000, 400, 64), (12_345, 51_000, 300, 64)],
 )
-def test_tiles_hold_the_largest_power_of_each_column(tapped, first, last, columns, cell):
+def test_cells_hold_the_largest_power_of_each_column(tapped, first, last, columns, cell):
     picture = make_picture(tapped, first / RATE, last / RATE, columns=columns)
-    assert worst(picture, reference(tapped, first, last, columns, cell=cell)) < 0.02
+    assert_exact(picture, reference(tapped, first, last, columns, cell=cell))
 
 
 @pytest.mark.usefixtures("long_from_little")
-def test_tiles_are_computed_once_and_only_where_something_is_seen(tapped, monkeypatch):
-    view = finish(survey(recorded(tapped), "fz", 2048.0))
-    read = Source.read
+def test_cells_are_computed_once_and_only_where_something_is_seen(tapped, monkeypatch):
+    view = finish(open_channel(recorded(tapped), "fz", 2048.0))
+    read = GridReader.read
     touched = []
     monkeypatch.setattr(
-        Source, "read", lambda self, *piece: touched.append(piece) or read(self, *piece)
+        GridReader, "read", lambda self, *piece: touched.append(piece) or read(self, *piece)
     )
     request = {"scales": SCALES, "columns": 100}
     first = finish(scalogram(view, 0.0, 20.0, **request))
-    assert view.tiles(SCALES).missing(0, 60_000) == [2, 3]
+    assert view.cells(SCALES).missing(0, 60_000) == [2, 3]
     touched.clear()
     steps = list(scalogram(view, 1.0, 19.0, **request))
-    assert not touched, "a span whose tiles are there reads nothing"
+    assert not touched, "a span whose cells are there reads nothing"
     assert not steps, "nor has it a coarse picture first"
     again = finish(scalogram(view, 0.0, 20.0, **request))
     np.testing.assert_array_equal(again.values, first.values)
@@ -173,21 +175,20 @@ def test_tiles_are_computed_once_and_only_where_something_is_seen(tapped, monkey
 
 @pytest.mark.usefixtures("long_from_little")
 def test_what_was_computed_before_a_picture_was_cancelled_is_kept(tapped):
-    view = finish(survey(recorded(tapped), "fz", 2048.0))
+    view = finish(open_channel(recorded(tapped), "fz", 2048.0))
     job = scalogram(view, 0.0, 60.0, scales=SCALES, columns=100)
     for _ in job:
-        if len(view.tiles(SCALES).missing(0, 60_000)) < 4:
+        if len(view.cells(SCALES).missing(0, 60_000)) < 4:
             break
     job.close()
-    # What a second core was at work on is ended, and kept as well.
-    assert len(view.tiles(SCALES).missing(0, 60_000)) in (1, 2, 3)
+    assert len(view.cells(SCALES).missing(0, 60_000)) == 3
     entire = finish(scalogram(view, 0.0, 60.0, scales=SCALES, columns=100))
     np.testing.assert_array_equal(entire.values, make_picture(tapped, columns=100).values)
 
 
 @pytest.mark.usefixtures("long_from_little")
 def test_pictures_become_exact_bit_by_bit(tapped):
-    view = finish(survey(recorded(tapped), "fz", 2048.0))
+    view = finish(open_channel(recorded(tapped), "fz", 2048.0))
     request = {"scales": SCALES, "columns": 64}
     pictures = [step.picture for step in scalogram(view, 0.0, 60.0, **request)]
     shown = list({id(picture): picture for picture in pictures if picture is not None}.values())
@@ -199,9 +200,9 @@ def test_pictures_become_exact_bit_by_bit(tapped):
     assert right == pytest.approx([17, 34, 52], abs=2), "a chunk more each time"
 
 
-def first_pictures(view, samples):
-    """What is shown of a whole recording before the first tile is there."""
-    job = scalogram(view, 0.0, samples / RATE, scales=SCALES, columns=800)
+def first_pictures(view, samples, columns=800, phase=False):
+    """What is shown of a whole recording before the exact picture is begun."""
+    job = scalogram(view, 0.0, samples / RATE, scales=SCALES, columns=columns, phase=phase)
     shown = []
     for step in job:
         if step.picture is not None and (not shown or shown[-1] is not step.picture):
@@ -214,27 +215,24 @@ def first_pictures(view, samples):
 
 def test_the_first_phases_of_a_long_span_know_all_scales():
     x = force(400_000)
-    view = finish(survey(recorded(x), "fz", 2048.0))
-    steps = scalogram(view, 0.0, 400.0, scales=SCALES, columns=400, phase=True)
-    first = next(step.picture for step in steps if step.picture is not None)
-    steps.close()
+    view = finish(open_channel(recorded(x), "fz", 2048.0))
+    first = first_pictures(view, len(x), columns=400, phase=True)[-1]
     assert first.coarse
     assert np.isfinite(first.values).all()
     wide = first.scales > 700
-    exact = cwt(x, first.scales[wide])[:, 4000::8000]
+    exact = cwt(x, first.scales[wide])[:, 500::1000]
     error = np.abs(np.angle(np.exp(1j * (first.values[wide] - np.angle(exact)))))
     size = np.abs(exact)
-    assert np.max(error[size > 0.1 * size.max(axis=1, keepdims=True)]) < 0.03
+    # That of the nearest mean of 16 samples.
+    assert np.max(error[size > 0.1 * size.max(axis=1, keepdims=True)]) < 0.1
 
 
 def test_the_first_picture_of_a_long_span_knows_all_scales():
     x = force(400_000)
     x[180_000:220_000] = np.nan
-    view = finish(survey(recorded(x), "fz", 2048.0))
+    view = finish(open_channel(recorded(x), "fz", 2048.0))
     narrow, first = first_pictures(view, len(x))
-    assert np.isnan(narrow.values[-2:]).all(), "what is there before the channel's means are"
-    (again,) = first_pictures(view, len(x))
-    np.testing.assert_array_equal(again.values, first.values)
+    assert np.isnan(narrow.values[-2:]).all(), "what is there before the means are"
     lost = np.isnan(first.values)
     assert np.flatnonzero(lost.any(axis=0)).tolist() == list(range(360, 440)), "the gap alone"
     np.testing.assert_array_equal(lost, lost[:1].repeat(len(lost), axis=0))
@@ -250,7 +248,7 @@ def test_the_first_picture_of_a_long_span_knows_all_scales():
 @pytest.mark.parametrize(("p", "known"), [(60.0, [True, True, False, True]), (200.0, [True, True])])
 def test_the_first_picture_of_a_high_carrier_tells_nothing_wrong(p, known):
     x = force(400_000)
-    view = finish(survey(recorded(x), "fz", 2048.0, Morlet(p)))
+    view = finish(open_channel(recorded(x), "fz", 2048.0, Morlet(p)))
     first = first_pictures(view, len(x))[-1]
     known = known + [False] * (len(first.scales) - len(known))
     assert np.isfinite(first.values).any(axis=1).tolist() == known
@@ -261,22 +259,13 @@ def test_the_first_picture_of_a_high_carrier_tells_nothing_wrong(p, known):
         np.testing.assert_allclose(power(first)[-1], largest, atol=0.25 * largest.max())
 
 
-def test_tiles_of_endless_recordings_are_bounded():
-    source = finish(open_source(recorded(np.zeros(1000)), "fz"))
-    for count, cell in ((10_000_000, 64), (100_000_000, 512)):
-        endless = replace(source, count=count)
-        tiles = Tiles(endless, 0.0, Level(0.0, 0), row_scales(100, 2048.0), Morlet())
-        assert tiles.cell == cell
-        assert tiles.nbytes < 1.05 * module.MOST
-
-
 @pytest.mark.parametrize("samples", [60_000, 600_000])
 @pytest.mark.parametrize("share", [1, 4, 16])
 def test_a_short_impact_vanishes_at_no_zoom(samples, share):
     x = np.zeros(samples)
     at = samples // 2 + 137
     x[at] = 4.0
-    view = finish(survey(recorded(x), "fz", 2048.0))
+    view = finish(open_channel(recorded(x), "fz", 2048.0))
     width = samples // share
     first = max(0, at - width // 3)
     picture = finish(
@@ -299,18 +288,17 @@ def test_a_steady_tone_is_as_high_as_it_is(hertz, columns):
     picture = make_picture(x, 20.0, 40.0, columns=columns, scales=scales)
     expected = np.abs(cwt(x, scales))[:, 30_000] ** 2
     decibels = 10 * np.log10(power(picture)[:, columns // 2] / expected)
-    assert np.max(np.abs(decibels)) < 0.05
+    assert np.max(np.abs(decibels)) < 0.001
 
 
 @pytest.mark.parametrize("apart", [2.0, 4.0, 5.0])
 @pytest.mark.parametrize("columns", [100, 500, 20_000])
-def test_tones_that_beat_are_nearly_as_high_as_they_are(apart, columns):
+def test_tones_that_beat_are_as_high_as_they_are(apart, columns):
     scale, t = 64.0, np.arange(60_000)
     low, high = (Morlet().p + sign * apart / 2 for sign in (-1, 1))
     x = np.sin(low / scale * t) + np.sin(high / scale * t)
     picture = make_picture(x, 20.0, 40.0, columns=columns, scales=np.array([scale]))
-    error = worst(picture, reference(x, 20_000, 40_000, picture.values.shape[1], [scale]))
-    assert error < 1.02 * math.sin(apart / 16) ** 2
+    assert_exact(picture, reference(x, 20_000, 40_000, picture.values.shape[1], [scale]))
 
 
 @pytest.mark.parametrize(
@@ -324,8 +312,8 @@ def test_phases_are_those_of_the_columns_centres(tapped, first, last, columns):
     size = np.abs(exact)
     error[size < 0.1 * size.max(axis=1, keepdims=True)] = 0.0
     wide = SCALES > 4
-    assert np.nanmax(error[wide]) < 0.03
-    assert np.nanmax(error[~wide]) < 0.25
+    assert np.nanmax(error[wide]) < 1e-3
+    assert np.nanmax(error[~wide]) < 0.01
 
 
 def test_phases_of_long_spans_go_through_a_coarser_grid_without_loss():
@@ -338,48 +326,48 @@ def test_phases_of_long_spans_go_through_a_coarser_grid_without_loss():
     assert np.max(error[size > 0.1 * size.max(axis=1, keepdims=True)]) < 0.03
 
 
-def test_a_coarse_picture_comes_first(tapped):
-    view = finish(survey(recorded(tapped), "fz", 2048.0))
+@pytest.mark.usefixtures("long_from_little")
+def test_a_coarse_picture_of_a_long_span_comes_first(tapped):
+    view = finish(open_channel(recorded(tapped), "fz", 2048.0))
     steps = list(scalogram(view, 0.0, 60.0, scales=SCALES, columns=800))
     pictures = [step.picture for step in steps]
     first = next(picture for picture in pictures if picture is not None)
     assert first.coarse
-    assert first.values.shape == (4, 100)
+    assert first.values.shape == (4, 800)
     assert pictures.index(first) < len(steps) / 2
-    assert pictures[-1] is first, "whoever sees the last step only still gets it"
-    fine = make_picture(tapped, columns=800)
-    assert not fine.coarse
-    assert worst(first, reference(tapped, 0, 60_000, 100, first.scales)) < 0.02
+    assert pictures[-1].coarse, "whoever sees the last step only still gets one"
+    assert not make_picture(tapped, columns=800).coarse
+
+
+def test_a_span_that_is_not_long_is_exact_at_once(tapped):
+    view = finish(open_channel(recorded(tapped), "fz", 2048.0))
+    assert all(s.picture is None for s in scalogram(view, 0, 60, scales=SCALES, columns=800))
 
 
 def test_only_the_span_and_its_halo_are_read(monkeypatch):
     demonstration = recorded(force(300_000))
-    view = finish(survey(demonstration, "fz", 256.0))
+    view = finish(open_channel(demonstration, "fz", 256.0))
     touched = []
-    read = Source.read
+    read = GridReader.read
     monkeypatch.setattr(
-        Source, "read", lambda self, *piece: touched.append(piece) or read(self, *piece)
+        GridReader, "read", lambda self, *piece: touched.append(piece) or read(self, *piece)
     )
     scales = row_scales(16, 256.0)
     finish(scalogram(view, 100.0, 102.0, scales=scales, columns=400))
-    halo = 6 * 256
+    halo = 8 * 256
     assert min(first for first, _ in touched) > 100_000 - halo
     assert max(last for _, last in touched) < 102_000 + halo
 
 
-def test_memory_is_bounded_and_steps_are_short():
+def test_memory_is_bounded_and_a_long_picture_can_be_cancelled_in_every_block():
     demonstration = recorded(force(900_000))
-    view = finish(survey(demonstration, "fz", 2048.0))
-    longest = 0.0
+    view = finish(open_channel(demonstration, "fz", 2048.0))
     tracemalloc.start()
-    began = time.thread_time()
-    for _ in scalogram(view, 0.0, 900.0, scales=SCALES, columns=1500):
-        longest = max(longest, time.thread_time() - began)
-        began = time.thread_time()
+    steps = list(scalogram(view, 0.0, 900.0, scales=SCALES, columns=1500))
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert peak < 150e6
-    assert longest < 0.15, "a cancelled picture holds the next one up for so long at most"
+    assert peak < 100e6
+    assert sum(step.text == "rows" for step in steps) >= 900_000 / module.BLOCK
 
 
 def test_missing_samples_are_bridged_as_in_recognition(tapped):
@@ -392,14 +380,14 @@ def test_missing_samples_are_bridged_as_in_recognition(tapped):
     assert known[50]
     assert not known[252:284].any()
     assert known.sum() > 360
-    error = np.abs(power(picture) - expected)[:, known] / expected.max(axis=1, keepdims=True)
-    assert error.max() < 0.02
+    expected[:, ~known] = np.nan
+    assert_exact(picture, expected)
 
 
 def test_a_piece_within_a_long_gap_knows_both_sides():
     x = force(20_000)
     x[5_000:15_000] = np.nan
-    source = finish(open_source(recorded(x), "fz"))
+    source = finish(open_reader(recorded(x), "fz"))
     values, known = source.read(9_000, 9_100)
     expected = on_grid(recorded(x)).signals[9_000:9_100, 0]
     np.testing.assert_allclose(values, expected, rtol=1e-9)
@@ -413,7 +401,7 @@ def test_a_gap_is_as_long_as_it_is_where_a_piece_begins_or_ends_in_it(even):
     if not even:
         times += np.where(times > 0.3, 4e-4, 0.0)
     demonstration = recorded(x, times)
-    source, entire = finish(open_source(demonstration, "fz")), on_grid(demonstration)
+    source, entire = finish(open_reader(demonstration, "fz")), on_grid(demonstration)
     assert source.uniform == even
     for piece in ((508, 530), (480, 502), (503, 506), (5, 20), (980, 995), (702, 710)):
         np.testing.assert_array_equal(source.read(*piece)[1], entire.valid[slice(*piece)])
@@ -434,7 +422,7 @@ def test_pieces_are_those_of_the_whole_grid(distances, data):
     x[begin : begin + data.draw(st.integers(0, 9))] = np.nan
     demonstration = recorded(x, times)
     entire = on_grid(demonstration)
-    source = finish(open_source(demonstration, "fz"))
+    source = finish(open_reader(demonstration, "fz"))
     assert source.count == len(entire.times)
     first = data.draw(st.integers(0, source.count - 1))
     last = data.draw(st.integers(first + 1, source.count))
@@ -458,16 +446,15 @@ def test_a_recognition_channel_is_made_of_its_columns():
     demonstration = recorded(parts, names=("fx1", "fy1", "fz1"))
     picture = make_picture(demonstration, channel="tangential 1", columns=500)
     expected = reference(np.hypot(parts[:, 0], parts[:, 1]), 0, 5000, 500)
-    error = np.abs(power(picture) - expected) / expected.max(axis=1, keepdims=True)
-    assert error.max() < 0.02
+    assert_exact(picture, expected)
     with pytest.raises(InputError, match="no recognition channel 'fx7'"):
-        finish(survey(demonstration, "fx7", 64.0))
+        finish(open_channel(demonstration, "fx7", 64.0))
 
 
 def test_a_stray_stamp_is_refused_in_one_sentence():
     times = np.append(np.arange(100) / RATE, 1e9)
     with pytest.raises(InputError, match="remove stray stamps"):
-        finish(survey(recorded(np.zeros(101), times), "fz", 64.0))
+        finish(open_channel(recorded(np.zeros(101), times), "fz", 64.0))
 
 
 @pytest.mark.parametrize("size", [1e-300, 1.0, 1e28])
@@ -500,7 +487,8 @@ def test_silence_is_one_colour_and_has_no_phase():
     assert np.isnan(make_picture(x, columns=100, phase=True).values).all()
     x[4000:] += np.sin(np.arange(1000) / 3)
     picture = make_picture(x, columns=100)
-    quiet = picture.values[:8, :60]
+    # But for the narrowest wavelet, which the Nyquist frequency cuts: it rings.
+    quiet = picture.values[1:8, :60]
     assert np.ptp(quiet, axis=1).max() < 1e-6, "far from the tone the floor has no structure"
 
 
@@ -524,8 +512,7 @@ def test_the_shortest_recordings_have_pictures(n):
 
 def test_the_range_of_colours_is_that_of_the_whole_demonstration():
     x = force(100_000)
-    view = finish(survey(recorded(x), "fz", 2048.0))
-    assert view.noise == pytest.approx(0.01, rel=0.1)
+    view = finish(open_channel(recorded(x), "fz", 2048.0))
     magnitudes = np.abs(cwt(x, row_scales(24, 2048.0)))
     low, high = np.log10(np.quantile(magnitudes, (0.05, 0.999)))
     assert view.low == pytest.approx(low, abs=0.5)
@@ -542,26 +529,6 @@ def test_rows_divide_the_logarithm_evenly():
     assert scales[0] == pytest.approx(2 * 2**0.45)
 
 
-@pytest.mark.parametrize("even", [True, False])
-def test_pieces_are_what_is_read_one_by_one(even):
-    x = force(30_000)
-    x[5_000:5_004] = np.nan
-    x[12_000:16_000] = np.nan
-    x[19_600] = 3.4e38
-    times = np.arange(len(x)) / RATE
-    if not even:
-        times = times + np.random.default_rng(2).uniform(-3e-4, 3e-4, len(x))
-        times[20_000:] += 2.0
-    source = finish(open_source(recorded(x, times), "fz"))
-    firsts = np.array([-700, 100, 4_000, 11_500, 13_000, 19_500, 21_000, source.count - 500])
-    values, known = source.pieces(firsts, 1000)
-    for row, first in enumerate(firsts.tolist()):
-        known_values, known_columns = source.read(first, first + 1000)
-        np.testing.assert_array_equal(values[row], known_values)
-        assert known[row] == known_columns.any()
-    assert not known[4], "all of it in a gap"
-
-
 @pytest.mark.parametrize("n", [60_000, 600_000])
 @pytest.mark.parametrize("phase", [False, True])
 def test_a_glitch_is_left_out_and_told(n, phase):
@@ -573,9 +540,9 @@ def test_a_glitch_is_left_out_and_told(n, phase):
     expected, found = (make_picture(y, columns=300, phase=phase) for y in (missing, wild))
     np.testing.assert_array_equal(found.values, expected.values)
     assert (found.view.low, found.view.high) == (expected.view.low, expected.view.high)
-    assert found.view.source.left_out(0, n) == 2
-    assert found.view.source.left_out(0, n // 2) == 1
-    assert expected.view.source.left_out(0, n) == 0
+    assert found.view.reader.left_out(0, n) == 2
+    assert found.view.reader.left_out(0, n // 2) == 1
+    assert expected.view.reader.left_out(0, n) == 0
 
 
 def test_glitches_are_left_out_of_uneven_recordings_and_of_forces_made_of_two_channels():
@@ -589,14 +556,14 @@ def test_glitches_are_left_out_of_uneven_recordings_and_of_forces_made_of_two_ch
         for y in (missing, wild)
     )
     np.testing.assert_array_equal(found.values, expected.values)
-    assert found.view.source.left_out(0, 20_000) == 1
+    assert found.view.reader.left_out(0, 20_000) == 1
 
 
 def test_a_spike_that_is_no_glitch_leaves_the_forces_their_colours():
     x = force(100_000)
-    usual = finish(survey(recorded(x), "fz", 2048.0))
+    usual = finish(open_channel(recorded(x), "fz", 2048.0))
     x[5_000:5_200] = 1e7
-    loud = finish(survey(recorded(x), "fz", 2048.0))
+    loud = finish(open_channel(recorded(x), "fz", 2048.0))
     assert loud.high < usual.high + 3
     assert loud.low == pytest.approx(usual.low, abs=0.5)
 
@@ -624,160 +591,30 @@ def test_rounding_of_what_is_loud_in_the_middle_of_a_wide_column_is_not_told_as_
 def test_what_is_left_out_can_be_asked_for_while_more_is_come_across():
     x = force(4_000)
     x[[5, 1000, 3999]] = 1e16
-    source = finish(survey(recorded(x), "fz", 2048.0)).source
+    source = finish(open_channel(recorded(x), "fz", 2048.0)).reader
     counts = [source.left_out(*span) for span in ((0, 5), (0, 6), (5, 1000), (999.5, 4000))]
     assert counts == [0, 1, 1, 2]
 
 
-N = 600_000
-TILE_SCALES = row_scales(20, 2048.0)
+@pytest.mark.parametrize(("samples", "size"), [(10_000_000, 64), (100_000_000, 1024)])
+def test_cells_of_endless_recordings_are_bounded(samples, size):
+    reader = finish(open_reader(recorded(np.zeros(1000)), "fz"))
+    cells = Cells(ChannelView(replace(reader, count=samples), Morlet()), row_scales(100, 2048.0))
+    assert cells.size == size
+    assert cells.values.nbytes <= module.MOST
 
 
-def recorded_tiles(seed=3):
-    random = np.random.default_rng(seed)
-    x = 0.01 * random.standard_normal((N, 2))
-    for at in random.integers(0, N - 300, 200).tolist():
-        x[at : at + 200] += 3 * np.exp(-np.arange(200) / 20)[:, np.newaxis]
-    x[250_000:260_000] = np.nan
-    x[123_456, 1] = 1e16
-    channels = (Channel("fx", "N"), Channel("fz", "N"))
-    return Demonstration("foam 1", "foam", np.arange(N) / RATE, x, channels)
+@pytest.mark.usefixtures("long_from_little")
+def test_a_long_span_whose_columns_are_too_narrow_for_cells_is_exact(tapped):
+    picture = make_picture(tapped, columns=1500)
+    assert_exact(picture, reference(tapped, 0, 60_000, 1500))
 
 
-@pytest.fixture(scope="module")
-def demonstration():
-    return recorded_tiles()
-
-
-@pytest.fixture(scope="module")
-def complete(demonstration):
-    view = finish(survey(demonstration, "fz", 2048.0))
-    tiles = view.tiles(TILE_SCALES)
-    finish(tiles.building(tiles.missing(0, N)))
-    return view
-
-
-@pytest.fixture
-def file(tmp_path, complete):
-    assert store_tiles(tmp_path, complete, TILE_SCALES)
-    (file,) = tmp_path.iterdir()
-    return file
-
-
-def again(folder, demonstration, channel="fz", scales=TILE_SCALES, wavelet=None):
-    return load_tiles(folder, demonstration, channel, scales, wavelet or Morlet())
-
-
-def entire(view, columns=600, samples=N):
-    return finish(scalogram(view, 0.0, samples / RATE, scales=TILE_SCALES, columns=columns))
-
-
-def test_a_kept_scalogram_is_the_computed_one_to_within_what_is_stated(
-    file, complete, demonstration, monkeypatch
-):
-    monkeypatch.setattr(Source, "read", None)  # nothing is read of the recording any more
-    view = again(file.parent, demonstration)
-    for columns, samples in ((600, N), (1200, 400_000)):
-        found, expected = entire(view, columns, samples), entire(complete, columns, samples)
-        assert not found.coarse
-        np.testing.assert_array_equal(np.isnan(found.values), np.isnan(expected.values))
-        ratio = 10.0 ** (2 * (found.values - expected.values).astype(np.float64))
-        assert np.nanmax(np.abs(ratio - 1)) < 0.004
-    for name in ("noise", "low", "high", "level", "wavelet"):
-        assert getattr(view, name) == getattr(complete, name)
-    assert view.source.left_out(0, N) == 1, "the glitch is still told"
-
-
-def test_what_is_not_in_the_file_is_computed(file, complete, demonstration, monkeypatch):
-    monkeypatch.setattr(module, "TILES_TOLD", 150_000)  # of cells of 256 samples and more
-    assert store_tiles(file.parent, complete, TILE_SCALES)
-    view = again(file.parent, demonstration)
-    tiles = view.tiles(TILE_SCALES)
-    assert tiles.stored_cell == 256
-    assert not tiles.missing(0, N, 256)
-    assert tiles.missing(0, N)
-    found, expected = entire(view, 1000, 300_000), entire(complete, 1000, 300_000)
-    np.testing.assert_array_equal(found.values, expected.values)
-    assert len(tiles.missing(0, N)) == 5, "of what is not seen nothing is computed"
-
-
-def test_only_the_very_same_channel_scales_and_wavelet_are_found(file, demonstration):
-    assert again(file.parent, demonstration, channel="fx") is None
-    assert again(file.parent, demonstration, scales=row_scales(21, 2048.0)) is None
-    assert again(file.parent, demonstration, wavelet=Morlet(6.0)) is None
-    shorter = Demonstration(
-        "foam 1",
-        "foam",
-        demonstration.times[:-1],
-        demonstration.signals[:-1],
-        demonstration.channels,
-    )
-    assert again(file.parent, shorter) is None
-    assert again(file.parent, demonstration) is not None
-
-
-def test_a_damaged_file_counts_as_none(file, demonstration):
-    content, expected = file.read_bytes(), entire(again(file.parent, demonstration)).values
-    for place in range(0, len(content), len(content) // 23):
-        file.write_bytes(content[:place])
-        assert again(file.parent, demonstration) is None, f"cut after {place} bytes"
-        damaged = bytearray(content)
-        damaged[place + 200 : place + 210] = bytes(10)
-        file.write_bytes(damaged)
-        view = again(file.parent, demonstration)
-        if view is not None:  # there were zeros, or what nobody reads
-            np.testing.assert_array_equal(entire(view).values, expected)
-    file.write_bytes(b"something else")
-    assert again(file.parent, demonstration) is None
-
-
-def test_a_full_disk_leaves_what_was_there(file, complete, demonstration, monkeypatch):
-    before = file.read_bytes()
-
-    def full(_):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(io.os, "fsync", full)
-    assert not store_tiles(file.parent, complete, TILE_SCALES)
-    assert file.read_bytes() == before
-    assert list(file.parent.iterdir()) == [file]
-    assert not store_tiles(file.parent / "gone", complete, TILE_SCALES)
-
-
-def test_what_a_killed_process_left_is_cleared_away_once_nobody_writes_it(file, complete):
-    old, new = (file.with_name(f".forcelab-{digit * 16}.part") for digit in "ab")
-    for part in (old, new):
-        part.write_bytes(b"half")
-    before = time.time() - module.ABANDONED - 1
-    os.utime(old, (before, before))
-    assert store_tiles(file.parent, complete, TILE_SCALES)
-    assert not old.exists()
-    assert new.exists(), "another window may be at it"
-
-
-def test_the_oldest_files_go_where_all_of_them_are_too_large(tmp_path, complete, monkeypatch):
-    folders = [tmp_path / name for name in "abc"]
-    for number, folder in enumerate(folders):
-        folder.mkdir()
-        (folder / "signals.npy").write_bytes(b"recorded")
-        assert store_tiles(folder, complete, TILE_SCALES)
-        (file,) = folder.glob("scalogram-*")
-        os.utime(file, (number, number))
-    monkeypatch.setattr(module, "MOST_ON_DISK", int(2.5 * file.stat().st_size))
-    assert store_tiles(folders[0], complete, TILE_SCALES)
-    assert [len(list(folder.glob("scalogram-*"))) for folder in folders] == [1, 0, 1]
-    assert all((folder / "signals.npy").exists() for folder in folders)
-
-
-def test_a_file_is_a_few_megabytes_however_long_the_recording_is():
-    from dataclasses import replace
-
-    from forcelab.signals.scalogram_frames import Level, open_source
-
-    scales = row_scales(100, 2048.0)
-    short = Demonstration("a", "a", np.arange(9.0), np.zeros((9, 1)), (Channel("fz"),))
-    source = finish(open_source(short, "fz"))
-    for count, cell in ((1_000_000, 64), (10_000_000, 256), (86_000_000, 2048)):
-        tiles = module.Tiles(replace(source, count=count), 0.0, Level(0.0, 0), scales, Morlet())
-        assert tiles.stored_cell == cell
-        assert tiles.to_arrays()["cells"].nbytes <= 10_000_000
+@pytest.mark.usefixtures("long_from_little")
+def test_phases_of_long_spans_are_those_of_short_ones(tapped, monkeypatch):
+    request = {"columns": 20, "phase": True}
+    long = make_picture(tapped, 10.0, 40.0, **request)
+    monkeypatch.setattr(module, "LONG", 1 << 17)
+    short = make_picture(tapped, 10.0, 40.0, **request)
+    error = np.abs(np.angle(np.exp(1j * (long.values - short.values).astype(np.float64))))
+    assert np.nanmax(error[SCALES > CUT_BELOW]) < 1e-3

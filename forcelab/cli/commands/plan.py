@@ -31,7 +31,7 @@ from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import FIELDS, Settings, why_not_applied
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import usual_scales
-from forcelab.signals.scalogram import row_scales, scalogram, survey
+from forcelab.signals.scalogram import open_channel, row_scales, scalogram
 from forcelab.simulation.mechanics import Layout, left_out
 from forcelab.simulation.origin import Origin
 
@@ -176,7 +176,7 @@ def recognition_parts(demonstration: Demonstration, settings: Settings) -> Itera
 def _scalograms(demonstration: Demonstration, names: Sequence[str]) -> None:
     start, end, scales = demonstration.start, demonstration.end, row_scales(ROWS, LARGEST)
     for name in names:
-        view = finish(survey(demonstration, name, LARGEST))
+        view = finish(open_channel(demonstration, name, LARGEST))
         finish(scalogram(view, start, end, scales=scales, columns=COLUMNS))
 
 

@@ -34,7 +34,7 @@ JOIN_TIMEOUT = 60.0
 #: Seconds between two looks of whatever follows the devices.
 BLOCK_SECONDS = 0.02
 #: Seconds between two pictures of a scalogram.
-FRAME_INTERVAL = 0.04
+FRAME_INTERVAL = 0.2
 
 #: What became of a recording that ran when its devices were released: what was kept, or why not.
 UnfinishedRecording = tuple["SavedRecording | None", str]
@@ -264,7 +264,7 @@ class Connection:
     def draw_scalogram(
         self, create: ScalogramFactory
     ) -> Generator[RollingImage | None, None, None]:
-        """Have a scalogram grow until the devices are released; yields the newest picture."""
+        """Redraw a scalogram until the devices are released; yields the newest picture."""
         yield None
         recorder = self.recorder
         if recorder is None:

@@ -63,7 +63,7 @@ class LiveScalogramView(QWidget):
         self.setAccessibleName("Live scalogram")
         self.setToolTip(
             "Right of the line the picture is estimated, as wavelets have not passed yet: "
-            "0.1, 0.4 and 1.6 s after the force, each time better."
+            "several times a second, each time better."
         )
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.hide()

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,11 +52,10 @@ from forcelab.gui.text import escape_ampersands, thousands
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.time_panel import TimePanel
 from forcelab.jobs import Progress
-from forcelab.project.files import DEMONSTRATIONS
 from forcelab.signals.channels import channel_map
 
 if TYPE_CHECKING:
-    from forcelab.signals.scalogram import Scalogram, Survey
+    from forcelab.signals.scalogram import ChannelView, Scalogram
 
 
 class ScalogramButton(QToolButton):
@@ -112,18 +110,13 @@ class ScalogramButton(QToolButton):
         return action
 
 
-#: Rows of a long span, whatever the panel's height: its tiles are cached for these.
+#: Rows of a long span, whatever the panel's height: its cells stay for these.
 LONG_SPAN_ROWS = 100
-#: Of recordings of fewer samples nothing is cached: all is computed in less than a second.
-LEAST_CACHED_SAMPLES = 1 << 21
 
 
 @dataclass(frozen=True, slots=True)
 class ScalogramRequest:
-    """The channel, span (s) and resolution of a picture of phases or magnitudes.
-
-    `folder` is where tiles of long spans are cached; None where they may not or need not be.
-    """
+    """The channel, span (s) and resolution of a picture of phases or magnitudes."""
 
     demonstration: Demonstration
     channel: str
@@ -131,69 +124,39 @@ class ScalogramRequest:
     rows: int
     columns: int
     phase: bool
-    folder: Path | None = None
-
-
-def cache_folder(document: Document) -> Path | None:
-    """Where tiles are cached beside the demonstration; None where they may not or need not be."""
-    project, demonstration = document.project, document.demonstration
-    if (
-        project is None
-        or project.read_only
-        or demonstration is None
-        or len(demonstration.times) < LEAST_CACHED_SAMPLES
-    ):
-        return None
-    return project.path / DEMONSTRATIONS / document.id
 
 
 def compute(
-    request: ScalogramRequest, known: Survey | None
+    request: ScalogramRequest, known: ChannelView | None
 ) -> Generator[Progress, None, Scalogram]:
     """Compute a picture; a job.
 
-    Of a long recording it goes on with the tiles outside the visible span, after the exact picture,
-    so that later panning and zooming need not wait for them. One core is left to the window then.
-    Its thread keeps its priority: one that waits its turn with Python's lock in its hand would
-    hold up the window. In the end they are cached, and the next session begins with them.
-    `known` is the channel's survey from an earlier picture.
+    Of a long recording it goes on with what is not visible, after the exact picture, so that later
+    panning and zooming need not wait for it. Its thread keeps its priority: one that waits its turn
+    with Python's lock in its hand would hold up the window. `known` is the view of the channel from
+    an earlier picture.
     """
     # In the job's thread these imports, most of a second the first time, delay nobody.
-    from forcelab.signals.scalogram import (
-        LONG,
-        Step,
-        load_tiles,
-        row_scales,
-        scalogram,
-        store_tiles,
-        survey,
-    )
+    from forcelab.signals.scalogram import LONG, Step, open_channel, row_scales, scalogram
     from forcelab.signals.wavelets import Morlet
 
-    all_of_it = row_scales(LONG_SPAN_ROWS, LARGEST, SMALLEST)
     view = known
-    if view is None and request.folder is not None:
-        view = load_tiles(
-            request.folder, request.demonstration, request.channel, all_of_it, Morlet(MORLET_P)
-        )
     if view is None:
-        view = yield from survey(request.demonstration, request.channel, LARGEST, Morlet(MORLET_P))
+        view = yield from open_channel(
+            request.demonstration, request.channel, LARGEST, Morlet(MORLET_P)
+        )
     start, end = request.span
-    scales = row_scales(request.rows, LARGEST, SMALLEST)
-    if (end - start) * view.source.rate > LONG:
-        scales = all_of_it
+    is_long = (end - start) * view.reader.rate > LONG
+    scales = row_scales(LONG_SPAN_ROWS if is_long else request.rows, LARGEST, SMALLEST)
     picture = yield from scalogram(
         view, start, end, scales=scales, columns=request.columns, phase=request.phase
     )
-    count = view.source.count
-    if count > LONG and not request.phase:
-        yield Step(1, 1, "exact picture", picture)  # shown before the next chunk is computed
-        tiles = view.tiles(all_of_it)
-        for step in tiles.building(tiles.missing(0, count, tiles.stored_cell), threads=1):
-            yield Step(step.done, step.total, step.text, picture)
-        if request.folder is not None and not view.kept:
-            view.kept = True  # tried once: a full disk is not asked again and again
-            store_tiles(request.folder, view, all_of_it)
+    if view.reader.count > LONG and not request.phase:
+        yield Step(1, 1, "exact picture", picture)  # shown before the next block is computed
+        cells = view.cells(row_scales(LONG_SPAN_ROWS, LARGEST, SMALLEST))
+        for block in cells.missing():
+            for step in cells.computing(block):
+                yield Step(step.done, step.total, step.text, picture)
     return picture
 
 
@@ -204,8 +167,8 @@ LOADING_DELAY_MS = 40
 class ScalogramLoader(QObject):
     """Computes pictures in the background.
 
-    `request` gives what to compute when a job begins; None for nothing. `view` is the channel's
-    survey for later pictures; `pending` tells whether a picture is awaited. `loaded` brings a
+    `request` gives what to compute when a job begins; None for nothing. `view` is that of
+    the channel for later pictures; `pending` tells whether a picture is awaited. `loaded` brings a
     picture, a coarse one first where there is one; `refused` says why there is none.
     """
 
@@ -216,7 +179,7 @@ class ScalogramLoader(QObject):
         self, jobs: Jobs, request: Callable[[], ScalogramRequest | None], parent: QObject
     ) -> None:
         super().__init__(parent)
-        self.view: Survey | None = None
+        self.view: ChannelView | None = None
         self.pending = False
         self._jobs, self._request = jobs, request
         self._shown: Scalogram | None = None
@@ -242,7 +205,7 @@ class ScalogramLoader(QObject):
             self._job = None
 
     def forget(self) -> None:
-        """Drop the survey: the channel is another one."""
+        """Drop the view: the channel is another one."""
         self.view = None
 
     def _begin(self) -> None:
@@ -314,8 +277,8 @@ def readout_note(picture: Scalogram, high: float) -> str:
 
 def _omitted_text(picture: Scalogram, high: float) -> str:
     """What the colours leave out or do not tell apart."""
-    source, notes = picture.view.source, []
-    number = source.left_out(source.place(picture.start), source.place(picture.end))
+    reader, notes = picture.view.reader, []
+    number = reader.left_out(reader.place(picture.start), reader.place(picture.end))
     if number:
         notes.append(
             "1 glitch left out" if number == 1 else f"{thousands(number)} glitches left out"
@@ -327,7 +290,7 @@ def _omitted_text(picture: Scalogram, high: float) -> str:
 
 def _resolution_text(picture: Scalogram) -> str:
     """How much of the recording each pixel stands for."""
-    samples = (picture.end - picture.start) * picture.view.source.rate
+    samples = (picture.end - picture.start) * picture.view.reader.rate
     each = samples / picture.values.shape[1]
     if each < 2:
         return ""
@@ -497,7 +460,7 @@ class ScalogramPanel(TimePanel):
         """The vertical axis, while there is a demonstration."""
         demonstration, view = self.document.demonstration, self._loader.view
         assert demonstration is not None
-        rate = view.source.rate if view is not None else 1.0 / demonstration.period
+        rate = view.reader.rate if view is not None else 1.0 / demonstration.period
         top, bottom = self.plot.top() + 1, self.plot.bottom() - 1
         return Rows(top, bottom, SMALLEST, LARGEST, FOURIER_FACTOR, rate)
 
@@ -552,7 +515,6 @@ class ScalogramPanel(TimePanel):
             int(min(max(self.height() * ratio / 2, LEAST_ROWS), MOST_ROWS)),
             max(1, round(self.plot.width() * ratio * share)),
             self._phase,
-            cache_folder(self.document),
         )
 
     def _show_refusal(self, sentence: str) -> None:

@@ -18,12 +18,9 @@ from forcelab.gui.label import scalogram as scalogram_module
 from forcelab.gui.label import scalogram_painting as scales
 from forcelab.gui.label.scalogram import ScalogramPanel, ScalogramRequest, compute
 from forcelab.gui.label.scalogram_painting import amount_text
-from forcelab.project import Project
 from forcelab.recognition.presets import preset
-from forcelab.signals import scalogram
 from forcelab.signals import scalogram as signals
 from forcelab.signals.cwt import cwt, frequencies
-from forcelab.signals.scalogram_frames import Source
 from forcelab.signals.wavelets import Morlet
 
 NAMES = ("fx1", "fy1", "fz1")
@@ -160,11 +157,9 @@ def test_colours_do_not_jump_while_panning(open_panel, document, until):
 
 @pytest.fixture
 def long_from_little(monkeypatch):
-    """Few samples make a long recording, of several chunks, that is worth a file."""
-    monkeypatch.setattr(scalogram_module, "LEAST_CACHED_SAMPLES", 1 << 12)
+    """Few samples make a long recording, of several blocks."""
     monkeypatch.setattr(signals, "LONG", 1 << 12)
-    monkeypatch.setattr(signals, "CHUNK", 1 << 12)
-    monkeypatch.setattr(scalogram, "CHUNK", 1 << 12)
+    monkeypatch.setattr(signals, "BLOCK", 1 << 12)
 
 
 @pytest.mark.usefixtures("long_from_little")
@@ -204,7 +199,7 @@ def test_what_is_not_seen_yet_is_ready_when_somebody_pans(panel, document, jobs,
     until(lambda: not jobs.busy)
     picture = panel.picture
     assert picture.end == pytest.approx(20.0)
-    assert not picture.view.tiles(picture.scales).missing(0, 60_000)
+    assert not picture.view.cells(picture.scales).missing()
     document.view.set_span(30.0, 55.0)
     until(lambda: panel.settled)
     assert panel.picture.view is picture.view
@@ -231,9 +226,9 @@ def test_a_picture_of_another_channel_is_never_shown(open_panel, document, until
     for channel in ("normal 1", "fx1", "fy1", "tangential 1", "fz1"):
         open_panel.set_channel(channel)
         QTest.qWait(43)
-        assert open_panel.picture is None or open_panel.picture.view.source.channel == channel
+        assert open_panel.picture is None or open_panel.picture.view.reader.channel == channel
     until(lambda: open_panel.settled and open_panel.picture is not None)
-    assert open_panel.picture.view.source.channel == "fz1"
+    assert open_panel.picture.view.reader.channel == "fz1"
 
 
 def test_phases_are_shown_on_request(open_panel, until):
@@ -265,7 +260,7 @@ def test_the_channel_is_chosen_from_the_keyboard(open_panel, until):
     menu.close()
     assert open_panel.channel == "normal 1"
     until(lambda: open_panel.settled and open_panel.picture is not None)
-    assert open_panel.picture.view.source.channel == "normal 1"
+    assert open_panel.picture.view.reader.channel == "normal 1"
 
 
 def test_another_demonstration_keeps_the_channel_where_it_has_one(open_panel, document, until):
@@ -335,94 +330,6 @@ def test_the_legend_is_short(value, text):
     assert amount_text(value) == text
 
 
-def show_settled(panel, jobs, until):
-    """Show a panel until its picture is computed and kept."""
-    panel.resize(88 + 400 + 8, 160)
-    panel.show()
-    until(lambda: panel.settled and panel.picture is not None and not jobs.busy)
-    return panel
-
-
-@pytest.fixture
-def in_project(app, tmp_path):
-    """Begins sessions in which the same long recording of a project is open."""
-    with Project.create(tmp_path / "p.forcelab") as project:
-        project.demonstrations.add(tone(60_000), [])
-        path, (info,) = project.path, project.demonstrations.infos()
-    sessions = []
-
-    def begin():
-        document = Document("Ann")
-        sessions.append(document)
-        document.open_project(path)
-        assert document.open_demonstration(info.id)
-        return document
-
-    yield begin
-    for document in sessions:
-        document.close()
-
-
-def files(document):
-    return sorted(document.project.path.rglob("scalogram-*"))
-
-
-@pytest.mark.usefixtures("long_from_little")
-def test_the_next_session_begins_with_what_was_kept(in_project, jobs, until, monkeypatch):
-    first = in_project()
-    panel = show_settled(ScalogramPanel(first, jobs), jobs, until)
-    (file,) = files(first)
-    written, shown = file.read_bytes(), panel.picture.values
-    panel.close()
-    first.close()
-
-    document = in_project()
-    monkeypatch.setattr(Source, "read", None)  # nothing of the recording is looked at
-    panel = ScalogramPanel(document, jobs)
-    pictures = []
-    panel._loader.loaded.connect(pictures.append)
-    show_settled(panel, jobs, until)
-    assert not any(picture.coarse for picture in pictures)
-    np.testing.assert_allclose(panel.picture.values, shown, atol=0.001)
-    assert file.read_bytes() == written
-    panel.close()
-
-
-@pytest.mark.usefixtures("long_from_little")
-def test_nothing_is_kept_of_what_was_not_shown_to_the_end(in_project, jobs, until):
-    document = in_project()
-    panel = ScalogramPanel(document, jobs)
-    panel.resize(88 + 400 + 8, 160)
-    panel.show()
-    until(lambda: panel.picture is not None)
-    panel.hide()
-    until(lambda: not jobs.busy)
-    cached = files(document)
-    panel.set_channel("fx1")
-    QTest.qWait(scalogram_module.LOADING_DELAY_MS + 20)
-    assert panel.settled
-    assert files(document) == cached, "of the other channel, which nobody saw, there is none"
-    panel.close()
-
-
-@pytest.mark.usefixtures("long_from_little")
-def test_a_project_that_may_not_be_changed_stays_as_it_is(in_project, jobs, until, monkeypatch):
-    document = in_project()
-    monkeypatch.setattr(Project, "read_only", True)
-    panel = show_settled(ScalogramPanel(document, jobs), jobs, until)
-    assert not files(document)
-    panel.close()
-
-
-@pytest.mark.usefixtures("long_from_little")
-def test_of_what_is_soon_computed_nothing_is_kept(in_project, jobs, until, monkeypatch):
-    monkeypatch.setattr(scalogram_module, "LEAST_CACHED_SAMPLES", 60_001)
-    document = in_project()
-    panel = show_settled(ScalogramPanel(document, jobs), jobs, until)
-    assert not files(document)
-    panel.close()
-
-
 @pytest.mark.parametrize("at", [5_000, 150_100])  # heard when the colours are chosen, or not
 def test_a_spike_without_a_colour_of_its_own_is_told_where_it_is_seen(panel, document, until, at):
     stray = tone(200_000)
@@ -458,8 +365,8 @@ def test_an_exact_picture_does_not_wait_for_what_is_not_seen(panel, document, mo
     document.look(tone(60_000))
     request = ScalogramRequest(document.demonstration, "fz1", (2.0, 4.0), 80, 400, False)
     built = []
-    build = scalogram.Tiles._build
-    monkeypatch.setattr(scalogram.Tiles, "_build", lambda *a: built.append(a) or build(*a))
+    computing = signals.Cells.computing
+    monkeypatch.setattr(signals.Cells, "computing", lambda *a: built.append(a) or computing(*a))
     for step in compute(request, None):
         if getattr(step, "picture", None) is not None and not step.picture.coarse:
             break

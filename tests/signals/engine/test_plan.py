@@ -377,3 +377,16 @@ def test_a_blas_that_comes_while_a_transform_runs_is_kept_on_one_thread_too():
                 assert set(blas_threads()) == {1}
             assert set(blas_threads()) == {1}
         assert set(blas_threads()) == {2}
+
+
+@pytest.mark.parametrize("n", [700, 150_000])
+def test_largest_powers_and_samples_are_those_of_the_coefficients(n):
+    x = condition(np.stack([white(n), impact(n)])).values
+    plan = plan_for(n, [9.0, 2.0, 300.0, 40.0])
+    coefficients = plan.coefficients(x)
+    bounds = np.unique(np.random.default_rng(0).integers(3, n - 2, 60))
+    power = np.abs(coefficients[:, :, : bounds[-1]]) ** 2
+    expected = np.maximum.reduceat(power, bounds[:-1], axis=2)
+    np.testing.assert_allclose(plan.largest_power(x, bounds), expected, rtol=1e-5)
+    found = plan.at_samples(x, bounds)
+    np.testing.assert_allclose(found, coefficients[:, :, bounds], rtol=1e-5, atol=1e-6)
