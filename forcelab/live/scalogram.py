@@ -19,7 +19,7 @@ from forcelab.capture.recorder import Recorder
 from forcelab.capture.stream_merger import StreamMerger
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
-from forcelab.recognition.live_features import CausalGrid, Steps
+from forcelab.live.even_steps import CausalGrid, Steps
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import frequencies
 from forcelab.signals.streaming import StreamingCwt
@@ -192,7 +192,7 @@ class LiveScalogram:
                 self._rungs.insert(-1, _Rung(transform, members))
         self._complete: Real = full.complete.astype(np.float64) / rate
         longest = int(full.complete.max()) + 1
-        self._grid = CausalGrid(len(recorded), rate, rate, 2 * longest)
+        self._grid = CausalGrid(len(recorded), rate, 2 * longest)
         self._times = np.full(longest, np.nan)  # of the steps that some row still waits for
         self._ring = ColumnRing(rows, columns, seconds / columns)
 
