@@ -224,14 +224,13 @@ def latency_budget(recogniser: Recogniser, latency: float) -> LatencyBudget:
     """The shares of a latency in seconds, at the rate that the recogniser was trained at."""
     channels = [Channel(name, "N") for name in recogniser.channels]
     online = OnlineRecogniser(recogniser, latency, channels, recogniser.rate)
-    budget, step = online.budget, online.step
+    budget = online.budget
     assert budget is not None
-    assert step is not None
-    filters = (budget.median + budget.drop + budget.decoder) * step
     scales = 0 if needs_live_model(recogniser.settings) else len(recogniser.settings.scales)
     # Of wavelets the errors of the early ones say it.
     loss = 0.0 if scales else float(np.interp(latency, *np.transpose(LOSSES)))
-    return LatencyBudget(latency, budget.features * step, filters, scales, online.early, loss)
+    filters = budget.lag * budget.hop
+    return LatencyBudget(latency, budget.ahead, filters, scales, online.early, loss)
 
 
 #: Seconds from a sample to its label where nothing else is asked for.

@@ -220,8 +220,7 @@ def prepare_examples(
     Notes
     -----
     Glitches count as missing samples and are bridged; see
-    :func:`~forcelab.signals.conditioning.glitches`. In a live stream those do that stand out from
-    the samples before them.
+    :func:`~forcelab.signals.conditioning.glitches`.
     """
     demonstration = labelled.demonstration
     try:
@@ -229,9 +228,7 @@ def prepare_examples(
     except InputError as error:
         raise InputError(f"Demonstration '{demonstration.name}': {error}") from error
     grid = on_grid(demonstration, rate or settings.rate, channels.recorded)
-    hop = settings.hop(grid.rate)
-    # In the middle of the samples that it stands for; every sample where there is no step.
-    steps = slice(min(hop // 2, len(grid.times) - 1), None, hop)
+    steps = settings.steps(len(grid.times), grid.rate)
     example: dict[str, Any] = {
         "name": demonstration.name,
         # Not a view of every sample, which would stay as long.
@@ -281,10 +278,14 @@ def _features(
         own_units = settings.amplitude != "absolute"
         peaks = peak_features(signals, rate, settings.windows[0], places, own_units)
         return np.concatenate([values, peaks], axis=1)
-    features = wavelet_features(
-        signals, settings.scales, settings.mother, settings.phase, circular=settings.circular
+    return wavelet_features(
+        signals,
+        settings.scales,
+        settings.mother,
+        settings.phase,
+        circular=settings.circular,
+        places=steps,
     )
-    return features if steps == slice(0, None, 1) else features[steps]
 
 
 def common_rate(demonstrations: Sequence[Demonstration], settings: Settings) -> float:

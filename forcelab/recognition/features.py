@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.signals.conditioning import bridge, condition
+from forcelab.signals.conditioning import SPIKE, bridge, condition
 from forcelab.signals.wavelets import Wavelet
 
 Real = NDArray[np.float64]
@@ -109,6 +109,100 @@ def window_moments(
     return level, slope, rms
 
 
+#: Places whose cut windows are summed up at once: copies of their samples must stay small.
+PLACES = 32
+
+
+def cut_window_features(
+    channels: Real, rate: float, windows: Sequence[float], places: NDArray[np.int64], ahead: int
+) -> Real:
+    """Level, slope and rms of windows that see only `ahead` samples after each place: (m, 3, q, k).
+
+    What a stream knows: the Gaussian windows of :func:`window_features`, cut off there and
+    normalised again, so that a wide one mostly looks back. In what is left of a window the *level*
+    is the weighted mean, the *slope* that of the weighted line of best fit, and the *rms* the
+    weighted standard deviation; of a whole window these are what its convolutions give. Each place
+    costs as many products as its windows have samples. `channels` (q, n) are finite.
+    """
+    n = channels.shape[1]
+    out = np.empty((len(places), len(KINDS), len(channels), len(windows)))
+    for j, window in enumerate(windows):
+        spread = max(window, 0.5 / rate)  # a line needs two values
+        reach = int(np.ceil(REACH * spread * rate))
+        offsets = np.arange(-reach, min(ahead, reach) + 1)
+        weights = np.exp(-0.5 * (offsets / rate / spread) ** 2)
+        weights /= weights.sum()
+        off = offsets / rate - weights @ offsets / rate
+        sloping = weights * off / (weights @ off**2)
+        for start in range(0, len(places), PLACES):
+            block = slice(start, start + PLACES)
+            values = channels[:, np.clip(places[block, None] + offsets, 0, n - 1)]
+            first = values[:, :, :1].copy()
+            values -= first  # so that what is constant is so without rounding
+            mean = values @ weights
+            out[block, 0, :, j] = (first[:, :, 0] + mean).T
+            out[block, 1, :, j] = (values @ sloping).T
+            values -= mean[:, :, None]
+            out[block, 2, :, j] = np.sqrt(np.square(values, out=values) @ weights).T
+    return out
+
+
+#: Seconds over which the running size forgets, and for how many seconds of usual strength the
+#: size known from training counts beside it.
+FORGETTING, TRUST = 20.0, 1.5
+#: Samples more than so many times as far from rest as the middle one of their block count as this
+#: in the running size: it would take minutes to forget a glitch. Where a block has fewer samples
+#: than the second number they are compared with so many latest ones, and each, which lasts longer,
+#: may be the third number of times as far.
+OUTLYING, LATEST, OUTLYING_FEW = 30.0, 2 * SPIKE + 1, 5.0
+
+
+def contraharmonic_size(channels: Real, rate: float) -> Real:
+    """Size of each channel's movements, shape (q,), 0 for one that never moves.
+
+    The contraharmonic mean of the distances from rest: that of squares over that of sizes, to which
+    rest adds nothing.
+    """
+    rest = np.median(channels[:, : max(1, round(REST * rate))], axis=1)
+    away = np.abs(channels - rest[:, None])
+    most = np.max(away, axis=1)
+    share = away / np.where(most > 0, most, 1.0)[:, None]
+    total = share.sum(axis=1)
+    return most * (share**2).sum(axis=1) / np.where(total > 0, total, 1.0)
+
+
+class RunningSize:
+    """The recent size of a stream's forces, in units of the usual one.
+
+    The mean of :func:`contraharmonic_size` over the last :data:`FORGETTING` seconds; in a long rest
+    it goes back to the usual one.
+    """
+
+    def __init__(self, channels: int, rate: float) -> None:
+        self._rate, self._limit = rate, max(1, round(REST * rate))
+        self._first = self._latest = np.empty((channels, 0))
+        self._rest = self._squares = self._sizes = np.zeros(channels)
+
+    def take(self, samples: Real) -> tuple[Real, Real]:
+        """Take the next samples (q, m); level at rest and size (q,) as known with them."""
+        m = samples.shape[1]
+        if m and self._first.shape[1] < self._limit:
+            self._first = np.concatenate([self._first, samples], axis=1)[:, : self._limit]
+            self._rest = np.median(self._first, axis=1)
+        if m:
+            if not self._latest.shape[1]:
+                self._latest = np.repeat(samples[:, :1], LATEST, axis=1)
+            self._latest = np.concatenate([self._latest, samples], axis=1)[:, -max(m, LATEST) :]
+            near = np.abs(self._latest - self._rest[:, None])
+            most = OUTLYING if m >= LATEST else OUTLYING_FEW
+            middle = np.partition(near, near.shape[1] // 2, axis=1)[:, near.shape[1] // 2]
+            away = np.minimum(np.abs(samples - self._rest[:, None]), most * middle[:, None])
+            fading = np.exp(-m / self._rate / FORGETTING)
+            self._squares = fading * self._squares + np.square(away).sum(axis=1) / self._rate
+            self._sizes = fading * self._sizes + away.sum(axis=1) / self._rate
+        return self._rest, (self._squares + TRUST) / (self._sizes + TRUST)
+
+
 #: Seconds to either side: about a snap, an action, and the actions next to it.
 SPANS = (0.2, 0.5, 1.5)
 #: What is known of each channel in each span.
@@ -163,6 +257,8 @@ NOISE_SHARE = 1e-3
 ROUNDING = 1e-13
 #: Time steps that are turned from rows of scales into rows of steps at once: they fit the cache.
 BLOCK = 1024
+#: Samples of channels that are transformed at once.
+TOGETHER = 1 << 15
 
 
 def wavelet_features(
@@ -173,8 +269,10 @@ def wavelet_features(
     noise: NDArray[np.float64] | None = None,
     *,
     circular: bool = False,
+    places: slice = slice(None),
+    tolerance: float = 1e-14,
 ) -> NDArray[np.float64]:
-    """Compute the features of every time step.
+    """Compute the features of every time step, or of some.
 
     Parameters
     ----------
@@ -192,10 +290,14 @@ def wavelet_features(
     circular : bool
         Whether cosine and sine of the phase stand for the phase. Both fade to 0 towards the floor:
         times ``1 - (floor / magnitude)^2``.
+    places : slice
+        The m samples whose features are wanted: of a stream the latest, of a coarser step some.
+    tolerance : float
+        Error of the coefficients as of :func:`~forcelab.signals.cwt_engine.plan_for`.
 
     Returns
     -------
-    ndarray of float64, shape (n, q * k), (n, 2 * q * k), or circular (n, 3 * q * k)
+    ndarray of float64, shape (m, q * k), (m, 2 * q * k), or circular (m, 3 * q * k)
         Always finite. Natural logarithms of magnitudes in the unit of the channel, phases in
         radians in [-pi, pi].
 
@@ -216,19 +318,24 @@ def wavelet_features(
     k = len(scales)
     if noise is not None and not (noise.shape == (q,) and np.all((noise >= 0) & (noise < np.inf))):
         raise InputError(f"The noise of {q} channels is {q} finite numbers from 0, not {noise}.")
-    out = np.empty((n, (1 + (2 if circular else 1) * phase) * q * k))
-    for i, channel in enumerate(channels):
-        # A channel at a time: the coefficients of one stay small beside the features of all.
-        ready = condition(channel)
-        # It loads SciPy, and settings, which are read early, import this file.
-        from forcelab.signals.cwt_engine import plan_for
+    m = len(range(n)[places])
+    out = np.empty((m, (1 + (2 if circular else 1) * phase) * q * k))
+    # It loads SciPy, and settings, which are read early, import this file.
+    from forcelab.signals.cwt_engine import plan_for
 
-        coefficients = plan_for(n, scales, wavelet, 1e-14).coefficients(ready.values)[0]
-        shift = ready.exponent[0] * np.log(2.0)
+    plan = plan_for(n, scales, wavelet, tolerance)
+    ready = condition(channels)
+    # Of long channels one at a time: their coefficients stay small beside the features of all.
+    together = max(1, TOGETHER // n)
+    for i in range(q):
+        if i % together == 0:
+            transformed = plan.coefficients(ready.values[i : i + together])[:, :, places]
+        coefficients = transformed[i % together]
+        shift = ready.exponent[i] * np.log(2.0)
         with np.errstate(divide="ignore"):  # no noise has the logarithm -inf
-            level = np.log(ready.noise[0]) if noise is None else np.log(noise[i]) - shift
+            level = np.log(ready.noise[i]) if noise is None else np.log(noise[i]) - shift
         floor = np.maximum(np.log(NOISE_SHARE) + level, np.log(ROUNDING * np.sqrt(scales)))[:, None]
-        for start in range(0, n, BLOCK):
+        for start in range(0, m, BLOCK):
             rows = slice(start, start + BLOCK)
             real, imaginary = coefficients.real[:, rows], coefficients.imag[:, rows]
             power = np.maximum(real**2 + imaginary**2, np.finfo(np.float64).tiny)
@@ -245,5 +352,7 @@ def wavelet_features(
                 angle = np.arctan2(imaginary, real)
                 angle[magnitude <= floor] = 0.0
                 out[rows, (q + i) * k : (q + i + 1) * k] = angle.T
-        del coefficients, real, imaginary  # before the next channel's are made
+        del coefficients, real, imaginary
+        if (i + 1) % together == 0:
+            del transformed  # before the next channels' are made
     return out

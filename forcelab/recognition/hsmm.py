@@ -29,6 +29,7 @@ off by the ends of what was recorded.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -423,6 +424,95 @@ def decodable_steps(
         return np.zeros(shape[0], dtype=np.bool_)
     missing = np.isnan(log_probabilities)
     return np.asarray(valid & ~missing.any(axis=1) if missing.any() else valid, dtype=np.bool_)
+
+
+class FixedLag:
+    """Decides each step `lag` steps of `step` seconds later.
+
+    The code of a step is what :func:`decode` gives it from all steps up
+    to `lag` after it and none later. Memory and time do not grow with the stream.
+    """
+
+    def __init__(
+        self,
+        step: float,
+        lag: int,
+        grammar: TaskGrammar,
+        use: Use = "order",
+    ) -> None:
+        if lag < 0:
+            raise InputError(f"The decoder can wait for 0 steps or more, not {lag}.")
+        self.lag = lag
+        self._grammar = grammar
+        self._parameters = HsmmParameters.from_grammar(grammar, step, use)
+        self._bridged = bridged_steps(step)
+        self._forward: ForwardPass | None = None
+        self._before = 0  # steps before the first stretch
+        self._begun = False
+        # Whether each step that waits for a code is no gap; the last of them, as many as the gap
+        # that there is now has, are not in the forward pass.
+        self._waiting: deque[bool] = deque()
+        self._gap = 0
+
+    def push(
+        self, log_probabilities: NDArray[np.floating], valid: NDArray[np.bool_] | None = None
+    ) -> Codes:
+        """Take log probabilities (m, K); give the codes that are now decided, in order.
+
+        Steps that are not valid are gaps. Long ones decide all that waits.
+        """
+        m = len(log_probabilities)
+        valid = np.ones(m, dtype=np.bool_) if valid is None else valid
+        valid = decodable_steps(log_probabilities, valid, self._grammar)
+        if not log_probabilities.size:
+            return np.full(m, UNLABELLED, dtype=np.int64)
+        evidence = self._parameters.evidence(np.where(valid[:, None], log_probabilities, -np.inf))
+        decided: list[int] = []
+        for row, is_valid in zip(evidence, valid.tolist(), strict=True):
+            self._waiting.append(is_valid)
+            if is_valid:
+                self._advance(row)
+            else:
+                self._gap += 1
+                if self._forward is None or self._gap > self._bridged:
+                    decided += self.finish().tolist()
+            if len(self._waiting) > self.lag:
+                decided.append(self._oldest())
+        return np.array(decided, dtype=np.int64)
+
+    def finish(self) -> Codes:
+        """The codes that were waiting: nothing comes any more. What is pushed then is new."""
+        valid = np.array(self._waiting, dtype=np.bool_)
+        codes = np.full(len(valid), UNLABELLED, dtype=np.int64)
+        seen = len(valid) - self._gap
+        if self._forward is not None and seen > 0:
+            codes[:seen] = np.where(valid[:seen], self._forward.best_codes(seen), UNLABELLED)
+        self._before += len(valid)
+        self._begun |= self._forward is not None or self._before > self._bridged
+        self._forward, self._gap = None, 0
+        self._waiting.clear()
+        return codes
+
+    def _oldest(self) -> int:
+        """The code of the step that has waited longest."""
+        seen = len(self._waiting) - self._gap
+        if not self._waiting.popleft() or self._forward is None:
+            return UNLABELLED
+        return int(self._forward.best_codes(seen)[0])
+
+    def _advance(self, evidence: Real) -> None:
+        """Take a step, and the gap before it, of which nothing is known."""
+        if self._forward is None:
+            parameters = self._parameters.anywhere() if self._begun else self._parameters
+            # Room for twice what must be kept.
+            room = 2 * (int(parameters.longest.max()) + self.lag) + 64
+            self._forward, self._begun = ForwardPass(parameters, room, best=True), True
+        for row in (*np.zeros((self._gap, len(evidence))), evidence):
+            if not self._forward.room:
+                # Places that decisions to come look back upon.
+                self._forward.forget(self._forward.margin + self.lag + 2)
+            self._forward.push(row[None])
+        self._gap = 0
 
 
 def marginals(

@@ -1,346 +1,70 @@
 """A trained recogniser on a stream: labels as the samples come, with a chosen latency.
 
-The paper's filters on a stream of codes, each a fixed number of steps behind. With as many steps to
-look ahead as a filter needs it gives what :mod:`forcelab.recognition.filters` gives offline; with
-fewer the median takes the last code that it sees as going on, and a stretch stays unlabelled until
-it has proved long enough.
+A stream is recognised by what recognises a recording. Its samples come in hops of some 20 ms. Once
+those of a hop are there, and those that its features may see after it, the last seconds are a
+recording that ends there: they are put onto the grid, their features are computed as always, and
+the classifier says what it makes of the hop's time steps. Then the decoder goes on, or the filters
+go over the latest steps once more, and what the latency does not let wait any longer is decided.
 
-The label of a step rests on the samples up to `latency` seconds after it and on no others. Wavelets
-that have not passed by then are known by an early estimate with the end value held, whose expected
-error :attr:`OnlineRecogniser.early` tells. The filters take the steps ahead that they need, at most
-half of the latency; the wavelets have the rest.
+So the label of a sample rests on the samples up to `latency` seconds after it and on no others, and
+does not depend on how they come. Wavelets that have not passed by then go on with the end value, as
+at the end of a recording, whose expected error :attr:`OnlineRecogniser.early` tells. The filters
+take the hops ahead that they need, at most half of the latency; the wavelets have the rest. Where
+features or decoder need whole demonstrations, models take their place that have learnt from what a
+stream knows (:mod:`forcelab.recognition.live_model`).
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from math import ceil, floor
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration
+from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
-from forcelab.recognition.features import REACH
-from forcelab.recognition.filters import threshold
-from forcelab.recognition.hsmm import (
-    ForwardPass,
-    HsmmParameters,
-    Use,
-    bridged_steps,
-    decodable_steps,
-)
-from forcelab.recognition.live_features import (
-    CausalGrid,
-    Steps,
-    StreamingFeatures,
-    StreamingWindows,
-)
+from forcelab.recognition.features import REACH, RunningSize, wavelet_features
+from forcelab.recognition.hsmm import FixedLag, bridged_steps
 from forcelab.recognition.live_model import choose_live_model, live_hop, needs_live_model
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.recognition.task_grammar import TaskGrammar
 from forcelab.runtime import one_blas_thread
-from forcelab.segment_edits import SLIVER
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import frequencies
-from forcelab.signals.streaming import StreamingCwt, early_error, reaches
+from forcelab.signals.grid import SAME_RATE, Grid, measured, on_grid
+from forcelab.signals.streaming import early_error, reaches
 
 Real = NDArray[np.float64]
 Codes = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+#: Seconds of samples that wavelets label at once.
+HOP = 0.04
+#: Error of complete coefficients, relative to the largest of their scale.
+TOLERANCE = 1e-5
+#: Samples that wavelets see before a hop at most, on the recogniser's grid.
+MOST = 5000
+#: Samples from whose stamps the device's period is taken where it is not known.
+PROBE = 64
+#: Samples of a demonstration that are pushed at once.
+BLOCK = 4096
+#: Greatest latency in seconds: the samples of that time are kept in memory.
+LONGEST = 600.0
 
 
 @dataclass(frozen=True)
 class LiveLabels:
-    """Steps whose labels are decided, in their order and without a break."""
+    """Labels of samples that are decided, in their order; none is left out."""
 
-    times: Real  # (n,); seconds on the clock of the samples
+    times: Real  # (n,); stamps of the samples
     codes: Codes  # (n,); after the filters; the action with code ``i`` is ``actions[i]``
     probabilities: Real | None  # (n, K); None of a classifier that has none; zero in gaps
 
     def __len__(self) -> int:
         return len(self.times)
-
-
-class FixedLag:
-    """Decides each step `lag` steps of `step` seconds later.
-
-    The code of a step is what :func:`forcelab.recognition.hsmm.decode` gives it from all steps up
-    to `lag` after it and none later. Memory and time do not grow with the stream.
-    """
-
-    def __init__(
-        self,
-        step: float,
-        lag: int,
-        grammar: TaskGrammar,
-        use: Use = "order",
-    ) -> None:
-        if lag < 0:
-            raise InputError(f"The decoder can wait for 0 steps or more, not {lag}.")
-        self.lag = lag
-        self._grammar = grammar
-        self._parameters = HsmmParameters.from_grammar(grammar, step, use)
-        self._bridged = bridged_steps(step)
-        self._forward: ForwardPass | None = None
-        self._before = 0  # steps before the first stretch
-        self._begun = False
-        # Whether each step that waits for a code is no gap; the last of them, as many as the gap
-        # that there is now has, are not in the forward pass.
-        self._waiting: deque[bool] = deque()
-        self._gap = 0
-
-    def push(
-        self, log_probabilities: NDArray[np.floating], valid: NDArray[np.bool_] | None = None
-    ) -> Codes:
-        """Take log probabilities (m, K); give the codes that are now decided, in order.
-
-        Steps that are not valid are gaps. Long ones decide all that waits.
-        """
-        m = len(log_probabilities)
-        valid = np.ones(m, dtype=np.bool_) if valid is None else valid
-        valid = decodable_steps(log_probabilities, valid, self._grammar)
-        if not log_probabilities.size:
-            return np.full(m, UNLABELLED, dtype=np.int64)
-        evidence = self._parameters.evidence(np.where(valid[:, None], log_probabilities, -np.inf))
-        decided: list[int] = []
-        for row, is_valid in zip(evidence, valid.tolist(), strict=True):
-            self._waiting.append(is_valid)
-            if is_valid:
-                self._advance(row)
-            else:
-                self._gap += 1
-                if self._forward is None or self._gap > self._bridged:
-                    decided += self.finish().tolist()
-            if len(self._waiting) > self.lag:
-                decided.append(self._oldest())
-        return np.array(decided, dtype=np.int64)
-
-    def finish(self) -> Codes:
-        """The codes that were waiting: nothing comes any more. What is pushed then is new."""
-        valid = np.array(self._waiting, dtype=np.bool_)
-        codes = np.full(len(valid), UNLABELLED, dtype=np.int64)
-        seen = len(valid) - self._gap
-        if self._forward is not None and seen > 0:
-            codes[:seen] = np.where(valid[:seen], self._forward.best_codes(seen), UNLABELLED)
-        self._before += len(valid)
-        self._begun |= self._forward is not None or self._before > self._bridged
-        self._forward, self._gap = None, 0
-        self._waiting.clear()
-        return codes
-
-    def _oldest(self) -> int:
-        """The code of the step that has waited longest."""
-        seen = len(self._waiting) - self._gap
-        if not self._waiting.popleft() or self._forward is None:
-            return UNLABELLED
-        return int(self._forward.best_codes(seen)[0])
-
-    def _advance(self, evidence: Real) -> None:
-        """Take a step, and the gap before it, of which nothing is known."""
-        if self._forward is None:
-            parameters = self._parameters.anywhere() if self._begun else self._parameters
-            # Room for twice what must be kept.
-            room = 2 * (int(parameters.longest.max()) + self.lag) + 64
-            self._forward, self._begun = ForwardPass(parameters, room, best=True), True
-        for row in (*np.zeros((self._gap, len(evidence))), evidence):
-            if not self._forward.room:
-                # Places that decisions to come look back upon.
-                self._forward.forget(self._forward.margin + self.lag + 2)
-            self._forward.push(row[None])
-        self._gap = 0
-
-
-class CausalMedian:
-    """Running median of `width` over label numbers, which looks at most `ahead` steps ahead."""
-
-    def __init__(self, width: int, ahead: int) -> None:
-        after = (width - 1) // 2
-        self._width = width
-        self._before = width // 2
-        self.delay = min(after, ahead)
-        self._unseen = after - self.delay
-        self._codes: Codes | None = None  # `before` codes of context, then those that wait
-
-    def push(self, codes: Codes) -> Codes:
-        """Take codes; give the medians of those that have enough after them."""
-        if not len(codes):
-            return codes
-        if self._codes is None:
-            self._codes = np.full(self._before, codes[0])
-        self._codes = np.concatenate([self._codes, codes])
-        ready = max(0, len(self._codes) - self._before - self.delay)
-        if not ready:
-            return codes[:0]
-        seen = self._before + 1 + self.delay
-        across = self._codes.strides[0]
-        # Not sliding_window_view, which takes longer than all the rest of this.
-        windows = np.ndarray((ready, seen), self._codes.dtype, self._codes, 0, (across, across))
-        if self._unseen:
-            windows = np.concatenate(
-                [windows, np.repeat(windows[:, -1:], self._unseen, axis=1)], axis=1
-            )
-        ranks = ((self._width - 1) // 2, self._width // 2)
-        ordered = np.partition(windows, ranks, axis=1)
-        self._codes = self._codes[ready:]
-        return (ordered[:, ranks[0]] + ordered[:, ranks[1]] + 1) // 2
-
-    def finish(self) -> Codes:
-        """The medians that were waiting; the last code goes on."""
-        if self._codes is None or not self.delay:
-            return np.empty(0, dtype=np.int64)
-        return self.push(np.full(self.delay, self._codes[-1]))
-
-
-class CausalDrop:
-    """Unlabels what is shorter than its code's limit (s); looks `ahead` steps ahead."""
-
-    def __init__(self, limits: Mapping[int, float], period: float, ahead: int) -> None:
-        self._limits = np.zeros(max(limits, default=0) + 1)
-        for code, seconds in limits.items():
-            self._limits[code] = seconds
-        self._period = period
-        self.delay = min(ahead, self.needed(limits, period))
-        self._times = np.empty(0)
-        self._codes = np.empty(0, dtype=np.int64)
-        # Stretches of one code: the place among what waits where it begins, and when it began.
-        self._stretches: list[tuple[int, float]] = []
-        self._last = (-np.inf, UNLABELLED - 1)  # time and code of the newest step
-
-    @staticmethod
-    def needed(limits: Mapping[int, float], period: float) -> int:
-        """Steps ahead with which nothing is missed; some more for stamps that jitter."""
-        longest = max(limits.values(), default=0.0)
-        return int(np.ceil(1.01 * longest / period)) + 2 if longest > 0 else 0
-
-    def push(self, times: Real, codes: Codes) -> Codes:
-        """Take codes with their times; give those that are decided."""
-        return self._decide(times, codes, ended=False)
-
-    def finish(self) -> Codes:
-        """The codes that were waiting."""
-        return self._decide(np.empty(0), np.empty(0, dtype=np.int64), ended=True)
-
-    def _decide(self, times: Real, codes: Codes, ended: bool) -> Codes:
-        if len(codes):
-            self._append(times, codes)
-        n = len(self._codes)
-        ready = n if ended else max(0, n - self.delay)
-        if not ready:
-            return self._codes[:0]
-        out = self._codes[:ready].copy()
-        ends = [*(place for place, _ in self._stretches[1:]), n]
-        gone = 0
-        for (begin, start), end in zip(self._stretches, ends, strict=True):
-            if begin >= ready:
-                break
-            gone += end <= ready
-            code = int(self._codes[max(0, begin)])
-            if end > 0 and 0 <= code < len(self._limits):
-                least = start + float(self._limits[code]) - SLIVER
-                self._judge(out, max(0, begin), end, least, ended)
-        self._times, self._codes = self._times[ready:], self._codes[ready:]
-        gone = min(gone, len(self._stretches) - 1)  # the newest may go on
-        self._stretches = [(place - ready, start) for place, start in self._stretches[gone:]]
-        return out
-
-    def _judge(self, out: Codes, begin: int, end: int, least: float, ended: bool) -> None:
-        """Leave unlabelled those of a stretch that do not see it reach the time `least`."""
-        n = len(self._times)
-        # From here on its end is seen.
-        known = min(max(begin, end - self.delay if end < n or ended else n), len(out))
-        if end < n or ended:
-            last = float(self._times[end - 1])
-            following = float(self._times[end]) if end < n else np.inf
-            whole = following - last <= GAP_PERIODS * self._period
-            if (following if whole else last + self._period) < least:
-                out[known:end] = UNLABELLED
-        newest = self._times[begin + self.delay : known + self.delay]
-        # The earlier a step, the less of what follows it has seen.
-        out[begin : begin + int(np.searchsorted(newest, least))] = UNLABELLED
-
-    def _append(self, times: Real, codes: Codes) -> None:
-        """Note new codes, and where stretches begin."""
-        longest = GAP_PERIODS * self._period
-        fresh = (codes[1:] != codes[:-1]) | (times[1:] - times[:-1] > longest)
-        begin = len(self._codes)
-        if codes[0] != self._last[1] or times[0] - self._last[0] > longest:
-            self._stretches.append((begin, float(times[0])))
-        for i in fresh.nonzero()[0].tolist():
-            self._stretches.append((begin + i + 1, float(times[i + 1])))
-        self._last = (float(times[-1]), int(codes[-1]))
-        self._times = np.concatenate([self._times, times])
-        self._codes = np.concatenate([self._codes, codes])
-
-
-Prober = Callable[[Real], Real]
-
-
-def probability_function(classifier: Any) -> Prober | None:
-    """The classifier's probability function, of shape (n, classes); None if it has none.
-
-    Of scikit-learn's MLP as it is trained here the sums are done in place: checking its input takes
-    it ten times as long as 20 steps do.
-    """
-    if not hasattr(classifier, "predict_proba"):
-        return None
-    plain = type(classifier).__name__ == "MLPClassifier" and classifier.activation == "relu"
-    if not plain or classifier.out_activation_ not in ("softmax", "logistic"):
-        asked: Prober = classifier.predict_proba
-        return asked
-    layers = list(zip(classifier.coefs_, classifier.intercepts_, strict=True))
-    softmax = classifier.out_activation_ == "softmax"
-
-    def probabilities(features: Real) -> Real:
-        values = features
-        for i, (weights, bias) in enumerate(layers):
-            values = values @ weights + bias
-            if i < len(layers) - 1:
-                np.maximum(values, 0.0, out=values)
-        if softmax:
-            values -= values.max(axis=1, keepdims=True)
-            np.exp(values, out=values)
-            return values / values.sum(axis=1, keepdims=True)
-        with np.errstate(over="ignore"):  # exp(800) is as good as infinite
-            second = 1.0 / (1.0 + np.exp(-values))
-        return np.concatenate([1.0 - second, second], axis=1)
-
-    return probabilities
-
-
-def classify(
-    recogniser: Recogniser, features: Real, valid: NDArray[np.bool_], probe: Prober | None
-) -> tuple[Codes, Real | None]:
-    """Codes of steps (n, f) after the threshold, and their probabilities where there are any.
-
-    Steps that are not valid are unlabelled, with probabilities of zero.
-    """
-    classifier, at = recogniser.classifier, recogniser.settings.threshold
-    whole = len(valid) > 0 and bool(valid.all())
-    if probe is not None and whole and len(classifier.classes_) == len(recogniser.actions):
-        # Nothing to be left out and an action for each class: nearly always.
-        found = probe(features)
-        codes = np.argmax(found, axis=1)
-        return codes if at is None else threshold(codes, found, at), found
-    codes = np.full(len(features), UNLABELLED, dtype=np.int64)
-    probabilities = None if probe is None else np.zeros((len(features), len(recogniser.actions)))
-    if not valid.any():
-        return codes, probabilities
-    if probe is None or probabilities is None:
-        codes[valid] = classifier.predict(features[valid])
-        return codes, None
-    found = probe(features[valid])
-    probabilities[np.ix_(valid, classifier.classes_)] = found
-    codes[valid] = classifier.classes_[np.argmax(found, axis=1)]
-    if at is not None:
-        codes = threshold(codes, probabilities, at)
-    return codes, probabilities
-
-
-#: Error of complete coefficients, relative to the largest of their scale.
-TOLERANCE = 3e-5
 
 
 @dataclass(frozen=True)
@@ -355,22 +79,18 @@ class EarlyScale:
 
 @dataclass(frozen=True)
 class Budget:
-    """The shares of a latency, in steps of the grid."""
+    """What a latency is spent on."""
 
-    #: grid, features, median, drop: steps that resampling, wavelets or windows, and the two filters
-    #: look ahead
-    grid: int
-    features: int
-    median: int
-    drop: int
-    decoder: int = 0  # steps that the decoder looks ahead, where there is one
-    hold: int = 0  # steps from the first one that shares a label to the one that it is made for
+    hop: float  # seconds of samples that are labelled at once
+    ahead: float  # seconds that features see after a time step, wavelets after a hop
+    #: seconds from the beginning of a hop to the newest sample that it waits for
+    complete: float
+    lag: int  # further hops that filters or decoder wait for
 
     @property
-    def total(self) -> int:
-        """All of them."""
-        filters = self.median + self.drop + self.decoder
-        return self.grid + self.features + filters + self.hold
+    def seconds(self) -> float:
+        """From the first sample of a hop to its label."""
+        return self.complete + self.lag * self.hop
 
 
 def limits_of(recogniser: Recogniser) -> dict[int, float]:
@@ -379,132 +99,198 @@ def limits_of(recogniser: Recogniser) -> dict[int, float]:
     return {} if share is None else recogniser.shortest_seconds(share)
 
 
-def longest_gap(recogniser: Recogniser) -> int:
-    """Samples of a gap beyond which nothing before counts: twice the widest wavelet or window."""
-    settings = recogniser.settings
+def grid_rate(recogniser: Recogniser, period: float) -> float:
+    """Samples a second of the grid on which a device of this period (s) is recognised."""
+    same = abs(period * recogniser.rate - 1) < SAME_RATE
+    return 1.0 / period if same else recogniser.rate
+
+
+def budget_of(recogniser: Recogniser, latency: float, period: float) -> Budget:
+    """The shares of a latency (s), of samples `period` seconds apart."""
+    settings, rate = recogniser.settings, grid_rate(recogniser, period)
     if needs_live_model(settings):
-        return int(2 * REACH * settings.windows[-1] * recogniser.rate) + 1
-    return 2 * int(np.max(reaches(settings.scales, settings.mother, TOLERANCE))) + 1
+        samples = live_hop(settings, rate)
+        hop = samples / rate
+        look = choose_live_model(recogniser.live_models, latency - 0.5 * hop).windows.look
+        complete = max(samples // 2 / rate + look, hop - period)
+        lag = floor(max(0.0, latency - complete) / hop + 1e-6)
+        return Budget(hop, look, complete, lag)
+    hop = max(1, round(HOP * rate)) / rate
+    after = 0 if settings.median is None else (settings.median - 1) // 2
+    need = after / rate + max(limits_of(recogniser).values(), default=0.0)
+    spare = max(0.0, latency - hop)
+    lag = min(ceil(need / hop), floor(min(spare, 0.5 * latency) / hop + 1e-6))
+    ahead = floor((spare - lag * hop) / period + 1e-6) * period
+    return Budget(hop, ahead, hop - period + ahead, lag)
 
 
-def budget_of(recogniser: Recogniser, latency: float, period: float, grid: int = 0) -> Budget:
-    """The shares of a latency (s), at steps of `period` seconds; resampling takes `grid`."""
-    total = max(0, int(np.floor(latency / period + 1e-6)) - grid)
-    if needs_live_model(recogniser.settings):
-        return _of_part(recogniser, total, period, grid)
-    width = recogniser.settings.median
-    median = min((width - 1) // 2, total // 2) if width is not None else 0
-    need = CausalDrop.needed(limits_of(recogniser), period)
-    drop = min(need, max(0, total // 2 - median))
-    return Budget(grid, total - median - drop, median, drop)
+@dataclass(frozen=True)
+class _Hop:
+    """The samples of a hop, and the last seconds as all that it may know of."""
+
+    begin: float  # seconds
+    times: Real  # (n,); stamps of the samples
+    places: Codes  # (n,); the step of the grid that is nearest to each
+    grid: Grid
+    channels: Real  # (q, steps of the grid)
 
 
-def _of_part(recogniser: Recogniser, total: int, period: float, grid: int) -> Budget:
-    """The shares where a live model is used, at every `hop` steps of the grid.
+@dataclass(frozen=True)
+class _Classified:
+    """The samples of a hop, and what the classifier makes of its m time steps."""
 
-    Its label goes for the steps around, so that the first of them waits for half a hop longer: less
-    than that cannot be had.
-    """
-    hop = live_hop(recogniser.settings, 1.0 / period)
-    rest = max(0, total - hop // 2)
-    part = choose_live_model(recogniser.live_models, rest * period)
-    look = round(part.windows.look / period)
-    return Budget(grid, look, 0, 0, max(0, rest - look) // hop * hop, hop // 2)
+    times: Real  # (n,); stamps of the samples
+    valid: Flags  # (n,)
+    step_of: Codes  # (n,); the time step of each sample
+    step_times: Real  # (m,)
+    step_valid: Flags  # (m,)
+    raw: Codes  # (m,)
+    probabilities: Real | None  # (m, K)
+
+    def labels(self, codes: Codes) -> LiveLabels:
+        """The labels of the samples, given the codes (m,) of the time steps."""
+        known = self.probabilities
+        if known is not None:
+            known = np.where(self.valid[:, None], known[self.step_of], 0.0)
+        return LiveLabels(self.times, np.where(self.valid, codes[self.step_of], UNLABELLED), known)
 
 
-Flags = NDArray[np.bool_]
+class _WaveletStage:
+    """Wavelets, classifier and filters of hops, `lag` hops behind."""
 
-
-class ModelStages:
-    """Everything behind the grid: windows, classifier, decoder, and what waits between them.
-
-    Time steps lie a hop of the grid's steps apart; each label is given to the steps around.
-    """
-
-    def __init__(self, recogniser: Recogniser, budget: Budget, period: float) -> None:
-        self.budget = budget
+    def __init__(self, recogniser: Recogniser, budget: Budget, rate: float) -> None:
         settings = recogniser.settings
-        self._hop = hop = live_hop(settings, 1.0 / period)
-        part = next(
-            one
-            for one in recogniser.live_models
-            if round(one.windows.look / period) == budget.features
+        self._recogniser, self._budget = recogniser, budget
+        widest = max(reaches(settings.scales, settings.mother, TOLERANCE).tolist())
+        # Samples before a hop and from its beginning on.
+        self._before, self._after = min(MOST, widest), round(budget.complete * rate) + 1
+        self.past = (self._before + 2) / rate
+        # Of what is decided so much that a segment has lasted long enough.
+        filtered = (settings.median or 0) / rate + max(limits_of(recogniser).values(), default=0.0)
+        self._past: deque[_Classified] = deque(maxlen=ceil(filtered / budget.hop) + 1)
+        self._waiting: deque[_Classified] = deque()
+
+    def push(self, hop: _Hop | None) -> list[LiveLabels]:
+        """Take the next hop, None if it has no samples; give the labels that are decided by now."""
+        if hop is not None:
+            self._waiting.append(self._classified(hop))
+        return self._decided(len(self._waiting) - self._budget.lag)
+
+    def finish(self) -> list[LiveLabels]:
+        """The labels that were waiting."""
+        return self._decided(len(self._waiting))
+
+    def _classified(self, hop: _Hop) -> _Classified:
+        grid, recogniser = hop.grid, self._recogniser
+        settings = recogniser.settings
+        edges = np.array([hop.begin, hop.begin + self._budget.hop]) - 0.5 / grid.rate
+        first, last = np.searchsorted(grid.times, edges).tolist()
+        first = min(first, len(grid.times) - 1)
+        steps = slice(first, max(last, first + 1))
+        # Always of as many samples, so that the transform is planned once: before its beginning a
+        # stream has its first value, after its end its last one.
+        around = np.arange(steps.start - self._before, steps.start + self._after)
+        features = wavelet_features(
+            hop.channels[:, np.clip(around, 0, len(grid.times) - 1)],
+            settings.scales,
+            settings.mother,
+            settings.phase,
+            places=slice(self._before, self._before + steps.stop - steps.start),
+            tolerance=TOLERANCE,
         )
-        self._classifier, self._actions = part.classifier, len(recogniser.actions)
-        self._windows = StreamingWindows(part.windows, 1.0 / period, hop)
-        assert recogniser.grammar is not None
-        self._decoder = FixedLag(
-            hop * period,
-            budget.decoder // hop,
-            recogniser.grammar,
-            settings.choreography,  # type: ignore[arg-type]  # checked when it was set
+        valid = grid.valid[steps]
+        raw, probabilities = recogniser.classify(features, valid, with_probabilities=True)
+        return _Classified(
+            hop.times,
+            grid.valid[hop.places],
+            np.clip(hop.places - first, 0, len(raw) - 1),
+            grid.times[steps],
+            valid,
+            raw,
+            probabilities,
         )
-        # Steps of the grid that wait for a label, and of which the first is number `_done`.
-        self._times, self._valid = np.empty(0), np.empty(0, dtype=bool)
-        self._done = 0
-        # How many time steps there are, how many are left behind, and of the others their
-        # probabilities, and the codes of those that are decided.
-        self._asked = self._left = 0
-        self._known = np.empty((0, self._actions))
-        self._codes = np.empty(0, dtype=np.int64)
 
-    def push(self, times: Real, rows: Real, valid: Flags) -> LiveLabels:
-        """Take steps of the grid, `rows` of shape (n, q)."""
-        self._times = np.concatenate([self._times, times])
-        self._valid = np.concatenate([self._valid, valid])
-        self._decode(self._windows.push(rows))
-        return self._given((self._left + len(self._codes)) * self._hop - self._done)
-
-    def finish(self) -> LiveLabels:
-        """Give the steps that were waiting."""
-        self._decode(self._windows.finish())
-        self._codes = np.concatenate([self._codes, self._decoder.finish()])
-        return self._given(len(self._times))
-
-    def _decode(self, features: Real) -> None:
-        """Take time steps."""
-        m = len(features)
-        if not m:
-            return
-        # In the middle of the steps around; at the end of a stream perhaps past its last one.
-        places = (self._asked + np.arange(m)) * self._hop + self._hop // 2 - self._done
-        valid = self._valid[np.minimum(places, len(self._valid) - 1)]
-        known = np.zeros((m, self._actions))
-        if valid.any():
-            found = self._classifier.predict_proba(features[valid])
-            known[np.ix_(valid, self._classifier.classes_)] = found
-        self._asked += m
-        self._known = np.concatenate([self._known, known])
-        with np.errstate(divide="ignore"):
-            codes = self._decoder.push(np.log(known), valid)
-        self._codes = np.concatenate([self._codes, codes])
-
-    def _given(self, count: int) -> LiveLabels:
-        """Give up to `count` steps of the grid the labels of the time steps around."""
-        count = min(count, len(self._times))
+    def _decided(self, count: int) -> list[LiveLabels]:
+        """The labels of the oldest hops that wait."""
         if count < 1:
-            none = np.empty((0, self._actions))
-            return LiveLabels(np.empty(0), np.empty(0, dtype=np.int64), none)
-        around = (self._done + np.arange(count)) // self._hop - self._left
-        # At the end of a stream what lies behind the last time step belongs to it.
-        around = np.minimum(around, len(self._codes) - 1)
-        valid = self._valid[:count]
-        codes = np.where(valid, self._codes[around], UNLABELLED)
-        known = np.where(valid[:, None], self._known[around], 0.0)
-        times, self._times = self._times[:count], self._times[count:]
-        self._valid = self._valid[count:]
-        self._done += count
-        # The last one stays, in case that it is the last of all.
-        gone = min(self._done // self._hop - self._left, len(self._codes) - 1)
-        self._codes, self._known = self._codes[gone:], self._known[gone:]
-        self._left += gone
-        return LiveLabels(times, codes, known)
+            return []
+        hops = [*self._past, *self._waiting]
+        known = [hop.probabilities for hop in hops if hop.probabilities is not None]
+        stages = self._recogniser.filter(
+            np.concatenate([hop.raw for hop in hops]),
+            np.concatenate(known) if known else None,
+            np.concatenate([hop.step_times for hop in hops]),
+            np.concatenate([hop.step_valid for hop in hops]),
+        )
+        codes = stages["filtered"]
+        done, labels = sum(len(hop.raw) for hop in self._past), []
+        for _ in range(count):
+            hop = self._waiting.popleft()
+            labels.append(hop.labels(codes[done : done + len(hop.raw)]))
+            done += len(hop.raw)
+            self._past.append(hop)
+        return labels
 
 
-#: Samples of a demonstration that are pushed at once.
-BLOCK = 4096
-#: Greatest latency in seconds: the samples of that time are kept in memory.
-LONGEST = 600.0
+class _ModelStage:
+    """The live model and the decoder, `lag` hops behind; a hop is one time step."""
+
+    def __init__(self, recogniser: Recogniser, budget: Budget, rate: float) -> None:
+        assert recogniser.grammar is not None
+        use = recogniser.settings.choreography
+        self._budget, self._actions = budget, len(recogniser.actions)
+        self._middle = live_hop(recogniser.settings, rate) // 2 / rate
+        self._model = next(m for m in recogniser.live_models if m.windows.look == budget.ahead)
+        self.past = REACH * max(self._model.windows.windows) + 2 * budget.hop
+        self._size = RunningSize(len(recogniser.channels), rate)
+        self._sized = -np.inf  # the time of the newest sample that is in it
+        self._decoder = FixedLag(budget.hop, budget.lag, recogniser.grammar, use)  # type: ignore[arg-type]  # checked when it was set
+        self._waiting: deque[_Classified | None] = deque()
+
+    def push(self, hop: _Hop | None) -> list[LiveLabels]:
+        """Take the next hop, None if it has no samples; give the labels that are decided by now."""
+        known = np.zeros((1, self._actions))
+        classified = None if hop is None else self._classified(hop, known)
+        self._waiting.append(classified)
+        valid = np.zeros(1, dtype=bool) if classified is None else classified.step_valid
+        with np.errstate(divide="ignore"):  # of a probability of nothing, minus infinity
+            logs = np.log(known)
+        return self._labels(self._decoder.push(logs, valid))
+
+    def finish(self) -> list[LiveLabels]:
+        """The labels that were waiting."""
+        return self._labels(self._decoder.finish())
+
+    def _classified(self, hop: _Hop, known: Real) -> _Classified:
+        grid, model = hop.grid, self._model
+        step = nearest_steps(grid, np.array([hop.begin + self._middle]))
+        unsized = int(np.searchsorted(grid.times, self._sized, side="right"))
+        features = model.windows.features(hop.channels, grid.rate, step, self._size, unsized)
+        newest = min(int(step[0]) + round(model.windows.look * grid.rate), len(grid.times) - 1)
+        self._sized = float(grid.times[newest])
+        valid = grid.valid[step]
+        if valid[0]:
+            known[:, model.classifier.classes_] = model.classifier.predict_proba(features)
+        return _Classified(
+            hop.times,
+            grid.valid[hop.places],
+            np.zeros(len(hop.times), dtype=np.int64),
+            grid.times[step],
+            valid,
+            known.argmax(axis=1),
+            known,
+        )
+
+    def _labels(self, codes: Codes) -> list[LiveLabels]:
+        """The labels of the oldest hops, given the code of each."""
+        hops = [self._waiting.popleft() for _ in codes]
+        return [hop.labels(code) for hop, code in zip(hops, codes[:, None], strict=True) if hop]
+
+
+def nearest_steps(grid: Grid, times: Real) -> Codes:
+    """The step of a grid nearest to each time (s)."""
+    steps = np.searchsorted(grid.times, times - 0.5 / grid.rate)
+    return np.minimum(steps, len(grid.times) - 1)
 
 
 def check_latency(latency: float) -> None:
@@ -516,10 +302,10 @@ def check_latency(latency: float) -> None:
 
 
 class OnlineRecogniser:
-    """Labels of a stream, `latency` seconds (0 to :data:`LONGEST`) after each step.
+    """Labels of a stream, `latency` seconds (0 to :data:`LONGEST`) after each sample.
 
-    Samples that are waited for because some are missing come on top. `channels` are the columns of
-    the samples to come; without a `rate` the stamps of the first ones tell it. Memory and time per
+    No label comes before all samples of its hop are there. `channels` are the columns of the
+    samples to come; without a `rate` the stamps of the first ones tell it. Memory and time per
     sample stay the same for ever. Blocks may have any size; labels do not depend on it. Not
     thread-safe.
     """
@@ -533,14 +319,23 @@ class OnlineRecogniser:
     ) -> None:
         check_latency(latency)
         _check_live(recogniser)
-        self._whole = needs_live_model(recogniser.settings)
         self.recogniser = recogniser
         self.latency = latency
-        self._channels = channel_map(channels, recogniser.channels)
-        self._columns = list(self._channels.recorded)
+        self._map = channel_map(channels, recogniser.channels)
+        self._columns = list(self._map.recorded)
+        self._channels = tuple(channels[column] for column in self._columns)
         self._width = len(channels)
-        self._grid = CausalGrid(len(self._columns), recogniser.rate, rate, longest_gap(recogniser))
-        self._stages = None if rate is None else self._made()
+        # The latest samples. The first `_done` of them were in one of the hops so far, of which
+        # there were `_hops`, from `_start` (s) on.
+        self._times, self._values = np.empty(0), np.empty((0, len(self._columns)))
+        self._done = self._hops = 0
+        self._start = 0.0
+        #: step: seconds between two labels; budget: what the latency is spent on; None before the
+        #: device's period is known
+        self.step: float | None = None
+        self.budget: Budget | None = None
+        if rate is not None:
+            self._settle(1.0 / rate)
 
     @property
     def actions(self) -> tuple[str, ...]:
@@ -548,31 +343,19 @@ class OnlineRecogniser:
         return self.recogniser.actions
 
     @property
-    def budget(self) -> Budget | None:
-        """What the latency is spent on; None before the device's period is known."""
-        return None if self._stages is None else self._stages.budget
-
-    @property
-    def step(self) -> float | None:
-        """Seconds between two labels; None before the device's period is known."""
-        return None if self._stages is None else self._grid.step
-
-    @property
     def early(self) -> tuple[EarlyScale, ...]:
         """The scales that are estimated, by the recogniser's rate until the device's is known."""
-        recogniser = self.recogniser
-        if self._whole:
+        settings, rate = self.recogniser.settings, self.recogniser.rate
+        if needs_live_model(settings):
             return ()
-        period = 1 / recogniser.rate
-        budget = self.budget or budget_of(recogniser, self.latency, period)
-        scales, mother = recogniser.settings.scales, recogniser.settings.mother
-        hertz = frequencies(scales, recogniser.rate, mother)
+        budget = self.budget or budget_of(self.recogniser, self.latency, 1 / rate)
+        ahead = budget.ahead * rate
+        needs = reaches(settings.scales, settings.mother, TOLERANCE).tolist()
+        hertz = frequencies(settings.scales, rate, settings.mother)
         return tuple(
-            EarlyScale(float(a), float(hz), need * period, float(early_error(budget.features / a)))
-            for a, hz, need in zip(
-                scales, hertz, reaches(scales, mother, TOLERANCE).tolist(), strict=True
-            )
-            if need > budget.features
+            EarlyScale(float(a), float(hz), need / rate, float(early_error(ahead / a)))
+            for a, hz, need in zip(settings.scales, hertz, needs, strict=True)
+            if need > ahead
         )
 
     def push(self, times: Real, signals: Real) -> LiveLabels:
@@ -587,36 +370,93 @@ class OnlineRecogniser:
                 f"A block of {self._width} channels has stamps of shape (n,) and values of shape "
                 f"(n, {self._width}), not {stamps.shape} and {values.shape}."
             )
-        steps = self._grid.push(stamps, values[:, self._columns])
-        if self._stages is None and self._grid.period is not None:
-            self._stages = self._made()
-        return self._through(steps)
+        newest = self._times[-1:] if len(self._times) else [-np.inf]
+        stamps = np.where(np.isfinite(stamps), stamps, -np.inf)
+        later = stamps > np.maximum.accumulate(np.concatenate([newest, stamps]))[:-1]
+        values = values[later][:, self._columns]
+        values[~measured(values)] = np.nan
+        self._times = np.concatenate([self._times, stamps[later]])
+        self._values = np.concatenate([self._values, values])
+        if self.step is None and len(self._times) >= PROBE:
+            self._settle(float(np.median(np.diff(self._times[:PROBE]))))
+        return self._labels(ended=False)
 
     def finish(self) -> LiveLabels:
         """End the stream: the labels that were waiting, with the last values held.
 
         A finished recogniser takes no further samples; make another one.
         """
-        steps = self._grid.finish()
-        if self._stages is None:
-            self._stages = self._made()
-        first = self._through(steps)
-        with one_blas_thread():
-            last = self._stages.finish()
-        return _joined([first, last])
+        if self.step is None:
+            steps = np.diff(self._times)
+            self._settle(float(np.median(steps)) if len(steps) else 1.0 / self.recogniser.rate)
+        return self._labels(ended=True)
 
-    def _made(self) -> _Stages | ModelStages:
-        budget = budget_of(self.recogniser, self.latency, self._grid.step, self._grid.lag)
-        if self._whole:
-            return ModelStages(self.recogniser, budget, self._grid.step)
-        return _Stages(self.recogniser, budget, self._grid.step)
+    def _settle(self, period: float) -> None:
+        """The device's period (s) is known."""
+        self._rate = rate = grid_rate(self.recogniser, period)
+        self.step, self.budget = period, budget_of(self.recogniser, self.latency, period)
+        whole = needs_live_model(self.recogniser.settings)
+        self._stage = (_ModelStage if whole else _WaveletStage)(self.recogniser, self.budget, rate)
 
-    def _through(self, steps: Steps) -> LiveLabels:
-        if self._stages is None or not len(steps):
-            return _nothing(self.recogniser)
-        rows = np.ascontiguousarray(self._channels.apply(steps.signals).T)
-        with one_blas_thread():
-            return self._stages.push(steps.times, rows, steps.valid)
+    def _labels(self, ended: bool) -> LiveLabels:
+        """The labels that are decided by the samples so far."""
+        parts: list[LiveLabels] = []
+        if self.budget is not None and len(self._times):
+            with one_blas_thread():
+                for hop in self._due(self.budget, ended):
+                    parts += self._stage.push(hop)
+                if ended:
+                    parts += self._stage.finish()
+            self._forget(self._start + self._hops * self.budget.hop - self._stage.past)
+        return _joined([_nothing(self.recogniser), *parts])
+
+    def _forget(self, before: float) -> None:
+        """Samples before this time are needed no more, but for the latest."""
+        gone = int(np.searchsorted(self._times, before, side="right")) - 1
+        gone = max(0, min(gone, self._done))
+        self._times, self._values = self._times[gone:], self._values[gone:]
+        self._done -= gone
+
+    def _due(self, budget: Budget, ended: bool) -> Iterator[_Hop | None]:
+        """The hops that have all that they wait for; None for each without samples."""
+        assert self.step is not None
+        times, half = self._times, 0.5 * self.step
+        # So many hops without samples decide all that waits: of a long gap no more are made.
+        enough = budget.lag + bridged_steps(budget.hop) + 2
+        if not self._hops:
+            self._start = float(times[0])
+        while self._done < len(times):
+            ahead = float(times[self._done]) + half - self._start
+            self._hops = max(self._hops, floor(ahead / budget.hop) - enough)
+            begin = self._start + self._hops * budget.hop
+            newest = begin + budget.complete
+            end = int(np.searchsorted(times, newest - half))
+            if end == len(times) and not ended:
+                return
+            # The newest sample itself, if it is not behind a gap.
+            end += int(end < len(times) and times[end] < newest + half)
+            last = int(np.searchsorted(times, begin + budget.hop - half))
+            yield self._hop(begin, slice(self._done, last), end) if last > self._done else None
+            self._done, self._hops = max(last, self._done), self._hops + 1
+
+    def _hop(self, begin: float, samples: slice, end: int) -> _Hop:
+        """The hop of some samples, from `begin` (s) on, that knows what is before `end`."""
+        # From a step of the grid on, so that all hops have the same one.
+        past = floor(min(self._stage.past, begin - self._start) * self._rate + 1e-6) / self._rate
+        first = int(np.searchsorted(self._times, begin - past, side="right")) - 1
+        stamps, values = (part[max(0, first) : end] for part in (self._times, self._values))
+        if len(stamps) == 1:  # before its beginning a stream has its first value
+            stamps = np.append(stamps - 1 / self._rate, stamps)
+            values = np.repeat(values, 2, axis=0)
+        seen = Demonstration("stream", "", stamps, values, self._channels)
+        grid = on_grid(seen, self.recogniser.rate, start=begin - past)
+        # What is missing at the end may become a gap.
+        known = np.isfinite(values)
+        newest = np.where(known.any(axis=0), known.shape[0] - 1 - known[::-1].argmax(axis=0), -1)
+        until = stamps[newest.min()] if newest.min() >= 0 else -np.inf
+        grid.valid[grid.times > until + 0.5 / grid.rate] = False
+        times = self._times[samples]
+        return _Hop(begin, times, nearest_steps(grid, times), grid, self._map.apply(grid.signals))
 
 
 def recognise_with_latency(
@@ -659,64 +499,3 @@ def _joined(parts: Sequence[LiveLabels]) -> LiveLabels:
         np.concatenate([part.codes for part in parts]),
         np.concatenate(known) if known else None,
     )
-
-
-class _Stages:
-    """Everything behind the grid: features, classifier, filters, and what waits between them."""
-
-    def __init__(self, recogniser: Recogniser, budget: Budget, period: float) -> None:
-        settings = recogniser.settings
-        self.budget = budget
-        self._recogniser = recogniser
-        self._probe = probability_function(recogniser.classifier)
-        channels = len(recogniser.channels)
-        transform = StreamingCwt(
-            settings.scales, channels, settings.mother, TOLERANCE, budget.features, together=True
-        )
-        self._features = StreamingFeatures(channels, transform, budget.features, settings.phase)
-        width = settings.median
-        self._median = None if width is None else CausalMedian(width, budget.median)
-        limits = limits_of(recogniser)
-        self._drop = CausalDrop(limits, period, budget.drop) if limits else None
-        # Steps that wait for a label: the first `_coded` of them have features and a code, the
-        # first `_smooth` a median.
-        self._times, self._valid = np.empty(0), np.empty(0, dtype=bool)
-        self._probabilities = _nothing(recogniser).probabilities
-        self._coded = self._smooth = 0
-
-    def push(self, times: Real, rows: Real, valid: NDArray[np.bool_]) -> LiveLabels:
-        """Take steps of the grid."""
-        self._times = np.concatenate([self._times, times])
-        self._valid = np.concatenate([self._valid, valid])
-        return self._decided(self._features.push(rows), ended=False)
-
-    def finish(self) -> LiveLabels:
-        """Give the steps that were waiting."""
-        return self._decided(self._features.finish(), ended=True)
-
-    def _decided(self, features: Real, ended: bool) -> LiveLabels:
-        first, self._coded = self._coded, self._coded + len(features)
-        valid = self._valid[first : self._coded]
-        codes, probabilities = classify(self._recogniser, features, valid, self._probe)
-        if self._probabilities is not None and probabilities is not None:
-            self._probabilities = np.concatenate([self._probabilities, probabilities])
-        first = self._coded - len(codes)
-        if self._median is not None:
-            codes = self._median.push(codes)
-            if ended:
-                codes = np.concatenate([codes, self._median.finish()])
-            first, self._smooth = self._smooth, self._smooth + len(codes)
-            codes[~self._valid[first : self._smooth]] = UNLABELLED
-        if self._drop is not None:
-            codes = self._drop.push(self._times[first : first + len(codes)], codes)
-            if ended:
-                codes = np.concatenate([codes, self._drop.finish()])
-        n = len(codes)
-        times, self._times = self._times[:n], self._times[n:]
-        self._valid = self._valid[n:]
-        self._coded -= n
-        self._smooth -= n
-        if self._probabilities is None:
-            return LiveLabels(times, codes, None)
-        known, self._probabilities = self._probabilities[:n], self._probabilities[n:]
-        return LiveLabels(times, codes, known)

@@ -1,7 +1,7 @@
 """The live models of a recogniser whose features or decoder need whole demonstrations.
 
 The same demonstrations are learnt once more, from what a stream knows of them: for each of a few
-times ahead a classifier of :class:`~forcelab.recognition.live_features.CausalWindows`. Trees and
+times ahead a classifier of :class:`CausalWindows`. Trees and
 logistic regression are averaged, which does as well as either on each of the paper's recordings,
 and takes no choosing.
 
@@ -30,13 +30,19 @@ from forcelab.recognition.ensemble import (
     training_steps,
 )
 from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
+from forcelab.recognition.features import (
+    KINDS,
+    RunningSize,
+    contraharmonic_size,
+    cut_window_features,
+)
 from forcelab.recognition.forest import require, require_numbers
-from forcelab.recognition.live_features import CausalWindows, usual_size
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
 
 Real = NDArray[np.float64]
+Steps = NDArray[np.int64]
 
 #: Seconds ahead that there is a classifier for.
 LOOKS = (0.0, 0.05, 0.15)
@@ -48,6 +54,43 @@ SHARE = 0.6
 STEP = 0.02
 #: What learns; see the module.
 CLASSIFIER = "ensemble"
+
+
+#: Channels beyond so many times their usual size count as this.
+LARGEST = 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class CausalWindows:
+    """The windows of a stream, and the units of its forces."""
+
+    windows: tuple[float, ...]  # length k; standard deviations in seconds
+    look: float  # seconds after a time step that may be seen
+    usual: Real  # (q,); size of each channel's movements in training, above 0
+    own: bool  # whether forces are in units of the stream's own size
+
+    @property
+    def width(self) -> int:
+        """Features of a time step: for each kind all windows of channel 1, then of channel 2."""
+        return len(KINDS) * len(self.usual) * len(self.windows)
+
+    def features(
+        self, channels: Real, rate: float, steps: Steps, size: RunningSize, first: int = 0
+    ) -> Real:
+        """Features (m, f) of rising time steps of finite channels (q, n) at `rate` Hz.
+
+        `size` is the stream's, which has taken the samples before `first`.
+        """
+        ahead = round(self.look * rate)
+        ready = np.clip(channels / self.usual[:, None], -LARGEST, LARGEST)
+        features = cut_window_features(ready, rate, self.windows, steps, ahead)
+        if self.own:
+            for values, last in zip(features, (steps + ahead + 1).tolist(), strict=True):
+                rest, own_size = size.take(ready[:, first:last])
+                first = max(first, last)
+                values[0] -= rest[:, None]
+                np.divide(values, own_size[:, None], out=values)
+        return features.reshape(len(steps), -1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +162,9 @@ def fit_live_models(
     """
     stepping = settings.replace(step=settings.step or STEP)
     prepared = [prepare_examples(item, stepping, rate, kept=False) for item in labelled]
-    usual = usual_size((_gridded_channels(item, settings, rate) for item in labelled), rate)
+    sizes = [contraharmonic_size(*_gridded(item, settings, rate)) for item in labelled]
+    usual = np.median(sizes, axis=0)
+    usual[usual == 0] = 1.0  # of a channel that never moves
     y, groups, steps = training_steps([examples.codes(actions) for examples in prepared])
     if len(np.unique(y)) < 2:  # all but one fell between two steps: no stream can be followed
         return ()
@@ -131,11 +176,12 @@ def fit_live_models(
         options = FitOptions(groups, balanced=settings.balanced, calibrated=calibrated)
         # Of one demonstration after the other only what is learnt from: that is a part of it.
         X, done = np.empty((len(y), windows.width)), 0
-        for item, examples, own_steps in zip(labelled, prepared, steps, strict=True):
-            # Rates that differ a little are kept, and may make hops of a sample more or less.
-            found = windows.of(
-                _gridded_channels(item, settings, rate), rate, live_hop(settings, examples.rate)
-            )
+        for item, own_steps in zip(labelled, steps, strict=True):
+            channels, own_rate = _gridded(item, settings, rate)
+            every = stepping.steps(channels.shape[1], own_rate)
+            places = np.arange(channels.shape[1])[every]
+            size = RunningSize(len(channels), own_rate)
+            found = windows.features(channels, own_rate, places, size)
             X[done : done + len(own_steps)] = found[own_steps]
             done += len(own_steps)
         ensemble = finish(fit_ensemble(CLASSIFIER, X, y, settings.seed, options))
@@ -146,7 +192,8 @@ def fit_live_models(
     return tuple(parts[look] for look in LOOKS)
 
 
-def _gridded_channels(item: LabelledDemonstration, settings: Settings, rate: float) -> Real:
-    """The channels of a demonstration on its grid, (q, n): computed anew, and not kept."""
+def _gridded(item: LabelledDemonstration, settings: Settings, rate: float) -> tuple[Real, float]:
+    """The channels of a demonstration on its grid, (q, n), and their rate; not kept."""
     channels = channel_map(item.demonstration.channels, settings.channels)
-    return channels.apply(on_grid(item.demonstration, rate, channels.recorded).signals)
+    grid = on_grid(item.demonstration, rate, channels.recorded)
+    return channels.apply(grid.signals), grid.rate

@@ -256,7 +256,7 @@ class Recogniser:
                 f"recogniser was trained on {', '.join(self.channels)}."
             )
         started = perf_counter()
-        raw, probabilities = self._classify(examples, probability_trace)
+        raw, probabilities = self.classify(examples.features, examples.valid, probability_trace)
         changes = None
         if self.grammar is not None and self.boundary_model is not None:
             changes = self.boundary_model.ratios(examples.features)
@@ -266,7 +266,7 @@ class Recogniser:
             apply_grammar = partial(self._decode, probabilities, changes, examples)
             stages = {"raw": raw, "filtered": apply_grammar(decode, use)}
         else:
-            stages = self._filter(raw, probabilities, examples)
+            stages = self.filter(raw, probabilities, examples.times, examples.valid)
         seconds = {"predict": classified - started, "filter": perf_counter() - classified}
         ablations = {}
         if unaided and apply_grammar is not None:
@@ -282,32 +282,30 @@ class Recogniser:
             examples.times, self.actions, stages, probabilities, seconds, trace, ablations
         )
 
-    def _classify(
-        self, examples: Examples, probability_trace: bool
+    def classify(
+        self, features: NDArray[np.float64], valid: NDArray[np.bool_], with_probabilities: bool
     ) -> tuple[NDArray[np.int64], NDArray[np.float64] | None]:
-        """Codes of every time step, and probabilities where something needs them."""
-        n, classes = len(examples.times), self.classifier.classes_
+        """Codes of time steps, and probabilities where something needs them or they are wanted."""
+        n, classes = len(features), self.classifier.classes_
         raw = np.empty(n, dtype=np.int64)
         needed = self.settings.needs_probabilities
         # An SVM that was fitted without probabilities has none to ask for.
-        with_probabilities = needed or (
-            probability_trace and hasattr(self.classifier, "predict_proba")
-        )
-        probabilities = np.zeros((n, len(self.actions))) if with_probabilities else None
+        available = with_probabilities and hasattr(self.classifier, "predict_proba")
+        probabilities = np.zeros((n, len(self.actions))) if needed or available else None
         with one_blas_thread():
             for first in range(0, n, BLOCK):
                 block = slice(first, first + BLOCK)
                 if probabilities is not None:
-                    proba = self.classifier.predict_proba(examples.features[block])
+                    proba = self.classifier.predict_proba(features[block])
                     probabilities[block, classes] = proba
                 # Rounding and ties may tell the two apart: with a probability trace the
                 # prediction must be the one without.
                 raw[block] = (
                     classes[np.argmax(proba, axis=1)]
                     if needed
-                    else self.classifier.predict(examples.features[block])
+                    else self.classifier.predict(features[block])
                 )
-        raw[~examples.valid] = UNLABELLED
+        raw[~valid] = UNLABELLED
         return raw, probabilities
 
     def _decode(
@@ -324,11 +322,12 @@ class Recogniser:
         step = self.settings.hop(examples.rate) / examples.rate
         return method(logs, examples.valid, step, self.grammar, use, changes=changes)
 
-    def _filter(
+    def filter(
         self,
         raw: NDArray[np.int64],
         probabilities: NDArray[np.float64] | None,
-        examples: Examples,
+        times: NDArray[np.float64],
+        valid: NDArray[np.bool_],
     ) -> dict[str, NDArray[np.int64]]:
         """The stages of the filters that are switched on, in the paper's order."""
         codes, settings = raw.copy(), self.settings
@@ -340,10 +339,8 @@ class Recogniser:
         if settings.median is not None:
             codes = filters.median(codes, settings.median)
             # A median reaches into gaps, where there is nothing to be seen.
-            codes[~examples.valid] = UNLABELLED
+            codes[~valid] = UNLABELLED
             stages["median"] = codes
         if settings.drop is not None:
-            codes = filters.drop_short(
-                codes, examples.times, self.shortest_seconds(1.0), settings.drop
-            )
+            codes = filters.drop_short(codes, times, self.shortest_seconds(1.0), settings.drop)
         return stages | {"filtered": codes}

@@ -270,6 +270,14 @@ class Settings:
         """Samples of the grid from one time step with features to the next."""
         return 1 if self.step is None else max(1, round(self.step * rate))
 
+    def steps(self, samples: int, rate: float) -> slice:
+        """Which of so many samples of the grid are time steps with features.
+
+        Each lies in the middle of the samples that it stands for; every one where there is no step.
+        """
+        hop = self.hop(rate)
+        return slice(min(hop // 2, samples - 1), None, hop)
+
     def training_stride(self, rate: float) -> int:
         """Time steps from one that is trained on to the next, at this rate of the grid.
 

@@ -102,6 +102,7 @@ def on_grid(
     demonstration: Demonstration,
     rate: float | None = None,
     columns: Sequence[int] | None = None,
+    start: float | None = None,
 ) -> Grid:
     """Bring a demonstration onto a uniform grid.
 
@@ -110,13 +111,15 @@ def on_grid(
     take; all by default. What the others miss makes nothing invalid. The grid's rate is the
     demonstration's own where the one asked for differs from it by less than 1 %, since resampling
     would cost more than so small a stretch of the scales; else the one asked for to within 0.1 %,
-    as a ratio of whole numbers to the demonstration's own.
+    as a ratio of whole numbers to the demonstration's own. A grid that is not the recording's own
+    begins at its first stamp, or at `start` (s), so that those of parts of it can be one.
     """
     recorded = demonstration.signals
     columns_read = range(recorded.shape[1]) if columns is None else columns
     chosen = [readings(recorded[:, column]) for column in columns_read]
     recorded_rate = 1.0 / demonstration.period
     target = rate or demonstration.rate
+    start = demonstration.start if start is None else start
     if abs(target / recorded_rate - 1) < SAME_RATE:
         target = recorded_rate
     # Places from both ends: the median period's rounding would add up over a long recording.
@@ -126,10 +129,11 @@ def on_grid(
     if uniform and target == recorded_rate:
         times, signals = demonstration.times, bridged
     elif target >= recorded_rate:
-        times = demonstration.start + np.arange(_count(demonstration, target)) / target
+        times = start + np.arange(_count(demonstration, target, start)) / target
         signals = interpolate(times, demonstration.times, bridged)
     else:
-        fine = demonstration.start + np.arange(_count(demonstration, recorded_rate)) / recorded_rate
+        count = _count(demonstration, recorded_rate, start)
+        fine = start + np.arange(count) / recorded_rate
         # Fine samples a grid sample, as a fraction whose filter stays short for any rate.
         ratio = Fraction(recorded_rate / target).limit_denominator(
             max(1, int(1000 * target / recorded_rate))
@@ -146,18 +150,18 @@ def on_grid(
             padtype="edge",
             window=("kaiser", 8.0),
         )
-        times = demonstration.start + np.arange(len(signals)) / target
+        times = start + np.arange(len(signals)) / target
     valid = np.ones(len(times), dtype=bool)
-    for start, end in (*demonstration.gaps, *_missing_runs(demonstration, chosen)):
+    for begin, end in (*demonstration.gaps, *_missing_runs(demonstration, chosen)):
         # A stamp that lies on the edge but for rounding is on its far side.
-        first, last = np.searchsorted(times, (start - 1e-6 / target, end - 1e-6 / target))
+        first, last = np.searchsorted(times, (begin - 1e-6 / target, end - 1e-6 / target))
         valid[first:last] = False
     return Grid(times, signals, valid, target)
 
 
-def _count(demonstration: Demonstration, rate: float) -> int:
-    """How many samples at `rate` lie between the first and the last stamp, both included."""
-    count = int(np.floor((demonstration.times[-1] - demonstration.start) * rate + 1e-6)) + 1
+def _count(demonstration: Demonstration, rate: float, start: float) -> int:
+    """How many samples at `rate` lie from `start` to the last stamp, both included."""
+    count = int(np.floor((demonstration.times[-1] - start) * rate + 1e-6)) + 1
     if count > MAX_SAMPLES:
         raise InputError(
             f"Demonstration '{demonstration.name}' spans {demonstration.duration:.6g} s, "

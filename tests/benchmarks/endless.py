@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Demonstration
 from forcelab.jobs import Progress
 from forcelab.measure.rows import Row
-from forcelab.recognition.live import OnlineRecogniser
-from forcelab.recognition.live_features import EVERY
+from forcelab.recognition.live import HOP, OnlineRecogniser
 from forcelab.recognition.recogniser import Recogniser
 
 Codes = NDArray[np.int64]
@@ -44,10 +43,11 @@ def endless(
     the stream does not know the end of the demonstration; beside it by how much the memory that
     is held has grown between the two. The time includes the counting of memory.
 
-    `demonstration`: of a uniform rate; cut to whole looks at the noise, so that each round sees the
-    same; `samples`: to stream at least; three rounds at the fewest.
+    `demonstration`: of a uniform rate; cut to whole hops, so that each round sees the same;
+    `samples`: to stream at least; three rounds at the fewest.
     """
-    length = len(demonstration.times) // EVERY * EVERY
+    hop = round(HOP / demonstration.period)
+    length = len(demonstration.times) // hop * hop
     count = max(3, -(-samples // length))
     rate = 1 / demonstration.period
     online = OnlineRecogniser(recogniser, latency / 1e3, demonstration.channels, rate)

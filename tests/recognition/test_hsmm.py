@@ -11,8 +11,7 @@ from scipy.stats import lognorm
 
 from forcelab.errors import InputError
 from forcelab.recognition import hsmm as model
-from forcelab.recognition.hsmm import HsmmParameters, decode, marginals
-from forcelab.recognition.live import FixedLag
+from forcelab.recognition.hsmm import FixedLag, HsmmParameters, decode, marginals
 from forcelab.recognition.task_grammar import TaskGrammar
 
 USES = ("none", "durations", "order")
