@@ -87,11 +87,6 @@ class Budget:
     complete: float
     lag: int  # further hops that filters or decoder wait for
 
-    @property
-    def seconds(self) -> float:
-        """From the first sample of a hop to its label."""
-        return self.complete + self.lag * self.hop
-
 
 def limits_of(recogniser: Recogniser) -> dict[int, float]:
     """The least seconds of each code that the drop heuristic keeps."""
@@ -112,7 +107,7 @@ def budget_of(recogniser: Recogniser, latency: float, period: float) -> Budget:
         samples = live_hop(settings, rate)
         hop = samples / rate
         look = choose_live_model(recogniser.live_models, latency - 0.5 * hop).windows.look
-        complete = max(samples // 2 / rate + look, hop - period)
+        complete = max((samples // 2 + round(look * rate)) / rate, hop - period)
         lag = floor(max(0.0, latency - complete) / hop + 1e-6)
         return Budget(hop, look, complete, lag)
     hop = max(1, round(HOP * rate)) / rate
@@ -155,10 +150,48 @@ class _Classified:
         return LiveLabels(self.times, np.where(self.valid, codes[self.step_of], UNLABELLED), known)
 
 
-class _WaveletStage:
-    """Wavelets, classifier and filters of hops, `lag` hops behind."""
+class _Stage:
+    """Features and classifier of hops, and what decides their labels some hops behind.
+
+    `past`: seconds before a hop that its features see.
+    """
+
+    past: float
+
+    def __init__(self) -> None:
+        self._waiting: deque[_Classified | None] = deque()  # None of a hop without samples
+
+    def push(self, hop: _Hop | None) -> list[LiveLabels]:
+        """Take the next hop, None if it has no samples; give the labels that are decided by now."""
+        self._waiting.append(None if hop is None else self._classified(hop))
+        return self._labels(self._decided())
+
+    def finish(self) -> list[LiveLabels]:
+        """The labels that were waiting."""
+        return self._labels(self._rest())
+
+    def _labels(self, codes: Sequence[Codes]) -> list[LiveLabels]:
+        """The labels of the oldest hops, given the codes of their time steps."""
+        hops = [self._waiting.popleft() for _ in codes]
+        return [hop.labels(own) for hop, own in zip(hops, codes, strict=True) if hop is not None]
+
+    def _classified(self, hop: _Hop) -> _Classified:
+        raise NotImplementedError
+
+    def _decided(self) -> Sequence[Codes]:
+        """Codes of the oldest hops, as far as they are decided now that one more is there."""
+        raise NotImplementedError
+
+    def _rest(self) -> Sequence[Codes]:
+        """Codes of all hops that wait."""
+        raise NotImplementedError
+
+
+class _WaveletStage(_Stage):
+    """Wavelets, classifier and the recogniser's filters."""
 
     def __init__(self, recogniser: Recogniser, budget: Budget, rate: float) -> None:
+        super().__init__()
         settings = recogniser.settings
         self._recogniser, self._budget = recogniser, budget
         widest = max(reaches(settings.scales, settings.mother, TOLERANCE).tolist())
@@ -167,18 +200,7 @@ class _WaveletStage:
         self.past = (self._before + 2) / rate
         # Of what is decided so much that a segment has lasted long enough.
         filtered = (settings.median or 0) / rate + max(limits_of(recogniser).values(), default=0.0)
-        self._past: deque[_Classified] = deque(maxlen=ceil(filtered / budget.hop) + 1)
-        self._waiting: deque[_Classified] = deque()
-
-    def push(self, hop: _Hop | None) -> list[LiveLabels]:
-        """Take the next hop, None if it has no samples; give the labels that are decided by now."""
-        if hop is not None:
-            self._waiting.append(self._classified(hop))
-        return self._decided(len(self._waiting) - self._budget.lag)
-
-    def finish(self) -> list[LiveLabels]:
-        """The labels that were waiting."""
-        return self._decided(len(self._waiting))
+        self._past: deque[_Classified | None] = deque(maxlen=ceil(filtered / budget.hop) + 1)
 
     def _classified(self, hop: _Hop) -> _Classified:
         grid, recogniser = hop.grid, self._recogniser
@@ -210,81 +232,75 @@ class _WaveletStage:
             probabilities,
         )
 
-    def _decided(self, count: int) -> list[LiveLabels]:
-        """The labels of the oldest hops that wait."""
+    def _decided(self) -> Sequence[Codes]:
+        return self._filtered(len(self._waiting) - self._budget.lag)
+
+    def _rest(self) -> Sequence[Codes]:
+        return self._filtered(len(self._waiting))
+
+    def _filtered(self, count: int) -> list[Codes]:
+        """Codes of so many of the oldest hops that wait."""
         if count < 1:
             return []
         hops = [*self._past, *self._waiting]
-        known = [hop.probabilities for hop in hops if hop.probabilities is not None]
-        stages = self._recogniser.filter(
-            np.concatenate([hop.raw for hop in hops]),
-            np.concatenate(known) if known else None,
-            np.concatenate([hop.step_times for hop in hops]),
-            np.concatenate([hop.step_valid for hop in hops]),
-        )
-        codes = stages["filtered"]
-        done, labels = sum(len(hop.raw) for hop in self._past), []
-        for _ in range(count):
-            hop = self._waiting.popleft()
-            labels.append(hop.labels(codes[done : done + len(hop.raw)]))
-            done += len(hop.raw)
-            self._past.append(hop)
-        return labels
+        there = [hop for hop in hops if hop is not None]
+        if not there:
+            codes = np.empty(0, dtype=np.int64)
+        else:
+            known = [hop.probabilities for hop in there if hop.probabilities is not None]
+            stages = self._recogniser.filter(
+                np.concatenate([hop.raw for hop in there]),
+                np.concatenate(known) if known else None,
+                np.concatenate([hop.step_times for hop in there]),
+                np.concatenate([hop.step_valid for hop in there]),
+            )
+            codes = stages["filtered"]
+        ends = np.cumsum([0 if hop is None else len(hop.raw) for hop in hops])
+        done = len(self._past)
+        self._past.extend(hops[done : done + count])
+        return np.split(codes, ends)[done : done + count]
 
 
-class _ModelStage:
-    """The live model and the decoder, `lag` hops behind; a hop is one time step."""
+class _ModelStage(_Stage):
+    """The live model and the decoder; a hop is one time step."""
 
     def __init__(self, recogniser: Recogniser, budget: Budget, rate: float) -> None:
+        super().__init__()
         assert recogniser.grammar is not None
         use = recogniser.settings.choreography
-        self._budget, self._actions = budget, len(recogniser.actions)
+        self._actions = len(recogniser.actions)
         self._middle = live_hop(recogniser.settings, rate) // 2 / rate
         self._model = next(m for m in recogniser.live_models if m.windows.look == budget.ahead)
         self.past = REACH * max(self._model.windows.windows) + 2 * budget.hop
         self._size = RunningSize(len(recogniser.channels), rate)
         self._sized = -np.inf  # the time of the newest sample that is in it
         self._decoder = FixedLag(budget.hop, budget.lag, recogniser.grammar, use)  # type: ignore[arg-type]  # checked when it was set
-        self._waiting: deque[_Classified | None] = deque()
 
-    def push(self, hop: _Hop | None) -> list[LiveLabels]:
-        """Take the next hop, None if it has no samples; give the labels that are decided by now."""
-        known = np.zeros((1, self._actions))
-        classified = None if hop is None else self._classified(hop, known)
-        self._waiting.append(classified)
-        valid = np.zeros(1, dtype=bool) if classified is None else classified.step_valid
-        with np.errstate(divide="ignore"):  # of a probability of nothing, minus infinity
-            logs = np.log(known)
-        return self._labels(self._decoder.push(logs, valid))
-
-    def finish(self) -> list[LiveLabels]:
-        """The labels that were waiting."""
-        return self._labels(self._decoder.finish())
-
-    def _classified(self, hop: _Hop, known: Real) -> _Classified:
+    def _classified(self, hop: _Hop) -> _Classified:
         grid, model = hop.grid, self._model
         step = nearest_steps(grid, np.array([hop.begin + self._middle]))
         unsized = int(np.searchsorted(grid.times, self._sized, side="right"))
         features = model.windows.features(hop.channels, grid.rate, step, self._size, unsized)
         newest = min(int(step[0]) + round(model.windows.look * grid.rate), len(grid.times) - 1)
         self._sized = float(grid.times[newest])
-        valid = grid.valid[step]
+        valid, known = grid.valid[step], np.zeros((1, self._actions))
         if valid[0]:
             known[:, model.classifier.classes_] = model.classifier.predict_proba(features)
-        return _Classified(
-            hop.times,
-            grid.valid[hop.places],
-            np.zeros(len(hop.times), dtype=np.int64),
-            grid.times[step],
-            valid,
-            known.argmax(axis=1),
-            known,
-        )
+        own = np.zeros(len(hop.times), dtype=np.int64)
+        times, raw = grid.times[step], known.argmax(axis=1)
+        return _Classified(hop.times, grid.valid[hop.places], own, times, valid, raw, known)
 
-    def _labels(self, codes: Codes) -> list[LiveLabels]:
-        """The labels of the oldest hops, given the code of each."""
-        hops = [self._waiting.popleft() for _ in codes]
-        return [hop.labels(code) for hop, code in zip(hops, codes[:, None], strict=True) if hop]
+    def _decided(self) -> Sequence[Codes]:
+        newest = self._waiting[-1]
+        known, valid = np.zeros((1, self._actions)), np.zeros(1, dtype=bool)
+        if newest is not None and newest.probabilities is not None:
+            known, valid = newest.probabilities, newest.step_valid
+        with np.errstate(divide="ignore"):  # of a probability of nothing, minus infinity
+            logs = np.log(known)
+        return list(self._decoder.push(logs, valid)[:, None])
+
+    def _rest(self) -> Sequence[Codes]:
+        return list(self._decoder.finish()[:, None])
 
 
 def nearest_steps(grid: Grid, times: Real) -> Codes:
@@ -396,17 +412,18 @@ class OnlineRecogniser:
         self._rate = rate = grid_rate(self.recogniser, period)
         self.step, self.budget = period, budget_of(self.recogniser, self.latency, period)
         whole = needs_live_model(self.recogniser.settings)
-        self._stage = (_ModelStage if whole else _WaveletStage)(self.recogniser, self.budget, rate)
+        stage = _ModelStage if whole else _WaveletStage
+        self._stage: _Stage = stage(self.recogniser, self.budget, rate)
 
     def _labels(self, ended: bool) -> LiveLabels:
         """The labels that are decided by the samples so far."""
         parts: list[LiveLabels] = []
         if self.budget is not None and len(self._times):
-            with one_blas_thread():
-                for hop in self._due(self.budget, ended):
+            for hop in self._due(self.budget, ended):
+                with one_blas_thread():
                     parts += self._stage.push(hop)
-                if ended:
-                    parts += self._stage.finish()
+            if ended:
+                parts += self._stage.finish()
             self._forget(self._start + self._hops * self.budget.hop - self._stage.past)
         return _joined([_nothing(self.recogniser), *parts])
 

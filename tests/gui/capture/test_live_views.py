@@ -253,7 +253,7 @@ def test_what_a_latency_costs_a_recogniser_that_looks_in_windows_is_said():
     slow, hasty = (
         LoadedRecogniser(choice, fast, latency_budget(fast, seconds)) for seconds in (0.3, 0.0)
     )
-    sentence = "Windows see 148 ms ahead, the decoder waits for 140 ms more."
+    sentence = "Windows see 150 ms ahead, the decoder waits for 140 ms more."
     assert latency_budget_text(slow) == sentence
     assert "points of accuracy" in latency_budget_text(hasty)
 
