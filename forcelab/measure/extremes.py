@@ -16,10 +16,9 @@ from forcelab.jobs import Progress
 from forcelab.measure.cwt import PEERS, Features, Peer, features_of
 from forcelab.measure.timing import machine
 from forcelab.resources import versions
-from forcelab.signals.conditioning import bridge, condition
+from forcelab.signals.conditioning import condition
 from forcelab.signals.cwt import cwt
 from forcelab.signals.cwt_engine import plan_for
-from forcelab.signals.streaming import StreamingCwt
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complexfloating[Any, Any]]
@@ -43,8 +42,6 @@ RAISED = (
 AWAY = 4.5
 SOME = 4.5 * 2.5 ** np.arange(4.0)  # some libraries ask for equal ratios
 N = 900
-#: What the stream is asked for, and the samples that it is given at a time.
-STREAMED, BLOCK = 3e-5, 37
 
 
 @dataclass(frozen=True)
@@ -132,7 +129,6 @@ def tabulate_extremes(cases: Sequence[Case] = CASES) -> Generator[Progress, None
         "forcelab 1e-7": (_engine(1e-7), True),
         "forcelab 1e-14": (_engine(1e-14), True),
         "forcelab, plain": (_plain, True),
-        "forcelab, live": (_streaming, True),
     }
     tried = {peer.name: _try_peer(peer) for peer in PEERS}
     left_out = [reason for reason in tried.values() if isinstance(reason, str)]
@@ -174,23 +170,6 @@ def _engine(tolerance: float) -> Transformer:
 
 def _plain(x: NDArray[Any], scales: Real) -> tuple[Complex, Features]:
     return cwt(x[0], scales)[np.newaxis], _engine(1e-14)(x, scales)[1]
-
-
-def _streaming(x: NDArray[Any], scales: Real) -> tuple[Complex, Features]:
-    """As samples come, in blocks; what is missing is bridged before, as live recognition does."""
-    samples = bridge(np.asarray(x[0], dtype=np.float64))
-    stream = StreamingCwt(scales, 1, tolerance=STREAMED)
-    parts = [stream.push(samples[i : i + BLOCK, None]) for i in range(0, len(samples), BLOCK)]
-    coefficients = np.concatenate([*parts, stream.finish()], axis=2)[0]
-    rows = np.stack(
-        [row[d : d + len(samples)] for row, d in zip(coefficients, stream.delays, strict=True)]
-    )
-    # By hypot: squares of 1e300 would overflow.
-    size = np.hypot(rows.real, rows.imag)
-    quiet = size <= np.finfo(np.float64).tiny
-    logs = np.log(np.where(quiet, np.finfo(np.float64).tiny, size))
-    phases = np.where(quiet, 0.0, np.arctan2(rows.imag, rows.real))
-    return rows[np.newaxis], (logs[np.newaxis], phases[np.newaxis])
 
 
 def _factors(coefficients: Callable[[Real, Real], Complex], scales: Real) -> Complex:

@@ -33,9 +33,8 @@ from forcelab.recognition.live_model import choose_live_model, live_hop, needs_l
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.runtime import one_blas_thread
 from forcelab.signals.channels import channel_map
-from forcelab.signals.cwt import frequencies
+from forcelab.signals.cwt import early_error, frequencies, reaches
 from forcelab.signals.grid import SAME_RATE, Grid, measured, on_grid
-from forcelab.signals.streaming import early_error, reaches
 
 Real = NDArray[np.float64]
 Codes = NDArray[np.int64]

@@ -3,7 +3,6 @@
 view      the window, painted into memory: panning, scalograms, videos, painting, start, opening
 training  the window's event loop while a recogniser is trained
 scalogram first and exact image of spans of 4,000 to 1e7 samples
-stream    wavelets of a stream, complete and early: error against latency and cost
 live      live recognition: its share of a core, time from force to label, agreement with offline
 capture   ten minutes of two DAQs and a camera through pseudo-terminals (--quick: 30 s)
 peers     MiniRocket, LightGBM, a 1-D CNN and an MS-TCN on the tasks of PROJECT
@@ -33,7 +32,7 @@ from tests.benchmarks.latency import Latencies
 from tests.benchmarks.realism import FACTOR, MARK, cells, comparing
 from tests.benchmarks.recognition_peers import measuring_peers
 
-ALONE = ("view", "training", "scalogram", "stream", "live", "capture")
+ALONE = ("view", "training", "scalogram", "live", "capture")
 OF_PROJECTS = ("peers", "next", "swapped", "realism")
 #: Partings and draws of the quick form.
 FEW = 2

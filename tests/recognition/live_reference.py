@@ -9,8 +9,8 @@ from forcelab.recognition.hsmm import decode
 from forcelab.recognition.live import TOLERANCE, LiveLabels, OnlineRecogniser, budget_of
 from forcelab.recognition.live_model import needs_live_model
 from forcelab.signals.channels import channel_map
+from forcelab.signals.cwt import reaches
 from forcelab.signals.grid import on_grid
-from forcelab.signals.streaming import reaches
 
 
 def reference_labels(recogniser, demonstration, latency):

@@ -6,8 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from forcelab.signals.conditioning import SPIKE, bridge, condition, glitches, noise_level
-from forcelab.signals.streaming import CausalGlitches
+from forcelab.signals.conditioning import bridge, condition, glitches, noise_level
 
 NAN, INF = np.nan, np.inf
 
@@ -193,29 +192,6 @@ def test_glitches_are_told_from_what_lasts():
     np.testing.assert_array_equal(x, before)
     assert not glitches(np.full(5, NAN)).any()
     assert not glitches(np.empty(0)).any()
-
-
-@pytest.mark.parametrize("offset", [0.0, -20.0, 1e12])
-@pytest.mark.parametrize("size", [1, 2, 3, 50, 4000])
-def test_a_stream_loses_its_glitches_and_nothing_else(size, offset):
-    x = offset + np.random.default_rng(0).standard_normal((4000, 2))
-    x[1000:1300, 1] = NAN
-    x[2000:, 1] += 5e12  # another level
-    expected = x.copy()
-    x[[500, 501, 502, 3999], 0] = 1e16, -1e16, 1e16, 1e25
-    x[[600, 601, 603], 0] = 1e16  # the last one is told by what preceded the others
-    x[[1300, 2100], 1] = 1e25
-    expected[[500, 501, 502, 600, 601, 603, 3999], 0] = NAN
-    expected[2100, 1] = NAN
-    expected[1300, 1] = 1e25  # of a channel that was away nobody knows what is usual
-    stream, waiting, found = CausalGlitches(2), x[:0], []
-    for first in range(0, len(x), size):
-        waiting = np.concatenate([waiting, x[first : first + size]])
-        values, settled = stream.push(waiting, first + size >= len(x))
-        found.append(values[:settled])
-        waiting = waiting[settled:]
-        assert len(waiting) <= SPIKE
-    np.testing.assert_array_equal(np.concatenate(found), expected)
 
 
 RESTS = {

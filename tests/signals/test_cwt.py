@@ -13,7 +13,14 @@ from hypothesis.extra import numpy as hnp
 from scipy.special import eval_hermitenorm, gamma
 
 from forcelab.errors import InputError
-from forcelab.signals.cwt import cwt, frequencies, geometric_scales, usual_scales
+from forcelab.signals.cwt import (
+    cwt,
+    early_error,
+    frequencies,
+    geometric_scales,
+    reaches,
+    usual_scales,
+)
 from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet, cone_of_influence
 
 PAPER = geometric_scales()
@@ -417,3 +424,32 @@ def test_inside_the_cone_what_lies_beyond_the_ends_matters_little():
         power += np.mean(np.abs(surrounded) ** 2) / 20
     assert error[sure].max() < math.exp(-2) * power < error[[0, -1]].min()
     assert 0.7 < sure.mean() < 0.8
+
+
+@pytest.mark.parametrize("wavelet", [Morlet(), Morlet(2.0), RealMorlet(), DOG(2), Haar()])
+@pytest.mark.parametrize("scale", [8.0, 60.0])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5])
+def test_what_lies_beyond_the_reach_of_a_wavelet_does_not_matter(wavelet, scale, tolerance):
+    scales, x = np.array([scale]), random_force(4001)
+    (reach,) = reaches(scales, wavelet, tolerance)
+    held = x.copy()
+    held[: 2000 - reach], held[2001 + reach :] = held[2000 - reach], held[2000 + reach]
+    whole, cut = (cwt(part, scales, wavelet)[0] for part in (x, held))
+    assert abs(whole[2000] - cut[2000]) <= 2 * tolerance * np.abs(whole).max()
+
+
+@pytest.mark.parametrize(("kind", "most"), [("walk", 1.0), ("noise", 3.0)])
+def test_a_coefficient_whose_wavelet_has_not_passed_errs_as_much_as_is_said(kind, most):
+    """By direct sums in which the newest sample stands for all that follow."""
+    scale, x = 32.0, random_force(20_000)
+    if kind == "walk":
+        x = np.cumsum(x)
+    m = np.arange(-200, 201)
+    kernel = morlet(5.0)(m / scale)  # its conjugate is taken by np.correlate
+    whole = np.correlate(x, kernel, mode="valid")
+    for heard in (0.5, 1.0, 2.0, 3.0):
+        newest = int(heard * scale)
+        held = np.where(m <= newest, kernel, 0)
+        held[m == newest] += kernel[m > newest].sum()
+        error = np.std(np.correlate(x, held, mode="valid") - whole) / np.std(whole)
+        assert 0.85 * early_error(heard) < error < most * early_error(heard)
