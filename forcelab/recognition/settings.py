@@ -96,9 +96,9 @@ class Settings:
         Whether distances from the highest and the lowest level, before and after, stand beside the
         windows; of windows only.
     balanced : bool
-        Whether every action counts the same in training, of :data:`PLAIN_CLASSIFIERS` only.
+        Whether every action counts the same in training; see :attr:`standardises`.
     calibrated : bool
-        Whether probabilities are calibrated on left-out demonstrations; of the same only.
+        Whether probabilities are calibrated on left-out demonstrations; where balanced, too.
     trimmed : bool
         Whether segments that the other demonstrations contradict are left out of training.
     changes : bool
@@ -238,6 +238,15 @@ class Settings:
         return self.decodes or self.threshold is not None
 
     @property
+    def standardises(self) -> bool:
+        """Whether the classifier gets its features standardised, and can be calibrated.
+
+        The paper gave its classifiers the wavelets' as they are: log magnitudes and angles, whose
+        sizes compare. Those of windows are newtons and newtons per second.
+        """
+        return self.classifier in PLAIN_CLASSIFIERS or self.features != "wavelets"
+
+    @property
     def decodes(self) -> bool:
         """Whether a decoder takes the place of the filters."""
         return self.decoder != "filters"
@@ -265,6 +274,21 @@ class Settings:
             return (kinds * len(self.windows) + peaks) * channels
         kinds = 1 + (2 if self.circular else 1) * self.phase
         return kinds * channels * len(self.scales)
+
+    def feature_bands(self, channels: int) -> NDArray[np.int64]:
+        """Which of k scales or windows of which channel each feature is of: k times that plus this.
+
+        Shape (f,), of so many channels. A peak belongs to the window that is about as long as it
+        looks.
+        """
+        k = len(self.windows if self.features == "windows" else self.scales)
+        each = np.arange(channels * k)
+        if not (self.features == "windows" and self.peaks):
+            return np.resize(each, self.width(channels))
+        octaves = np.abs(np.log(np.divide.outer(SPANS, self.windows)))
+        spans = (k * np.arange(channels)[:, None] + octaves.argmin(axis=1)).ravel()
+        peaks = np.tile(spans, len(PEAKS))
+        return np.append(np.resize(each, self.width(channels) - len(peaks)), peaks)
 
     def hop(self, rate: float) -> int:
         """Samples of the grid from one time step with features to the next."""
@@ -396,6 +420,8 @@ def _unmet_need(name: str, values: Mapping[str, Any]) -> Need | None:
     """The first condition of a setting that is not met."""
     if name == "seed" and (values["trimmed"] or (values["changes"] and applies("changes", values))):
         return None  # of them, too, something is drawn
+    if name in ("balanced", "calibrated") and values["features"] != "wavelets":
+        return None  # of any classifier: the features are standardised
     return next((need for need in _NEEDS.get(name, ()) if values[need[0]] not in need[1]), None)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from statistics import median_low
 
 import numpy as np
@@ -13,7 +13,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import from_codes
 from forcelab.recognition.classifiers import fit_classifier
-from forcelab.recognition.ensemble import MEMBERS, FitOptions, training_steps
+from forcelab.recognition.ensemble import FitOptions, FitProgress, training_steps
 from forcelab.recognition.examples import (
     Examples,
     LabelledDemonstration,
@@ -32,13 +32,6 @@ from forcelab.recognition.task_grammar import TaskGrammar, boundary_steps, fit_b
 #: Bytes of features that a training keeps: 18 minutes of the preset `best`. To make them anew
 #: whenever they are looked at takes a tenth of its time.
 ROOM = 64e6
-
-
-@dataclass(frozen=True, slots=True)
-class FitProgress(Progress):
-    """Progress of a fit, with the training loss of classifiers that have one."""
-
-    loss: float | None = None  # training loss, of classifiers that have one
 
 
 #: Examples of demonstrations of one project with the same settings, by what they are made of and
@@ -114,7 +107,7 @@ def fit_cleaned(
     codes, groups, steps = training_steps(
         [example.codes(all_actions) for example in examples],
         stride,
-        complete=settings.classifier not in MEMBERS,
+        complete=not settings.standardises,
     )
     used, y = np.unique(codes, return_inverse=True)
     # An action between two strides has nothing to learn.
@@ -131,7 +124,12 @@ def fit_cleaned(
     boundary_model = yield from fit_boundary_model(of_changes, near, settings)
     del of_changes  # before the classifier takes as much
     probabilities = settings.needs_probabilities
-    options = FitOptions(groups, balanced=settings.balanced, calibrated=settings.calibrated)
+    options = FitOptions(
+        groups,
+        balanced=settings.balanced,
+        calibrated=settings.calibrated,
+        standardised=settings.standardises,
+    )
     for step in fit_classifier(settings.classifier, X, y, settings.seed, probabilities, options):
         yield FitProgress(step.number, step.total, text, step.loss)
     return Recogniser(

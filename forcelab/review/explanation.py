@@ -431,6 +431,7 @@ def attribute_bands(
     favoured: str,
     against: str,
     shape: tuple[int, int],
+    bands: NDArray[np.int64],
     *,
     mean: Real,
     sample: Real,
@@ -438,17 +439,24 @@ def attribute_bands(
 ) -> Generator[Progress, None, Attribution]:
     """Contribution of each band to the log-odds of two actions, over time steps (n, f).
 
-    By gradient where possible, else by permutation. `shape` are channels q and scales k; f is q k,
-    or 2 q k with phases. The gradient compares with `mean` (f,), permutation replaces by rows of
-    `sample` (m, f).
+    By gradient where possible, else by permutation. `shape` are channels q and scales k, and
+    `bands` (f,) say which of them each feature is of, as
+    :meth:`~forcelab.recognition.settings.Settings.feature_bands` does. The gradient compares with
+    `mean` (f,), permutation replaces by rows of `sample` (m, f).
     """
     if isinstance(scorer, MlpScorer):
-        return (yield from _by_gradient(scorer, rows, favoured, against, shape, mean))
-    return (yield from _by_permutation(scorer, rows, favoured, against, shape, sample, seed))
+        return (yield from _by_gradient(scorer, rows, favoured, against, shape, bands, mean))
+    return (yield from _by_permutation(scorer, rows, favoured, against, shape, bands, sample, seed))
 
 
 def _by_gradient(
-    network: MlpScorer, rows: Real, favoured: str, against: str, shape: tuple[int, int], mean: Real
+    network: MlpScorer,
+    rows: Real,
+    favoured: str,
+    against: str,
+    shape: tuple[int, int],
+    bands_of: NDArray[np.int64],
+    mean: Real,
 ) -> Generator[Progress, None, Attribution]:
     """The integrated gradients of all features, summed by band."""
     total = np.zeros(rows.shape[1])
@@ -457,8 +465,8 @@ def _by_gradient(
         total += network.integrated_gradients(block, mean, favoured, against).sum(axis=0)
         yield Progress(min(first + BLOCK, len(rows)), len(rows), "explaining")
     shares = total / len(rows)
-    # Log magnitudes come first, then the phases in the same order.
-    bands = shares.reshape(-1, *shape).sum(axis=0)
+    sums = np.bincount(bands_of, shares, shape[0] * shape[1])
+    bands = np.asarray(sums, dtype=np.float64).reshape(shape)
     log_odds_here = float(log_odds(network, rows, favoured, against).mean())
     log_odds_reference = float(log_odds(network, mean[np.newaxis], favoured, against)[0])
     return Attribution(
@@ -481,6 +489,7 @@ def _by_permutation(
     favoured: str,
     against: str,
     shape: tuple[int, int],
+    bands: NDArray[np.int64],
     sample: Real,
     seed: int,
 ) -> Generator[Progress, None, Attribution]:
@@ -490,9 +499,9 @@ def _by_permutation(
     chosen_rows = rows[chosen]
     log_odds_here = float(log_odds(scorer, chosen_rows, favoured, against).mean())
     q, k = shape
-    places = np.arange(rows.shape[1]).reshape(-1, q, k)
-    groups = [places[:, i, j] for i in range(q) for j in range(k)]
-    groups += [places[:, i].ravel() for i in range(q)] + [places.ravel()]
+    groups = [np.flatnonzero(bands == band) for band in range(q * k)]
+    groups += [np.flatnonzero(bands // k == channel) for channel in range(q)]
+    groups.append(np.arange(rows.shape[1]))
     losses, errors = np.zeros(len(groups)), np.zeros(len(groups))
     for number, columns in enumerate(groups):
         drawn = random.integers(len(sample), size=REPEATS * len(chosen_rows))
@@ -616,8 +625,9 @@ def explain(
         )
     favoured, against = _sides(scorer, rows, place)
     shape = len(examples.channels), len(held_out.hertz)
+    bands = run.settings.feature_bands(len(examples.channels))
     attribution = yield from attribute_bands(
-        scorer, rows, favoured, against, shape, mean=held_out.mean, sample=held_out.sample
+        scorer, rows, favoured, against, shape, bands, mean=held_out.mean, sample=held_out.sample
     )
     target = summarise(
         examples, held_out.demonstration, len(held_out.hertz), place.start, place.end

@@ -21,6 +21,7 @@ from forcelab.labels import from_codes
 from forcelab.process import interruptible
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project, Provenance
 from forcelab.recognition.dataset import DataSelection, Dataset
+from forcelab.recognition.ensemble import FitProgress
 from forcelab.recognition.experiments import (
     dataset_unit_remarks,
     evaluate_joined,
@@ -33,7 +34,7 @@ from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.results import Evaluation, run_record, run_summary, run_title
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
-from forcelab.recognition.training import FitProgress, Known, training_job
+from forcelab.recognition.training import Known, training_job
 from forcelab.resources import versions
 from forcelab.review.active_learning import sample_steps, typicality
 from forcelab.review.run_result import KIND

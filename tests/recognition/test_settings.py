@@ -205,8 +205,8 @@ def test_replacing_a_value_checks_it_and_leaves_the_first_settings_alone():
         (
             "balanced",
             {},
-            "with classifier mlp; it needs classifier logistic or extra-trees or boosting or "
-            "ensemble",
+            "with classifier mlp; it needs classifier logistic or extra-trees or trees-mlp or "
+            "boosting or ensemble",
         ),
     ],
 )
@@ -214,6 +214,12 @@ def test_a_setting_that_changes_nothing_is_explained_with_what_it_needs(name, ch
     values = vars(Settings(**changes))
     assert not applies(name, values)
     assert why_not_applied(name, values).endswith(reason)
+
+
+def test_of_windows_every_classifier_can_be_calibrated():
+    for name in CLASSIFIERS:
+        assert applies("calibrated", vars(Settings(features="windows", classifier=name)))
+    assert not applies("calibrated", vars(Settings(classifier="mlp")))
 
 
 def test_a_seed_counts_where_anything_is_drawn():

@@ -27,9 +27,10 @@ from forcelab.project import Project
 from forcelab.recognition import training as training_module
 from forcelab.recognition.cross_validation import leave_one_out
 from forcelab.recognition.dataset import DataSelection
+from forcelab.recognition.ensemble import FitProgress
 from forcelab.recognition.examples import prepare_examples
 from forcelab.recognition.storage import load_recogniser
-from forcelab.recognition.training import FitProgress, training_job
+from forcelab.recognition.training import training_job
 from forcelab.review.active_learning import sample_steps, typicality
 from forcelab.review.run_result import edits_since, load_run
 from forcelab.review.training import TrainingProgress, review_job

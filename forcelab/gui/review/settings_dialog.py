@@ -111,7 +111,9 @@ PRESET_TEXTS = {
         "As best, but without peaks, trained on every fifth decision, contradicted or not, and not "
         "calibrated."
     ),
-    "best": "The most accurate on the paper's recordings, with calibrated probabilities.",
+    "best": "Extra trees that look at windows and peaks, with calibrated probabilities.",
+    "mlp": "As best, but with the paper's classifier, whose loss is drawn while it trains.",
+    "ensemble": "The mean of best and mlp: the most accurate on the paper's recordings.",
 }
 
 

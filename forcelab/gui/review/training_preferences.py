@@ -20,9 +20,9 @@ log = logging.getLogger(__name__)
 
 #: What a task is trained with until the coder chooses otherwise: who presses Train for the first
 #: time waits for seconds, and sees the best that there is. Scripts begin with preset ``paper``.
-DEFAULT_PRESET = "best"
+DEFAULT_PRESET = "ensemble"
 #: Its classifier, written out: to look presets up loads much.
-DEFAULT_CLASSIFIER = "extra-trees"
+DEFAULT_CLASSIFIER = "trees-mlp"
 
 
 def recall_settings(project: Path, task: str) -> Settings:
