@@ -212,7 +212,7 @@ def settings_remarks(
         )
     rate = examples[0].rate
     widest = settings.max_scale / rate
-    if settings.features == "wavelets" and widest < LEAST_SECONDS:
+    if "wavelets" in settings.features and widest < LEAST_SECONDS:
         remarks.append(
             f"At {rate:g} Hz the largest scale, {settings.max_scale:g} samples, lasts "
             f"{widest:.2g} s only and sees little of an action, so expect poor labels; use a "
@@ -223,7 +223,7 @@ def settings_remarks(
         for example in examples
         if len(example.times) * settings.hop(example.rate) < settings.max_scale
     ]
-    if short and settings.features == "wavelets":
+    if short and "wavelets" in settings.features:
         remarks.append(
             f"The largest scale, {settings.max_scale:g} samples, is longer than {short[0]}"
             + (f" and {len(short) - 1} more" if len(short) > 1 else "")

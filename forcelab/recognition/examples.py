@@ -273,18 +273,19 @@ def _features(
     signals: NDArray[np.float64], settings: Settings, rate: float, steps: slice
 ) -> NDArray[np.float64]:
     """Features of some time steps, shape (m, f), of channels (q, n)."""
-    if settings.features == "windows":
+    parts = []
+    if "windows" in settings.features:
         places = np.arange(signals.shape[1])[steps]
-        values = window_features(signals, rate, settings.windows, places, settings.amplitude)
-        if not settings.peaks:
-            return values
-        own_units = settings.amplitude != "absolute"
-        peaks = peak_features(signals, rate, settings.windows[0], places, own_units)
-        return np.concatenate([values, peaks], axis=1)
-    features = wavelet_features(
-        signals, settings.scales, settings.mother, settings.phase, circular=settings.circular
-    )
-    return features if steps == slice(0, None, 1) else features[steps]
+        parts.append(window_features(signals, rate, settings.windows, places, settings.amplitude))
+        if settings.peaks:
+            own_units = settings.amplitude != "absolute"
+            parts.append(peak_features(signals, rate, settings.windows[0], places, own_units))
+    if "wavelets" in settings.features:
+        features = wavelet_features(
+            signals, settings.scales, settings.mother, settings.phase, circular=settings.circular
+        )
+        parts.append(features if steps == slice(0, None, 1) else features[steps])
+    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
 
 def common_rate(demonstrations: Sequence[Demonstration], settings: Settings) -> float:

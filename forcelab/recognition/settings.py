@@ -27,7 +27,7 @@ from forcelab.text import unknown_word
 CLASSIFIERS = tuple(REGISTRY)
 PLAIN_CLASSIFIERS = tuple(name for name, kind in REGISTRY.items() if kind.plain)
 #: What a time step is known by.
-FEATURES = ("wavelets", "windows")
+FEATURES = ("wavelets", "windows", "windows+wavelets")
 #: The unit of forces in windows: newtons, a demonstration's own amplitude, or both side by side.
 AMPLITUDES = ("absolute", "own", "both")
 #: What makes a timeline out of single decisions, and how much a decoder may know beforehand.
@@ -82,7 +82,8 @@ class Settings:
     seed : int
         Of everything random.
     features : str
-        One of :data:`FEATURES`: wavelets, or level, slope and strength in Gaussian windows.
+        One of :data:`FEATURES`: wavelets, or level, slope and strength in Gaussian windows, or
+        both side by side.
     circular : bool
         Whether cosine and sine of each phase, fading where there is only noise, stand for it:
         an angle jumps at half a turn.
@@ -252,7 +253,7 @@ class Settings:
         return self.decoder != "filters"
 
     def bands(self, rate: float) -> NDArray[np.float64]:
-        """The frequency in Hz that each scale or window answers to, shape (k,), falling.
+        """The frequency in Hz that each window, or else scale, answers to, shape (k,), falling.
 
         Of a window the angular frequency is one over its standard deviation: what changes faster
         is mostly averaged out.
@@ -262,33 +263,34 @@ class Settings:
         rate : float
             Samples a second of the grid.
         """
-        if self.features == "windows":
+        if "windows" in self.features:
             return 1.0 / (2 * np.pi * np.array(self.windows))
         return frequencies(self.scales, rate, self.mother)
 
     def width(self, channels: int) -> int:
         """Number of features of a time step, of so many channels."""
-        if self.features == "windows":
-            kinds = 6 if self.amplitude == "both" else 3
-            peaks = len(PEAKS) * len(SPANS) if self.peaks else 0
-            return (kinds * len(self.windows) + peaks) * channels
-        kinds = 1 + (2 if self.circular else 1) * self.phase
-        return kinds * channels * len(self.scales)
+        return len(self.feature_bands(channels, 1.0))
 
-    def feature_bands(self, channels: int) -> NDArray[np.int64]:
-        """Which of k scales or windows of which channel each feature is of: k times that plus this.
+    def feature_bands(self, channels: int, rate: float) -> NDArray[np.int64]:
+        """Which of the k :meth:`bands` of which channel each feature is of, shape (f,).
 
-        Shape (f,), of so many channels. A peak belongs to the window that is about as long as it
-        looks.
+        k times the channel, plus the band. A peak belongs to the window that is about as long as it
+        looks, a wavelet beside windows to the one of the nearest frequency.
         """
-        k = len(self.windows if self.features == "windows" else self.scales)
-        each = np.arange(channels * k)
-        if not (self.features == "windows" and self.peaks):
-            return np.resize(each, self.width(channels))
-        octaves = np.abs(np.log(np.divide.outer(SPANS, self.windows)))
-        spans = (k * np.arange(channels)[:, None] + octaves.argmin(axis=1)).ravel()
-        peaks = np.tile(spans, len(PEAKS))
-        return np.append(np.resize(each, self.width(channels) - len(peaks)), peaks)
+        bands = self.bands(rate)
+        every = np.arange(len(bands))
+        blocks: list[NDArray[np.int64]] = []  # of one channel, as often as there are of that kind
+        if "windows" in self.features:
+            blocks += [every] * (6 if self.amplitude == "both" else 3)
+            if self.peaks:
+                octaves = np.abs(np.log(np.divide.outer(SPANS, self.windows)))
+                blocks += [octaves.argmin(axis=1)] * len(PEAKS)
+        if "wavelets" in self.features:
+            hertz = frequencies(self.scales, rate, self.mother)
+            nearest = np.abs(np.log(np.divide.outer(hertz, bands))).argmin(axis=1)
+            blocks += [nearest] * (1 + (2 if self.circular else 1) * self.phase)
+        firsts = len(bands) * np.arange(channels)[:, None]
+        return np.concatenate([(firsts + block).ravel() for block in blocks])
 
     def hop(self, rate: float) -> int:
         """Samples of the grid from one time step with features to the next."""
@@ -380,8 +382,8 @@ def _whole(value: object, least: int) -> bool:
 #: A setting, and what it has to be.
 Need = tuple[str, Collection[Any]]
 
-_WAVELETS: Need = ("features", ("wavelets",))
-_WINDOWS: Need = ("features", ("windows",))
+_WAVELETS: Need = ("features", tuple(name for name in FEATURES if "wavelets" in name))
+_WINDOWS: Need = ("features", tuple(name for name in FEATURES if "windows" in name))
 _PLAIN: Need = ("classifier", PLAIN_CLASSIFIERS)
 #: Those that draw something at random.
 _DRAWN: Need = ("classifier", tuple(name for name, kind in REGISTRY.items() if kind.random))
@@ -468,7 +470,11 @@ _FEATURE_FIELDS = (
             "Wavelets distinguish frequencies; windows also see how firm the grip is and take less "
             "time."
         ),
-        options=(("wavelets", "Wavelets"), ("windows", "Level, slope and strength in windows")),
+        options=(
+            ("wavelets", "Wavelets"),
+            ("windows", "Level, slope and strength in windows"),
+            ("windows+wavelets", "Windows and wavelets"),
+        ),
     ),
     SettingField(
         "channels",

@@ -625,7 +625,7 @@ def explain(
         )
     favoured, against = _sides(scorer, rows, place)
     shape = len(examples.channels), len(held_out.hertz)
-    bands = run.settings.feature_bands(len(examples.channels))
+    bands = run.settings.feature_bands(len(examples.channels), examples.rate)
     attribution = yield from attribute_bands(
         scorer, rows, favoured, against, shape, bands, mean=held_out.mean, sample=held_out.sample
     )

@@ -714,15 +714,16 @@ class SettingsDialog(QDialog):
             QTimer.singleShot(0, label, lambda: self._area.ensureWidgetVisible(label))
 
     def _scales(self, settings: Settings) -> str:
-        if settings.features == "windows":
+        parts = []
+        if "windows" in settings.features:
             shortest, longest = (1000 * settings.windows[i] for i in (0, -1))
-            return f"{len(settings.windows)} windows, {shortest:.3g} to {longest:.3g} ms"
-        count = len(settings.scales)
-        rate = settings.rate or self.facts.rate
-        if not rate:
-            return f"{count} scales"
-        hertz = frequencies(settings.scales, rate, settings.mother)
-        return f"{count} scales, {hertz.min():.3g} to {hertz.max():.3g} Hz at {rate:.6g} Hz"
+            parts.append(f"{len(settings.windows)} windows, {shortest:.3g} to {longest:.3g} ms")
+        if "wavelets" in settings.features:
+            parts.append(f"{len(settings.scales)} scales")
+            if rate := settings.rate or self.facts.rate:
+                hertz = frequencies(settings.scales, rate, settings.mother)
+                parts.append(f"{hertz.min():.3g} to {hertz.max():.3g} Hz at {rate:.6g} Hz")
+        return ", ".join(parts)
 
     def _cost(self, settings: Settings) -> str:
         features, steps = self.facts.cost(settings)

@@ -256,14 +256,14 @@ def test_a_run_that_cannot_be_read_is_not_said_to_be_reviewed(bar, trainer, work
 
 
 def test_settings_and_tasks_are_named_as_they_were_changed(bar, trainer, until):
-    assert bar.settings.text() == "Settings: best…"
+    assert bar.settings.text() == "Settings: ensemble…"
     trainer.set_settings(Settings(stride=10))
     assert bar.settings.text() == "Settings: paper, changed…"
     trainer.set_choice(DataSelection(("foam", "stylus"), apart=True))
     assert bar.task.currentText() == "foam + stylus, kept apart"
     bar.task.activated.emit(1)
     assert trainer.task == "stylus"
-    assert bar.settings.text() == "Settings: best…"
+    assert bar.settings.text() == "Settings: ensemble…"
     assert bar.task.currentText() == "stylus"
 
 
