@@ -18,7 +18,7 @@ from forcelab.vocabulary import Vocabulary, joined
 #: The kind of the runs that can be reviewed; ``forcelab evaluate`` and the window make them.
 KIND = "evaluate"
 
-#: What a track may hold besides the segments of its stages.
+#: What a track may hold besides the segments of its stages; the last one in older runs only.
 _NO_STAGE = ("demonstration", "start", "end", "human", "certainty", "typicality")
 
 
@@ -37,9 +37,6 @@ class DemonstrationResult:
     #: switched on and were kept, and always ``"filtered"``
     stages: Mapping[str, Segments]
     probability_trace: ProbabilityTrace | None = None  # None where the run kept no probabilities
-    #: Of a proposal: how typical it is of all of the run's, 0 to 1, as
-    #: :func:`forcelab.review.active_learning.typicality` tells; None in runs that did not keep it
-    typicality: float | None = None
 
     @property
     def predicted(self) -> Segments:
@@ -285,9 +282,6 @@ def _demonstration_result(
     stages = {name: _segments(rows) for name, rows in plain.items() if name not in _NO_STAGE}
     if "filtered" not in stages or not start < end:
         raise ValueError("no prediction, or no time")
-    share = plain.get("typicality")
-    if share is not None and not 0 <= float(share) <= 1:
-        raise ValueError("typicality is a share")
     return DemonstrationResult(
         id=info.id,
         name=info.name,
@@ -297,7 +291,6 @@ def _demonstration_result(
         human=_segments(plain.get("human", ())),
         stages=stages,
         probability_trace=None if trace is None else ProbabilityTrace.from_json(trace),
-        typicality=None if share is None else float(share),
     )
 
 

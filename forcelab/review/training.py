@@ -36,7 +36,6 @@ from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
 from forcelab.recognition.training import Known, training_job
 from forcelab.resources import versions
-from forcelab.review.active_learning import sample_steps, typicality
 from forcelab.review.run_result import KIND
 
 Phase = Literal["features", "fold", "final fit", "proposals", "storing"]
@@ -328,19 +327,16 @@ def _empty_record(title: str, settings: Settings) -> dict[str, Any]:
 def _proposals(
     project: Project, snapshot: _Snapshot, recogniser: Recogniser, steps: TrainingProgress
 ) -> Generator[TrainingStep, None, tuple[list[dict[str, Any]], tuple[str, ...]]]:
-    """Predictions for the demonstrations that the coder has not labelled, each with its typicality.
+    """Predictions for the demonstrations that the coder has not labelled.
 
     Also for those that are blind for the coder: the window hides them.
     """
-    proposals, remarks, samples = [], [], []
+    proposals, remarks = [], []
     for i, info in enumerate(snapshot.new):
         yield steps.proposing(i, len(snapshot.new), info.name)
         try:
             demonstration = project.demonstrations.load(info.id)
-            examples = recogniser.prepare(demonstration)
-            prediction = recogniser.predict(
-                demonstration, probability_trace=True, examples=examples
-            )
+            prediction = recogniser.predict(demonstration, probability_trace=True)
         except InputError as error:
             remarks.append(f"No proposal for '{info.name}': {error}")
             continue
@@ -348,9 +344,6 @@ def _proposals(
             f"'{info.name}': {remark}" for remark in recogniser.unit_remarks(demonstration.channels)
         ]
         proposals.append(_proposal(demonstration, prediction))
-        samples.append(sample_steps(examples))
-    for proposal, share in zip(proposals, typicality(samples).tolist(), strict=True):
-        proposal["typicality"] = share
     return proposals, tuple(remarks)
 
 
