@@ -24,8 +24,7 @@ if TYPE_CHECKING:
 
 _PRESETS = (
     "paper: the published method (default); released: what its authors' code does; fast; best: "
-    "windows and extra trees; mlp: the same with the paper's classifier; ensemble: the mean of "
-    "both, the most accurate"
+    "windows and extra trees; mlp: the same with the paper's classifier; ensemble: the mean of both"
 )
 _NUMBERS: dict[str, type[float] | type[int]] = {"number": float, "whole": int}
 #: The settings that have an option of this table; merging has one of its own.

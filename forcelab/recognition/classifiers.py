@@ -327,6 +327,10 @@ class FittedMember:
         cls, name: str, X: NDArray[np.float64], y: NDArray[np.int64], seed: int
     ) -> FittedMember:
         """Fit it to features (n, f) and codes (n,)."""
+        # An inner fit may have a single sample of an action, and an SVM needs two.
+        codes, counts = np.unique(y, return_counts=True)
+        lone = np.isin(y, codes[counts == 1])
+        X, y = np.concatenate([X, X[lone]]), np.append(y, y[lone])
         *_, last = REGISTRY[name].fit(X, y, seed, True, FitOptions())
         return cls(name, last.classifier)
 
@@ -378,6 +382,7 @@ class ClassifierKind:
 #: Every classifier by name, in the order of menus: the paper's choice and those it was compared
 #: with, then ours.
 REGISTRY: Mapping[str, ClassifierKind] = {
+    # Of wavelets this is the paper's; of windows that of forcelab.recognition.perceptron.
     "mlp": ClassifierKind("Multilayer perceptron", _fit_mlp, "MLPClassifier", _check_mlp),
     "naive-bayes": ClassifierKind(
         "Naive Bayes", fit_in_one_step(_naive_bayes), "GaussianNB", random=False

@@ -226,6 +226,12 @@ def test_an_action_of_a_single_sample_is_too_few_for_probabilities():
         list(fit_classifier("svm", X, y, 0, True))
 
 
+def test_of_standardised_features_a_single_sample_is_enough():
+    X, y = blobs([40, 50, 1], distance=8.0)
+    *_, last = fit_classifier("svm", X, y, 0, True, FitOptions(standardised=True))
+    assert last.classifier.predict_proba(X).shape == (91, 3)
+
+
 #: A classifier that another module registers: trained, kept in a file, read again, and offered.
 REGISTERED = """
 import sys

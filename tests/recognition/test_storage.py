@@ -102,7 +102,7 @@ def test_a_loaded_recogniser_predicts_to_the_bit_what_the_saved_one_did(
 def test_a_classifier_of_standardised_features_predicts_to_the_bit_what_the_saved_one_did(
     three, path, name
 ):
-    settings = preset("fast").replace(classifier=name, stride=1, changes=False, decoder="filters")
+    settings = preset("fast").replace(classifier=name, changes=False, decoder="filters")
     recogniser = train(three[:2], settings.replace(threshold=0.6, calibrated=True))
     save_recogniser(recogniser, path)
     unseen = three[2].demonstration

@@ -113,7 +113,7 @@ PRESET_TEXTS = {
     ),
     "best": "Extra trees that look at windows and peaks, with calibrated probabilities.",
     "mlp": "As best, but with the paper's classifier, whose loss is drawn while it trains.",
-    "ensemble": "The mean of best and mlp: the most accurate on the paper's recordings.",
+    "ensemble": "The mean of best and mlp: about as accurate as the better of the two.",
 }
 
 
