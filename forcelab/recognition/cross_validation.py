@@ -16,11 +16,13 @@ from time import perf_counter
 
 import numpy as np
 
+from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import UNLABELLED, to_codes
 from forcelab.parallel import map_in_processes
 from forcelab.recognition.adaptation import estimate_adaptation
+from forcelab.recognition.copies import find_copies
 from forcelab.recognition.examples import (
     Examples,
     LabelledDemonstration,
@@ -28,7 +30,7 @@ from forcelab.recognition.examples import (
     common_rate,
     prepare_examples,
 )
-from forcelab.recognition.groups import find_duplicates, fold_groups
+from forcelab.recognition.groups import fold_groups
 from forcelab.recognition.hsmm import bridged_runs, bridged_steps
 from forcelab.recognition.label_noise import DroppedSegment, dropped_remarks
 from forcelab.recognition.live import LiveLabels, check_latency, recognise_with_latency
@@ -160,15 +162,28 @@ def select_labelled(
     return used, (f"{without} {what} left out.",)
 
 
-def duplicate_remarks(labelled: Sequence[LabelledDemonstration]) -> tuple[str, ...]:
-    """A remark on recordings that occur more than once."""
-    names = [item.demonstration.name for item in labelled]
-    return tuple(
-        f"{' and '.join(names[i] for i in same)} hold the same recording, so that they were left "
-        f"out together; remove all but one."
-        for same in find_duplicates([item.demonstration for item in labelled])
-        if len(same) > 1
-    )
+def copy_remarks(
+    labelled: Sequence[LabelledDemonstration], parts: Sequence[Sequence[int]]
+) -> tuple[str, ...]:
+    """A remark on recordings that occur more than once, or nearly so."""
+    every = [item.demonstration for item in labelled]
+    remarks = []
+    for same in find_copies(every):
+        if len(same) > 1:
+            together = any(set(same) <= set(part) for part in parts)
+            outcome = "left out together" if together else "tested by recognisers that had seen it"
+            remarks.append(
+                f"{' and '.join(every[i].name for i in same)} hold "
+                f"{_same_recording([every[i] for i in same])}, so that they were {outcome}; remove "
+                f"all but one."
+            )
+    return tuple(remarks)
+
+
+def _same_recording(copies: Sequence[Demonstration]) -> str:
+    first, *others = (np.asarray(copy.signals) for copy in copies)
+    equal = all(np.array_equal(first, other, equal_nan=True) for other in others)
+    return "the same recording" if equal else "nearly the same recording"
 
 
 def group_remarks(parts: Sequence[Sequence[int]]) -> tuple[str, ...]:
@@ -367,7 +382,7 @@ def plan_folds(
             f"All {len(used)} labelled demonstrations hold the same recording, so that nothing "
             f"else is left to train on; label another recording."
         )
-    return used, parts, (*remarks, *group_remarks(parts), *duplicate_remarks(used))
+    return used, parts, (*remarks, *group_remarks(parts), *copy_remarks(used, parts))
 
 
 def pool_reliability(parts: Sequence[Reliability | None]) -> Reliability | None:
@@ -515,9 +530,10 @@ def _trained_on_remarks(
     every = [item.demonstration for item in (*train, *test)]
     train_count = len(train)
     return tuple(
-        f"'{every[place].name}' holds the same recording as '{every[same[0]].name}', so that it "
-        f"was tested by a recogniser that had seen it; remove one of them."
-        for same in find_duplicates(every)
+        f"'{every[place].name}' holds {_same_recording([every[same[0]], every[place]])} as "
+        f"'{every[same[0]].name}', so that it was tested by a recogniser that had seen it; remove "
+        f"one of them."
+        for same in find_copies(every)
         for place in same
         if same[0] < train_count <= place
     )
