@@ -41,6 +41,12 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
     )
     add_author(demonstrations, "the coder whose labels to use, where there are several")
     demonstrations.add_argument(
+        "--also-from",
+        metavar="NAME",
+        help="another coder, whose labels to learn from where the first one has none; they are "
+        "never tested",
+    )
+    demonstrations.add_argument(
         "--apart",
         action="store_true",
         help="joined tasks keep their actions apart: grab becomes grab_TASK",
@@ -140,6 +146,7 @@ def choice_from(arguments: argparse.Namespace) -> DataSelection:
         tasks=tuple(arguments.task or ()),
         author=arguments.author,
         apart=arguments.apart,
+        also_from=arguments.also_from,
         test_task=getattr(arguments, "test_task", None),  # these are of evaluate alone
         test_names=getattr(arguments, "test_names", None),
         adapt=getattr(arguments, "adapt", False),

@@ -34,6 +34,7 @@ from forcelab.recognition.groups import fold_groups
 from forcelab.recognition.hsmm import bridged_runs, bridged_steps
 from forcelab.recognition.label_noise import DroppedSegment, dropped_remarks
 from forcelab.recognition.live import LiveLabels, check_latency, recognise_with_latency
+from forcelab.recognition.metrics import pool
 from forcelab.recognition.probabilities import Reliability
 from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.results import Evaluation, HeldOutPrediction, empty_prediction_remarks
@@ -151,9 +152,10 @@ def _run_fold_in_process(
 def select_labelled(
     labelled: Sequence[LabelledDemonstration],
 ) -> tuple[list[LabelledDemonstration], tuple[str, ...]]:
-    """The demonstrations that have a segment, and a remark on those that have none."""
-    used = [item for item in labelled if item.segments]
-    without = len(labelled) - len(used)
+    """The own demonstrations that have a segment, and a remark on those that have none."""
+    own = [item for item in labelled if not item.added]
+    used = [item for item in own if item.segments]
+    without = len(own) - len(used)
     if not without:
         return used, ()
     what = (
@@ -197,7 +199,8 @@ def unlearnable_remarks(
 ) -> tuple[str, ...]:
     """A remark on actions of a single demonstration or group, which no other can teach."""
     homes: dict[str, dict[int, str]] = {}  # by action, the first demonstration of each group
-    for number, group in enumerate(parts):
+    always_trained_on = range(sum(map(len, parts)), len(examples))
+    for number, group in enumerate([*parts, always_trained_on]):
         for i in group:
             for action in actions_of([examples[i]]):
                 homes.setdefault(action, {}).setdefault(number, examples[i].name)
@@ -262,6 +265,7 @@ def bridged_remarks(examples: Sequence[Examples], settings: Settings) -> tuple[s
 
 
 Job = Generator[Progress, None, Evaluation]
+FoldsJob = Generator[Progress, None, list[list[FoldResult]]]
 
 
 def leave_one_out(
@@ -282,7 +286,9 @@ def leave_one_out(
     Parameters
     ----------
     labelled : sequence of LabelledDemonstration
-        Demonstrations without a segment take no part, which a remark says.
+        Demonstrations without a segment take no part, which a remark says. Those of another coder
+        that are added are always trained on and never left out; then what the others alone teach is
+        kept beside.
     settings : Settings
     title : str
     jobs : int
@@ -311,18 +317,19 @@ def leave_one_out(
     """
     used, parts, remarks = plan_folds(labelled, folds)
     started = perf_counter()
-    examples = yield from prepare_all(used, settings, known=known)
+    added = [item for item in labelled if item.added and item.segments]
+    examples = yield from prepare_all([*used, *added], settings, known=known)
     seconds = {"features": perf_counter() - started, "fit": 0.0, "predict": 0.0, "filter": 0.0}
     actions = actions_of(examples)
     jobs = min(jobs, len(parts))
-    if jobs <= 1:
-        folds_results = yield from run_folds(
-            make_folds(examples, parts), settings, probability_trace
-        )
-    else:
-        folds_results = yield from run_folds_in_processes(
-            make_folds(examples, parts), settings, jobs, probability_trace
-        )
+
+    def run(examples: Sequence[Examples], probability_trace: bool) -> FoldsJob:
+        folds = make_folds(examples, parts)
+        if jobs <= 1:
+            return run_folds(folds, settings, probability_trace)
+        return run_folds_in_processes(folds, settings, jobs, probability_trace)
+
+    folds_results = yield from run(examples, probability_trace)
     # Groups are interleaved; what was found goes back to the order of the demonstrations.
     order = np.argsort(np.concatenate(parts))
     flat = [result for group in folds_results for result in group]
@@ -333,8 +340,14 @@ def leave_one_out(
             seconds[stage] += spent
     tested = [
         held_out_prediction(item, example, result.prediction, actions)
-        for item, example, result in zip(used, examples, results, strict=True)
+        for item, example, result in zip(used, examples[: len(used)], results, strict=True)
     ]
+    if added:
+        alone = yield from run(examples[: len(used)], probability_trace=False)
+        flat = [result for group in alone for result in group]
+        for k, (item, i) in enumerate(zip(used, order, strict=True)):
+            own = held_out_prediction(item, examples[k], flat[i].prediction, actions)
+            tested[k] = replace(tested[k], alone=own.filtered)
     return Evaluation(
         title=title,
         settings=settings,
@@ -342,17 +355,36 @@ def leave_one_out(
         tested=tuple(tested),
         rate=examples[0].rate,
         channels=examples[0].channels,
-        trained_on=tuple(item.demonstration.id for item in used),
+        trained_on=tuple(item.demonstration.id for item in [*used, *added]),
         seconds=seconds,
         reliability=pool_reliability([result.reliability for result in results]),
         remarks=(
             *remarks,
+            *added_remarks(tested, added),
             *unlearnable_remarks(examples, parts),
             *dropped_remarks([segment for result in results for segment in result.dropped]),
-            *settings_remarks(used, examples, settings),
-            *bridged_remarks(examples, settings),
+            *settings_remarks([*used, *added], examples, settings),
+            *bridged_remarks(examples[: len(used)], settings),
             *empty_prediction_remarks(tested, settings, examples[0].rate),
         ),
+    )
+
+
+def added_remarks(
+    tested: Sequence[HeldOutPrediction], added: Sequence[LabelledDemonstration]
+) -> tuple[str, ...]:
+    """A remark on what another coder's labels add to the coder's own, or take away."""
+    if not added:
+        return ()
+    both, alone = (
+        pool("", [prediction.counts(kind) for prediction in tested]).accuracy or 0.0
+        for kind in ("filtered", "alone")
+    )
+    hurt = " They hurt here: leave them out, or merge actions that are coded otherwise."
+    return (
+        f"Also learnt from {counted(len(added), 'demonstration')} that another coder labelled: "
+        f"{100 * both:.1f} % right, with the own labels alone {100 * alone:.1f} %."
+        + (hurt if both < alone else ""),
     )
 
 

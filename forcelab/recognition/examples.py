@@ -90,11 +90,14 @@ class LabelledDemonstration:
     apart : bool
         Whether the actions have their task as a suffix. They were merged before they got it, and
         no merge map must take it away again.
+    added : bool
+        Whether the segments are another coder's, of whom is only learnt: it is never tested on.
     """
 
     demonstration: Demonstration
     segments: Segments = ()
     apart: bool = False
+    added: bool = False
 
     def merged(self, merge: MergeMap | None) -> LabelledDemonstration:
         """The demonstration with its actions merged, unless they are kept apart."""
@@ -111,9 +114,9 @@ def suffix_actions(
     No merge map changes them any more: what it is to merge is merged before.
     """
     return [
-        LabelledDemonstration(
-            item.demonstration,
-            tuple(Segment(s.start, s.end, f"{s.action}_{suffix}") for s in item.segments),
+        replace(
+            item,
+            segments=tuple(Segment(s.start, s.end, f"{s.action}_{suffix}") for s in item.segments),
             apart=True,
         )
         for item, suffix in zip(labelled, suffixes, strict=True)
@@ -142,6 +145,8 @@ class Examples:
         farther apart.
     units : tuple of str
         Of the channels; empty where they are not known.
+    added : bool
+        Whether the segments are another coder's.
     """
 
     name: str
@@ -152,6 +157,7 @@ class Examples:
     channels: tuple[str, ...]
     rate: float
     units: tuple[str, ...] = ()
+    added: bool = False
 
     def nearest(self, times: NDArray[np.float64]) -> NDArray[np.int64]:
         """The time step nearest to each of `times` (s), shape (m,)."""
@@ -241,6 +247,7 @@ def prepare_examples(
         "channels": channels.names,
         "rate": grid.rate,
         "units": units_of(demonstration.channels, channels.names),
+        "added": labelled.added,
     }
     if not kept:
         return LazyExamples(**example, making=partial(prepare_examples, labelled, settings, rate))

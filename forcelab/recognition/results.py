@@ -44,6 +44,8 @@ class HeldOutPrediction:
     unaided: NDArray[np.int64] | None = None
     #: (n,); codes that were recognised of what was recorded; None where nothing was adapted
     unadapted: NDArray[np.int64] | None = None
+    #: (n,); codes as the coder's own labels alone teach them; None where no others were added
+    alone: NDArray[np.int64] | None = None
 
     @property
     def start(self) -> float:
@@ -61,7 +63,7 @@ class HeldOutPrediction:
         return from_codes(codes, self.times, self.actions)
 
     def counts(self, kind: str) -> Counts:
-        """Compare ``"raw"``, ``"unaided"``, ``"unadapted"`` or ``"filtered"`` with the human."""
+        """Compare ``"filtered"`` or another of the evaluation's kinds with the human."""
         return count(self.human, getattr(self, kind), self.times, self.actions)
 
 
@@ -105,10 +107,10 @@ class Evaluation:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """The kinds of scores: raw, filtered, and those without the grammar or adaptation."""
+        """The kinds: raw, filtered, and those without grammar, adaptation or added labels."""
         left_away = [
             kind
-            for kind in ("unaided", "unadapted")
+            for kind in ("unaided", "unadapted", "alone")
             if self.tested and all(getattr(item, kind) is not None for item in self.tested)
         ]
         return ("raw", *left_away, "filtered")

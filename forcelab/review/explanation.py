@@ -51,11 +51,10 @@ from forcelab.recognition.examples import (
     suffix_actions,
 )
 from forcelab.recognition.groups import fold_groups
-from forcelab.recognition.label_noise import drop_contradicted
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.storage import load_recogniser
-from forcelab.recognition.training import fit_cleaned, prepare_all
+from forcelab.recognition.training import clean_examples, fit_cleaned, prepare_all
 from forcelab.review.differences import Interval, action_over, interval_at
 from forcelab.review.run_result import RunResult
 from forcelab.signals.channels import channel_map
@@ -302,7 +301,7 @@ def train_held_out(path: Path, run: RunResult, id_: str) -> Generator[Progress, 
     how: TrainedHow = (
         "final" if labelled_item is None else "left out" if run.test_task is None else "other task"
     )
-    together = labelled
+    together = [item for item in labelled if not item.added]
     if run.test_task is not None:
         together = [item for item in labelled if item.demonstration.id not in tested]
     learnt = [item for item in together if item is not labelled_item]
@@ -311,6 +310,7 @@ def train_held_out(path: Path, run: RunResult, id_: str) -> Generator[Progress, 
         parts = fold_groups([item.demonstration for item in together], run.folds)
         fold = next(group for group in parts if at in group)
         learnt = [item for i, item in enumerate(together) if i not in fold]
+    learnt += [item for item in labelled if item.added]
     # The run had all demonstrations on one grid, the one that is left out among them.
     rate = common_rate([item.demonstration for item in together], run.settings)
     settings = run.settings.replace(rate=rate)
@@ -320,7 +320,7 @@ def train_held_out(path: Path, run: RunResult, id_: str) -> Generator[Progress, 
     hertz = settings.bands(examples.rate)
     prepared = perf_counter()
     # What is shown as trained on must have been.
-    training_examples, left_out = yield from drop_contradicted(training_examples, run.settings)
+    training_examples, left_out = yield from clean_examples(training_examples, run.settings)
     training = SegmentFeatures.joined(
         [
             summarise_segments(example, item.demonstration, len(hertz))
@@ -359,9 +359,9 @@ def _labelled(project: Project, run: RunResult) -> list[LabelledDemonstration]:
     for used in run.labels:
         segments = track_after_edit(project, used)
         if segments:
-            items.append(
-                LabelledDemonstration(project.demonstrations.load(used.demonstration), segments)
-            )
+            demonstration = project.demonstrations.load(used.demonstration)
+            added = used.author != run.author
+            items.append(LabelledDemonstration(demonstration, segments, added=added))
             tasks.append(project.demonstrations.info(used.demonstration).task)
     if not run.apart:
         return items

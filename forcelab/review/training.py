@@ -26,6 +26,7 @@ from forcelab.recognition.experiments import (
     evaluate_joined,
     provenance,
     unlearnt_remarks,
+    unshared_action_remarks,
     unused_merge_remarks,
 )
 from forcelab.recognition.groups import fold_groups
@@ -219,6 +220,7 @@ def review_job(
         else:
             result = _empty_record(title, settings)
         remarks += dataset_unit_remarks(snapshot.datasets, settings)
+        remarks += unshared_action_remarks(snapshot.train, settings)
         remarks += unused_merge_remarks(
             settings, frozenset().union(*(part.spellings for part in snapshot.datasets))
         )
@@ -273,8 +275,13 @@ def _folds(snapshot: _Snapshot, selection: DataSelection) -> int:
     """The number of recognisers that are trained for testing."""
     if selection.test_task is not None:
         return 1
-    labelled = [item.demonstration for item in snapshot.train.labelled if item.segments]
-    return len(fold_groups(labelled, selection.folds)) if len(labelled) > 1 else 0
+    labelled = snapshot.train.labelled
+    own = [item.demonstration for item in labelled if item.segments and not item.added]
+    if len(own) < 2:
+        return 0
+    # Where another coder's labels are added, each is also trained without.
+    times = 2 if any(item.added for item in labelled) else 1
+    return times * len(fold_groups(own, selection.folds))
 
 
 def _evaluate(

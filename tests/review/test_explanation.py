@@ -261,7 +261,7 @@ def test_segments_that_were_not_trained_on_are_not_shown_as_if(bayes, monkeypatc
         fits.append([example.segments for example in examples])
         return training.fit_cleaned(examples, *others)
 
-    monkeypatch.setattr(explanation, "drop_contradicted", trimmed)
+    monkeypatch.setattr(explanation, "clean_examples", trimmed)
     monkeypatch.setattr(explanation, "fit_cleaned", watched)
     after = finish(train_held_out(path, run, id_))
     homes = {place.demonstration for place in before.training.places}
