@@ -236,6 +236,11 @@ def settings_remarks(
             f"{widest:.2g} s only and sees little of an action, so expect poor labels; use a "
             f"larger one, or a lower rate."
         )
+    if settings.features == "windows" and settings.windows[0] * rate < 0.9:
+        remarks.append(
+            f"At {rate:g} Hz the shortest window, {settings.windows[0]:g} s, holds less than a "
+            f"sample: expect some two points less accuracy than at 1000 Hz."
+        )
     short = [
         example.name
         for example in examples

@@ -250,7 +250,7 @@ def unshared_action_remarks(dataset: Dataset, settings: Settings) -> tuple[str, 
     if not added - own:
         return ()
     return (
-        f"Of the added labels alone: {', '.join(sorted(added - own))}; a label map makes them one "
+        f"Of the added labels alone: {', '.join(sorted(added - own))}; a merge map makes them one "
         f"with an action of yours where they mean the same.",
     )
 

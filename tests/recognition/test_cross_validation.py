@@ -275,6 +275,13 @@ def test_scales_too_short_for_actions_are_remarked_on(six):
     assert not any("largest scale" in r for r in finish(leave_one_out(six[:3], FAST)).remarks)
 
 
+def test_windows_shorter_than_a_sample_are_remarked_on(six):
+    settings = preset("fast").replace(classifier="logistic", changes=False)
+    for rate, remarked in ((100.0, False), (50.0, True)):
+        remarks = finish(leave_one_out(six[:3], settings.replace(rate=rate))).remarks
+        assert any("holds less than a sample" in r for r in remarks) is remarked
+
+
 def test_gaps_that_the_decoder_looks_through_are_told(six):
     def losing(item, *gaps):
         old, lost = item.demonstration, np.zeros(len(item.demonstration.times), dtype=bool)

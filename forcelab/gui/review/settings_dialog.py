@@ -668,12 +668,14 @@ class SettingsDialog(QDialog):
 
     # What happens
 
-    def open_form(self) -> None:
-        """Show the form, in which every field can be changed."""
+    def open_form(self, *, field: str = FIELDS[0].name) -> None:
+        """Show the form, in which every field can be changed, one of them first."""
         self._pages.setCurrentIndex(FORM_PAGE)
         self.change.hide()
         self.back.show()
-        self.form.editors[FIELDS[0].name].setFocus()
+        editor = self.form.editors[field]
+        editor.setFocus()
+        QTimer.singleShot(0, editor, lambda: self._area.ensureWidgetVisible(editor))
 
     def _preset_chosen(self, _at: object = None) -> None:
         """Go back to a preset as it is."""

@@ -63,9 +63,9 @@ class AuthorLabel(ElidedLabel):
 
 
 class AlsoComboBox(ElidedComboBox):
-    """The other coders whose labels can be added to the coder's own; the label map is below."""
+    """The other coders whose labels can be added to the coder's own; the merge map is below."""
 
-    label_map_requested = Signal()
+    merge_map_requested = Signal()
 
     def __init__(self, trainer: Trainer) -> None:
         super().__init__()
@@ -80,7 +80,7 @@ class AlsoComboBox(ElidedComboBox):
         self.clear()
         for text, name in also_texts(coders):
             self.addItem(text, name)
-        self.addItem("Label map…", self)
+        self.addItem("Merge map…", self)
         self.widen_list()
         self._show_choice()
 
@@ -90,7 +90,7 @@ class AlsoComboBox(ElidedComboBox):
 
     def _chosen(self, index: int) -> None:
         if self.itemData(index) is self:
-            self.label_map_requested.emit()
+            self.merge_map_requested.emit()
         else:
             self._trainer.set_also_from(self.itemData(index))
         self._show_choice()
@@ -243,7 +243,7 @@ class TrainingBar(QWidget):
         self.train.clicked.connect(self.trainer.train)
         self.author = AuthorLabel(self.document)
         self.also = AlsoComboBox(self.trainer)
-        self.also.label_map_requested.connect(self.open_settings)
+        self.also.merge_map_requested.connect(lambda: self.open_settings(field="merge"))
         self.automatic = QCheckBox("Train automatically")
         self.automatic.setToolTip("Train five seconds after the last edit")
         self.automatic.setAccessibleName("Train automatically after edits")
@@ -455,7 +455,8 @@ class TrainingBar(QWidget):
         self.train.setToolTip(f"{text} ({key})" if key else text)
         self.train.setAccessibleName(text)
 
-    def open_settings(self) -> None:
+    def open_settings(self, *, field: str = "") -> None:
+        """Ask for other settings, one of them first."""
         trainer = self.trainer
         if not trainer.ready:
             return
@@ -466,6 +467,8 @@ class TrainingBar(QWidget):
 
         facts = training_facts(trainer.document, trainer.choice)
         dialog = SettingsDialog(trainer.settings, facts, self.window())
+        if field:
+            dialog.open_form(field=field)
 
         def take() -> None:
             if dialog.chosen is not None:

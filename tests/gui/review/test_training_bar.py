@@ -137,7 +137,7 @@ def test_another_coder_can_be_learnt_from_as_well(bar, trainer, two_coders, unti
     assert [bar.also.itemText(i) for i in range(3)] == [
         "Also learn from: nobody",
         f"Also learn from: {LONG_NAME} (1)",
-        "Label map…",
+        "Merge map…",
     ]
     bar.also.activated.emit(1)
     assert trainer.also_from == LONG_NAME
@@ -159,10 +159,12 @@ def test_another_coder_can_be_learnt_from_as_well(bar, trainer, two_coders, unti
     assert trainer.also_from is None
 
 
-def test_the_label_map_is_below_the_other_coders(bar, trainer, two_coders, until, app):
+def test_the_merge_map_is_below_the_other_coders(bar, trainer, two_coders, until, app):
     until(lambda: trainer.other_coders)
     bar.also.activated.emit(2)
     dialog = next(w for w in app.topLevelWidgets() if isinstance(w, SettingsDialog))
+    editor = dialog.form.editors["merge"]
+    until(lambda: not editor.visibleRegion().isEmpty())
     dialog.reject()
     assert bar.also.currentText() == "Also learn from: nobody"
 
