@@ -39,6 +39,9 @@ EVERY, BLUR, EXPLAINED, PROMISING = 5, 0.1, 0.6, 0.8
 #: ones of a task 0.90, and of forty that shake at a steady 2 Hz 0.971. Of the paper's, copies that
 #: were rounded to 0.1 N, cropped by 0.1 to 0.5 s, scaled or resampled reach 0.985.
 ALIKE = 0.975
+#: The same where fewer than so many channels are compared: one simulated force alone is alike by
+#: up to 0.991.
+FEW, ALIKE_BY_FEW = 3, 0.995
 #: So many answers are remembered, as an evaluation asks several times.
 REMEMBERED = 16
 
@@ -88,7 +91,9 @@ def _near_copies(demonstrations: Sequence[Demonstration]) -> Iterator[tuple[int,
         [demonstrations[i].times for i in long],
     )
     for i, j in promising_pairs(movements):
-        if likeness(movements[i], movements[j]) >= ALIKE:
+        compared = movements[i].any(axis=1) & movements[j].any(axis=1)
+        least = ALIKE if compared.sum() >= FEW else ALIKE_BY_FEW
+        if likeness(movements[i], movements[j]) >= least:
             yield long[i], long[j]
 
 

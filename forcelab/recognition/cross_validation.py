@@ -236,10 +236,12 @@ def settings_remarks(
             f"{widest:.2g} s only and sees little of an action, so expect poor labels; use a "
             f"larger one, or a lower rate."
         )
+    # At 20, 50, 100, 1000 and 10,000 Hz the stylus' accuracy is 82.4, 81.7, 82.8, 84.2 and 83.8 by
+    # preset fast; 82.9, 84.0, 84.2 and 83.2 by best, without the last.
     if settings.features == "windows" and settings.windows[0] * rate < 0.9:
         remarks.append(
             f"At {rate:g} Hz the shortest window, {settings.windows[0]:g} s, holds less than a "
-            f"sample: expect some two points less accuracy than at 1000 Hz."
+            f"sample: expect up to three points less accuracy than at 1000 Hz."
         )
     short = [
         example.name

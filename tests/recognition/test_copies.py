@@ -191,6 +191,14 @@ def test_the_same_again_and_again_is_no_copy():
     items = [periodic(seed) for seed in range(40)]
     assert find_copies(items) == alone(items)
     assert find_copies([*items, cut(items[7], first=0.4)])[7] == [7, 40]
+    for i in range(4):
+        assert find_copies([channel_of(item, i) for item in items]) == alone(items)
+
+
+def channel_of(demonstration, i):
+    """One of the channels by itself."""
+    signals, channels = demonstration.signals[:, [i]], (demonstration.channels[i],)
+    return replace(demonstration, signals=signals, channels=channels)
 
 
 def test_400_recordings_take_less_than_a_second_and_are_compared_once(monkeypatch):
@@ -225,6 +233,11 @@ def test_real_recordings_are_far_from_copies_and_their_copies_are_found(file, re
     movements = copies.measure_movements([d.signals for d in items], [d.times for d in items])
     most = max(copies.likeness(*pair) for pair in combinations(movements, 2))
     assert most < 0.7 < ALIKE
+    for i in range(len(items[0].channels)):
+        single = [channel_of(item, i) for item in items]
+        scaled = with_signals(single[0], lambda signals: 1.001 * np.round(signals, 3))
+        assert find_copies([*single, scaled])[0] == [0, len(items)]
+        assert find_copies(single) == alone(single)
     for name, change in COPIES.items():
         if name != "with a gap":  # which may lie where most happens
             both = [*items, *map(change, items)]
