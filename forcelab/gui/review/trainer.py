@@ -392,7 +392,7 @@ class Trainer(QObject):
         self._keep(choice)
 
     def set_also_from(self, coder: str | None) -> None:
-        """Learn from another coder's labels as well, or from nobody else's."""
+        """Learn from another coder's labels as well, or from no other's."""
         self.set_choice(replace(self.choice, also_from=coder))
 
     def _keep(self, value: Settings | DataSelection | bool) -> None:

@@ -106,7 +106,7 @@ ALSO_TIP = (
 
 def also_texts(coders: Mapping[str, int]) -> list[tuple[str, str | None]]:
     """The choices of other coders, each with the name that it stands for."""
-    texts: list[tuple[str, str | None]] = [("Also learn from: nobody", None)]
+    texts: list[tuple[str, str | None]] = [("Also learn from: no other coder", None)]
     return texts + [(f"Also learn from: {name} ({coders[name]})", name) for name in sorted(coders)]
 
 

@@ -133,9 +133,9 @@ def test_another_coder_can_be_learnt_from_as_well(bar, trainer, two_coders, unti
     until(lambda: trainer.other_coders)
     assert trainer.other_coders == {LONG_NAME: 1}
     assert bar.also.isVisible()
-    assert bar.also.currentText() == "Also learn from: nobody"
+    assert bar.also.currentText() == "Also learn from: no other coder"
     assert [bar.also.itemText(i) for i in range(3)] == [
-        "Also learn from: nobody",
+        "Also learn from: no other coder",
         f"Also learn from: {LONG_NAME} (1)",
         "Merge map…",
     ]
@@ -152,7 +152,7 @@ def test_another_coder_can_be_learnt_from_as_well(bar, trainer, two_coders, unti
     bar.overflow_button.menu().aboutToShow.emit()
     menu = next(a.menu() for a in bar.overflow_button.menu().actions() if "Also" in a.text())
     assert [(a.text(), a.isChecked()) for a in menu.actions()] == [
-        ("nobody", False),
+        ("no other coder", False),
         (f"{LONG_NAME} (1)", True),
     ]
     menu.actions()[0].trigger()
@@ -166,7 +166,7 @@ def test_the_merge_map_is_below_the_other_coders(bar, trainer, two_coders, until
     editor = dialog.form.editors["merge"]
     until(lambda: not editor.visibleRegion().isEmpty())
     dialog.reject()
-    assert bar.also.currentText() == "Also learn from: nobody"
+    assert bar.also.currentText() == "Also learn from: no other coder"
 
 
 def test_nobody_is_offered_who_adds_nothing_or_must_not_be_seen(
