@@ -652,7 +652,7 @@ def run_result_of(project, number=1, task="foam", author="Ann", proposed=(), **c
         test_task=None,
         author=author,
         apart=False,
-        settings=preset("best"),
+        settings=preset("ensemble"),  # as the window trains
         actions=("grab", "hold"),
         labels=tuple(LabelsUsed(i.id, author, project.tracks.head(i.id, author)) for i in infos),
         tested=tuple(

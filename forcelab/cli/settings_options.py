@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _PRESETS = (
     "paper: the published method (default); released: what its authors' code does; fast; best: "
-    "the most accurate"
+    "windows and extra trees; mlp: the same with the paper's classifier; ensemble: the mean of both"
 )
 _NUMBERS: dict[str, type[float] | type[int]] = {"number": float, "whole": int}
 #: The settings that have an option of this table; merging has one of its own.
@@ -40,6 +40,12 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         demonstrations, "task to use; given several times, the tasks are joined", action="append"
     )
     add_author(demonstrations, "the coder whose labels to use, where there are several")
+    demonstrations.add_argument(
+        "--also-from",
+        metavar="NAME",
+        help="another coder, whose labels to learn from where the first one has none; they are "
+        "never tested",
+    )
     demonstrations.add_argument(
         "--apart",
         action="store_true",
@@ -140,6 +146,7 @@ def choice_from(arguments: argparse.Namespace) -> DataSelection:
         tasks=tuple(arguments.task or ()),
         author=arguments.author,
         apart=arguments.apart,
+        also_from=arguments.also_from,
         test_task=getattr(arguments, "test_task", None),  # these are of evaluate alone
         test_names=getattr(arguments, "test_names", None),
         adapt=getattr(arguments, "adapt", False),

@@ -123,6 +123,12 @@ class ElidedComboBox(QComboBox):
         self.setAccessibleName(name)
         self.setToolTip(name)
 
+    def widen_list(self) -> None:
+        """Make the list that opens wide enough for all of its texts."""
+        texts = (self.itemText(i) for i in range(self.count()))
+        widest = max(map(self.fontMetrics().horizontalAdvance, texts), default=0)
+        self.view().setMinimumWidth(widest + 2 * self.fontMetrics().height())
+
     @property
     def shown_text(self) -> str:
         """The current text as far as it fits."""

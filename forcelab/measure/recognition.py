@@ -88,6 +88,7 @@ VARIANTS: tuple[Variant, ...] = (
     Variant("windows", "changes not learnt", _NO_CHANGES),
     Variant("windows", "durations only", _FAST.replace(choreography="durations")),
     Variant("windows", "logistic", _FAST.replace(classifier="logistic")),
+    Variant("windows", "mlp, wavelets beside", PRESETS["mlp"].replace(features="windows+wavelets")),
 )
 
 #: A quick look: little that takes long.

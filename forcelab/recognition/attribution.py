@@ -4,19 +4,24 @@ For scikit-learn's MLP with one hidden layer of rectified units the answer is ex
 gradients of Sundararajan, Taly and Yan, "Axiomatic Attribution for Deep Networks", ICML 2017, which
 add up to the difference of the log-odds at the two ends of the line from a reference to the time
 step. A rectified unit is linear on either side of its kink, so the average along the line has a
-closed form: each unit counts with the share of the line on which it is active. Of other classifiers
-only the scores are known; :mod:`forcelab.review.explanation` permutes their features.
+closed form: each unit counts with the share of the line on which it is active. Features that are
+standardised and clipped before it keep their columns, and calibration multiplies the logits. Of
+other classifiers only the scores are known; :mod:`forcelab.review.explanation` permutes their
+features.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.recognition.ensemble import CalibratedEnsemble
 from forcelab.recognition.forest import softmax
+from forcelab.recognition.perceptron import Perceptron
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.runtime import one_blas_thread
 
@@ -46,17 +51,18 @@ def log_odds(scorer: Scorer, features: Real, favoured: str, against: str) -> Rea
 
 @dataclass(frozen=True, eq=False)
 class MlpScorer:
-    """An MLP with one hidden layer of h rectified units, as plain arrays."""
+    """An MLP with one hidden layer of h rectified units, and what is before and behind it."""
 
     actions: tuple[str, ...]  # length K
-    inner: Real  # (f, h); weights of the hidden layer
-    bias: Real  # (h,)
-    outer: Real  # (h, K); from hidden units to the logits of the actions
-    outer_bias: Real  # (K,)
+    network: Perceptron
+    #: By which the probabilities are sharpened; the logits grow by as much
+    exponent: float = 1.0
+    #: Features as the network looks at them (n, f), column by column
+    prepare: Callable[[Real], Real] = np.asarray
 
     def scores(self, features: Real) -> Real:
         """The logits, as scores."""
-        return np.asarray(np.maximum(self._arriving(features), 0.0) @ self.outer + self.outer_bias)
+        return self.exponent * self.network.logits(self.prepare(features))
 
     def probabilities(self, features: Real) -> Real:
         """Probabilities of the actions at each time step, shape (n, K)."""
@@ -67,34 +73,33 @@ class MlpScorer:
     ) -> Real:
         """What each feature adds to the log-odds, compared with a reference (f,): shape (n, f).
 
-        Each row adds up to the log-odds there minus those at the reference, but for rounding.
+        Each row adds up to the log-odds there minus those at the reference, but for rounding. The
+        line from the reference runs through what the network looks at.
         """
-        weights = self._between(favoured, against)
-        inputs = self._arriving(features)
-        reference_inputs = self._arriving(reference[np.newaxis])
+        weights = self.exponent * self._between(favoured, against)
+        ready, start = (
+            self.network.clipped(self.prepare(rows)) for rows in (features, reference[np.newaxis])
+        )
+        inputs, reference_inputs = self.network.arriving(ready), self.network.arriving(start)
         change = inputs - reference_inputs
         # The share of the line on which a unit is active; where it stays put, its state there.
         moved = change != 0
         gained = np.maximum(inputs, 0.0) - np.maximum(reference_inputs, 0.0)
         active = np.where(moved, gained / np.where(moved, change, 1.0), reference_inputs > 0)
-        return np.asarray((features - reference) * ((active * weights) @ self.inner.T))
-
-    def _arriving(self, features: Real) -> Real:
-        """Inputs of the hidden units, shape (n, h)."""
-        return np.asarray(features @ self.inner + self.bias)
+        return np.asarray((ready - start) * ((active * weights) @ self.network.inner.T))
 
     def _between(self, favoured: str, against: str) -> Real:
         """Weight of each hidden unit in the log-odds, shape (h,)."""
         first, second = self.actions.index(favoured), self.actions.index(against)
-        return np.asarray(self.outer[:, first] - self.outer[:, second])
+        return np.asarray(self.network.outer[:, first] - self.network.outer[:, second])
 
 
 @dataclass(frozen=True, eq=False)
 class BlackBoxScorer:
-    """Any other fitted scikit-learn classifier of the codes 0 .. K-1."""
+    """Any other fitted classifier of the codes 0 .. K-1."""
 
     actions: tuple[str, ...]
-    classifier: Any  # of scikit-learn, fitted to the codes 0 .. K-1
+    classifier: Any  # fitted to the codes 0 .. K-1
 
     @property
     def probabilistic(self) -> bool:
@@ -124,11 +129,11 @@ class BlackBoxScorer:
 def make_scorer(recogniser: Recogniser) -> MlpScorer | BlackBoxScorer:
     """The scorer of a recogniser's classifier."""
     classifier, actions = recogniser.classifier, recogniser.actions
-    layers = getattr(classifier, "coefs_", ())
-    if len(layers) != 2 or classifier.activation != "relu":
-        return BlackBoxScorer(actions, classifier)
-    inner, outer = (np.asarray(weights, dtype=np.float64) for weights in layers)
-    bias, outer_bias = (np.asarray(b, dtype=np.float64) for b in classifier.intercepts_)
-    if outer.shape[1] == 1:  # of two actions there is one logit, the second one's
-        outer, outer_bias = np.hstack([0 * outer, outer]), np.append(0.0, outer_bias)
-    return MlpScorer(actions, inner, bias, outer, outer_bias)
+    if isinstance(classifier, CalibratedEnsemble):
+        # Of several that are averaged the logits do not add up.
+        (network, *others) = classifier.members
+        if isinstance(network, Perceptron) and not others:
+            return MlpScorer(actions, network, classifier.exponent, classifier.standardised)
+    elif len(getattr(classifier, "coefs_", ())) == 2 and classifier.activation == "relu":
+        return MlpScorer(actions, Perceptron.from_sklearn(classifier))
+    return BlackBoxScorer(actions, classifier)

@@ -7,11 +7,11 @@ such number is checked before anything is predicted.
 
 from __future__ import annotations
 
-import threading
+import copy
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.recognition.ensemble import FitOptions, fit_ensemble
+from forcelab.recognition.ensemble import MEMBERS, READERS, FitOptions, fit_ensemble
 from forcelab.recognition.forest import require
+from forcelab.recognition.perceptron import raise_interrupts
 from forcelab.runtime import one_blas_thread
 
 #: No number that a recogniser holds is larger: what it learnt are forces, seconds and counts.
@@ -180,9 +181,11 @@ def fit_classifier(
     """Fit a classifier to X (n, f) and codes y (n,); the last step's classifier is the fitted one.
 
     The MLP yields every epoch; those that calibrate or average yield their inner fits first,
-    without a classifier. Without `probabilities` an SVM decides by its margins and has no
-    ``predict_proba``. An InputError says that there are fewer than two actions, no feature changes,
-    or samples are too few to calibrate an SVM or to have neighbours.
+    without a classifier. All that are kept as plain arrays standardise the features, and obey the
+    options; the others do so with ``options.standardised``, and else are what the paper compared.
+    Without `probabilities` an SVM then decides by its margins and has no ``predict_proba``. An
+    InputError says that there are fewer than two actions, no feature changes, or samples are too
+    few to calibrate an SVM or to have neighbours.
     """
     if len(np.unique(y)) < 2:
         raise InputError("Recognition needs labels of at least two actions; label one more.")
@@ -191,7 +194,9 @@ def fit_classifier(
     # Two hundred actions of a few samples each are a task; and to put filters back is not safe
     # where there are several threads.
     warnings.filterwarnings("ignore", "The number of unique classes is greater than", UserWarning)
-    yield from REGISTRY[name].fit(X, y, seed, probabilities, options or FitOptions())
+    options = options or FitOptions()
+    fit = _fit_ensemble_steps(name) if options.standardised else REGISTRY[name].fit
+    yield from fit(X, y, seed, probabilities, options)
 
 
 def fit_in_one_step(make: Callable[[NDArray[np.int64], int, bool], Any]) -> Fit:
@@ -208,14 +213,16 @@ def fit_in_one_step(make: Callable[[NDArray[np.int64], int, bool], Any]) -> Fit:
 
 
 def _fit_ensemble_steps(name: str) -> Fit:
-    """A fit by :func:`fit_ensemble`, of which inner fits are steps."""
+    """A fit by :func:`fit_ensemble`, of which epochs and inner fits are steps."""
 
     def fit(
         X: NDArray[np.float64], y: NDArray[np.int64], seed: int, _: bool, options: FitOptions
     ) -> Iterator[FitStep]:
-        job = fit_ensemble(name, X, y, seed, options)
+        job = fit_ensemble(
+            name if name in MEMBERS else partial(FittedMember.fit, name), X, y, seed, options
+        )
         while (fitted := next(job)).done < fitted.total:
-            yield FitStep(fitted.done, fitted.total, None, None)
+            yield FitStep(fitted.done, fitted.total, fitted.loss, None)
         yield FitStep(fitted.total, fitted.total, None, finish(job))
 
     return fit
@@ -286,7 +293,7 @@ def _fit_mlp(
     best, unimproved = np.inf, 0
     for number in range(1, mlp.max_iter + 1):
         # Two BLAS threads on matrices this small cost seven times the time of one.
-        with one_blas_thread(), _raise_interrupts():
+        with one_blas_thread(), raise_interrupts():
             mlp.partial_fit(X, y, classes=actions)
         loss = float(mlp.loss_)
         yield FitStep(number, mlp.max_iter, loss, mlp)
@@ -296,19 +303,57 @@ def _fit_mlp(
             break
 
 
-@contextmanager
-def _raise_interrupts() -> Iterator[None]:
-    """Raise the KeyboardInterrupt that scikit-learn turns into a warning in an epoch."""
-    if threading.current_thread() is not threading.main_thread():
-        yield  # no other thread is ever interrupted, and filters of warnings belong to all threads
-        return
-    with warnings.catch_warnings():
-        warnings.filterwarnings("error", "Training interrupted by user")
-        try:
-            yield
-        except UserWarning as interrupted:
-            raise KeyboardInterrupt from interrupted
+def prediction_state(classifier: Any) -> Any:
+    """A copy of a classifier of scikit-learn, with what prediction needs, for a file."""
+    bare = copy.copy(classifier)
+    # The optimiser's state and the shuffles serve further training only.
+    vars(bare).pop("_optimizer", None)
+    vars(bare).pop("_random_state", None)
+    if hasattr(bare, "tree_"):
+        # As plain arrays, which can be checked before compiled code follows them.
+        bare.tree_ = bare.tree_.__getstate__()
+    return bare
 
+
+@dataclass(frozen=True, eq=False)
+class FittedMember:
+    """A classifier of scikit-learn that looks at standardised features."""
+
+    name: str  # in :data:`REGISTRY`
+    classifier: Any
+
+    @classmethod
+    def fit(
+        cls, name: str, X: NDArray[np.float64], y: NDArray[np.int64], seed: int
+    ) -> FittedMember:
+        """Fit it to features (n, f) and codes (n,)."""
+        # An inner fit may have a single sample of an action, and an SVM needs two.
+        codes, counts = np.unique(y, return_counts=True)
+        lone = np.isin(y, codes[counts == 1])
+        X, y = np.concatenate([X, X[lone]]), np.append(y, y[lone])
+        *_, last = REGISTRY[name].fit(X, y, seed, True, FitOptions())
+        return cls(name, last.classifier)
+
+    def probabilities(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Probabilities of the actions at each time step, shape (n, K)."""
+        return np.asarray(self.classifier.predict_proba(features))
+
+    def plain(self) -> dict[str, Any]:
+        """Its name and what prediction needs."""
+        return {
+            "kind": "scikit-learn",
+            "name": self.name,
+            "classifier": prediction_state(self.classifier),
+        }
+
+    @classmethod
+    def from_plain(cls, plain: Mapping[str, Any], width: int, classes: int) -> FittedMember:
+        """Check what was read from a file; a ValueError where it does not fit."""
+        check_classifier(plain["classifier"], plain["name"], True, width, classes)
+        return cls(plain["name"], plain["classifier"])
+
+
+READERS["scikit-learn"] = FittedMember.from_plain
 
 #: ``fit(X, y, seed, probabilities, options)``, as of :func:`fit_classifier`.
 Fit = Callable[[NDArray[np.float64], NDArray[np.int64], int, bool, FitOptions], Iterator[FitStep]]
@@ -337,6 +382,7 @@ class ClassifierKind:
 #: Every classifier by name, in the order of menus: the paper's choice and those it was compared
 #: with, then ours.
 REGISTRY: Mapping[str, ClassifierKind] = {
+    # Of wavelets this is the paper's; of windows that of forcelab.recognition.perceptron.
     "mlp": ClassifierKind("Multilayer perceptron", _fit_mlp, "MLPClassifier", _check_mlp),
     "naive-bayes": ClassifierKind(
         "Naive Bayes", fit_in_one_step(_naive_bayes), "GaussianNB", random=False
@@ -356,6 +402,9 @@ REGISTRY: Mapping[str, ClassifierKind] = {
         "Logistic regression", _fit_ensemble_steps("logistic"), random=False
     ),
     "extra-trees": ClassifierKind("Extra trees", _fit_ensemble_steps("extra-trees")),
+    "trees-mlp": ClassifierKind(
+        "Extra trees and multilayer perceptron", _fit_ensemble_steps("trees-mlp")
+    ),
     "boosting": ClassifierKind("Gradient boosting", _fit_ensemble_steps("boosting")),
     "ensemble": ClassifierKind(
         "Extra trees and logistic regression", _fit_ensemble_steps("ensemble")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal, Protocol, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,15 +16,37 @@ from numpy.typing import NDArray
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED
 from forcelab.recognition.forest import Forest, Linear, require, require_numbers, softmax
+from forcelab.recognition.perceptron import (
+    EPOCHS,
+    EPOCHS_ALONE,
+    LEAST,
+    LIMIT,
+    Epoch,
+    Perceptron,
+    fit_perceptron,
+    held_out_epochs,
+)
 
 Real = NDArray[np.float64]
-Member = Forest | Linear
+ResultT = TypeVar("ResultT")
 
-#: How a member is read, by what it is called in a file; "forest" is that of format 1.
-_KINDS: dict[str, Callable[[Mapping[str, Any], int, int], Member]] = {
+
+class Member(Protocol):
+    """One of the classifiers that are averaged."""
+
+    def probabilities(self, features: Real) -> Real:
+        """Probabilities (n, K) of the actions, of standardised features (n, f)."""
+
+    def plain(self) -> dict[str, Any]:
+        """What a file holds of it: under "kind" the name of its reader in :data:`READERS`."""
+
+
+#: ``reader(plain, f, K)`` checks a member that was read from a file; "forest" is of format 1.
+READERS: dict[str, Callable[[Mapping[str, Any], int, int], Member]] = {
     "trees": Forest.from_plain,
     "forest": Forest.from_format_1,
     "linear": Linear.from_plain,
+    "perceptron": Perceptron.from_plain,
 }
 
 #: Probabilities below this count as this before they are sharpened: a tree may say 0.
@@ -54,15 +76,20 @@ class CalibratedEnsemble:
 
     def predict_proba(self, features: Real) -> Real:
         """Probabilities of the actions, shape (n, K)."""
-        ready = features[:, self.columns]  # a copy, which is standardised in place
-        ready -= self.mean
-        ready /= self.scale
+        ready = self.standardised(features)
         probabilities = np.mean([member.probabilities(ready) for member in self.members], axis=0)
         return (
             np.asarray(probabilities)
             if self.exponent == 1
             else sharpen(probabilities, self.exponent)
         )
+
+    def standardised(self, features: Real) -> Real:
+        """The features that its members look at, as they do; shape (n, f)."""
+        ready = features[:, self.columns]  # a copy, which is standardised in place
+        ready -= self.mean
+        ready /= self.scale
+        return ready
 
     def predict(self, features: Real) -> NDArray[np.int64]:
         """Codes of the most probable actions, shape (n,)."""
@@ -87,19 +114,21 @@ class CalibratedEnsemble:
         require((scale > 0).all(), "scales above 0")
         require(plain["members"], "a member")
         members = tuple(
-            _KINDS[member["kind"]](member, len(columns), len(codes)) for member in plain["members"]
+            READERS[member["kind"]](member, len(columns), len(codes)) for member in plain["members"]
         )
         return cls(codes, columns, mean, scale, members, exponent)
 
 
 Codes = NDArray[np.int64]
 
-#: Members of each classifier by its name.
+#: Members of each classifier by its name; of any other it is itself the only one.
 MEMBERS = {
     "logistic": ("logistic",),
     "extra-trees": ("extra-trees",),
     "boosting": ("boosting",),
+    "mlp": ("mlp",),
     "ensemble": ("extra-trees", "logistic"),
+    "trees-mlp": ("extra-trees", "mlp"),
 }
 #: Trees of a forest, and the least samples of a leaf.
 TREES, LEAF = 50, 1
@@ -117,8 +146,10 @@ ROUNDS, LEAVES = 60, 8
 FOLDS = 5
 #: Exponents that are tried to calibrate probabilities.
 EXPONENTS = np.geomspace(0.4, 2.5, 43)
-#: Least probability in a logarithmic loss.
-LEAST = 1e-3
+
+
+#: ``fit(X, y, seed)`` makes a member of standardised features (n, f) and codes (n,).
+MemberFit = Callable[[Real, Codes, int], Member]
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,31 +161,49 @@ class FitOptions:
     balanced: bool = False  # whether every action counts the same, however rare
     calibrated: bool = False  # whether probabilities are calibrated across demonstrations
     trees: int | None = None  # how many there are in a forest; :data:`TREES` by default
+    #: Whether those that are kept as scikit-learn's own get standardised features, too
+    standardised: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class FitProgress(Progress):
+    """Progress of a fit, with the loss of classifiers that have one."""
+
+    #: After an epoch: of demonstrations that were left out, or of training where none is
+    loss: float | None = None
 
 
 def fit_ensemble(
-    name: str, X: Real, y: Codes, seed: int, options: FitOptions
-) -> Generator[Progress, None, CalibratedEnsemble]:
-    """Fit a classifier of :data:`MEMBERS` to X (n, f) and codes y (n,); progress over inner fits.
+    name: str | MemberFit, X: Real, y: Codes, seed: int, options: FitOptions
+) -> Generator[FitProgress, None, CalibratedEnsemble]:
+    """Fit a classifier to X (n, f) and codes y (n,); progress over epochs and inner fits.
 
-    Without two demonstrations nothing can be left out: then the probabilities stay as they are.
+    It is one of :data:`MEMBERS` by name, or has a single member, given what fits that. Without two
+    demonstrations nothing can be left out: then the probabilities stay as they are.
     """
-    groups = np.zeros(len(y), dtype=np.int64) if options.groups is None else options.groups
-    folds = _folds(groups)
-    if not options.calibrated or len(folds) < 2:
-        yield Progress(1, 1, "fit")
-        return _fit_members(name, X, y, slice(None), seed, options)
-    total = len(folds) + 1
-    probabilities, codes_right = [], []
-    for held_out in folds:
-        P, codes = _held_out_probabilities(name, X, y, held_out, seed, options)
-        probabilities.append(P)
-        codes_right.append(codes)
-        yield Progress(len(probabilities), total, "fit")
-    ensemble = _fit_members(name, X, y, slice(None), seed, options)
-    exponent = _best_exponent(np.concatenate(probabilities), np.concatenate(codes_right))
-    yield Progress(total, total, "fit")
-    return replace(ensemble, exponent=exponent)
+    kinds = MEMBERS[name] if isinstance(name, str) else (name,)
+    others = tuple(kind for kind in kinds if kind != "mlp")
+    parts = _parts(y, options.groups) if options.calibrated else []
+    total = EPOCHS * (len(kinds) - len(others)) + len(parts) * bool(others) + 1
+    classes = np.unique(y)
+    # What each of the members gives to the left-out samples
+    shares = [np.zeros((len(left_out), len(classes))) for _, left_out in parts]
+    networks: tuple[Perceptron, ...] = ()
+    if len(others) < len(kinds):
+        networks = ((yield from _fit_network(X, y, parts, shares, seed, options, total)),)
+    for i, (rows, left_out) in enumerate(parts if others else ()):
+        ensemble = _fit_members(others, X, y, rows, seed, options)
+        P = len(others) * ensemble.predict_proba(X[left_out])
+        shares[i][:, np.searchsorted(classes, ensemble.classes_)] += P
+        yield FitProgress(total - len(parts) + i, total, "fit")
+    ensemble = _fit_members(others, X, y, np.arange(len(y)), seed, options)
+    exponent = 1.0
+    if parts:
+        left_out = np.concatenate([left_out for _, left_out in parts])
+        P = np.concatenate(shares) / len(kinds)
+        exponent = _best_exponent(P, np.searchsorted(classes, y[left_out]))
+    yield FitProgress(total, total, "fit")
+    return replace(ensemble, members=(*ensemble.members, *networks), exponent=exponent)
 
 
 def thin(y: Codes) -> Codes:
@@ -192,22 +241,70 @@ def _folds(groups: Codes) -> list[NDArray[np.bool_]]:
     return [np.isin(groups, numbers[i::count]) for i in range(count)]
 
 
-def _held_out_probabilities(
-    name: str, X: Real, y: Codes, held_out: NDArray[np.bool_], seed: int, options: FitOptions
-) -> tuple[Real, Codes]:
-    """Probabilities of the left-out samples, and indices of the right codes among all codes.
+def _parts(y: Codes, groups: Codes | None) -> list[tuple[Codes, Codes]]:
+    """Rows to train on and rows that are left out, for one demonstration or some after the other.
 
-    Samples of an action that only the left-out demonstrations have are passed over.
+    Samples of an action that only the left-out demonstrations have are passed over; there are no
+    parts with a single demonstration.
     """
-    classes, places = np.unique(y, return_inverse=True)
-    training = ~held_out
-    if len(np.unique(y[training])) < 2:
-        return np.empty((0, len(classes))), np.empty(0, dtype=np.int64)
-    ensemble = _fit_members(name, X, y, training, seed, options)
-    rows = held_out & np.isin(y, ensemble.classes_)
-    P = np.zeros((int(rows.sum()), len(classes)))
-    P[:, np.searchsorted(classes, ensemble.classes_)] = ensemble.predict_proba(X[rows])
-    return P, places[rows]
+    masks = [] if groups is None else _folds(groups)
+    parts = [(~held_out, held_out & np.isin(y, y[~held_out])) for held_out in masks]
+    return [
+        (np.flatnonzero(rows), np.flatnonzero(left_out))
+        for rows, left_out in parts
+        if left_out.any() and len(np.unique(y[rows])) > 1
+    ]
+
+
+def _evened(y: Codes, rows: Codes) -> Codes:
+    """About as many rows, equally many of each code: some several times, or every few."""
+    codes = np.unique(y[rows])
+    places = [rows[y[rows] == code] for code in codes]
+    each = -(-len(rows) // len(codes))
+    return np.concatenate([own[np.arange(each) * len(own) // each] for own in places])
+
+
+def _fit_network(
+    X: Real,
+    y: Codes,
+    parts: Sequence[tuple[Codes, Codes]],
+    shares: Sequence[Real],
+    seed: int,
+    options: FitOptions,
+    total: int,
+) -> Generator[FitProgress, None, Perceptron]:
+    """Fit a network to all samples, and add what its like give to the left-out ones to `shares`."""
+    ready = _standardised(X, np.arange(len(y)), np.float32, "C")[0]
+    np.clip(ready, -LIMIT, LIMIT, out=ready)
+
+    def learnt(rows: Codes) -> Codes:
+        return _evened(y, rows) if options.balanced else rows
+
+    epochs = EPOCHS_ALONE
+    if parts:
+        balanced = [(learnt(rows), left_out) for rows, left_out in parts]
+        job = held_out_epochs(ready, y, balanced, seed)
+        epochs, found = yield from _in_steps(job, total)
+        for (rows, _), share, P in zip(parts, shares, found, strict=True):
+            share[:, np.searchsorted(np.unique(y), np.unique(y[rows]))] += P
+    fit = fit_perceptron(ready, y, learnt(np.arange(len(y))), seed, epochs)
+    # The curve of left-out demonstrations is drawn, and not that of training after it.
+    return (yield from _in_steps(fit, total, EPOCHS if parts else None))
+
+
+def _in_steps(
+    job: Generator[Epoch, None, ResultT], total: int, done: int | None = None
+) -> Generator[FitProgress, None, ResultT]:
+    """The epochs of a job as progress; without their loss, all at one step, given `done`."""
+    while True:
+        try:
+            epoch = next(job)
+        except StopIteration as end:
+            return cast(ResultT, end.value)
+        if done is None:
+            yield FitProgress(epoch.number, total, "fit", epoch.loss)
+        else:
+            yield FitProgress(done, total, "fit")
 
 
 def _best_exponent(P: Real, codes: Codes) -> float:
@@ -222,17 +319,12 @@ def _best_exponent(P: Real, codes: Codes) -> float:
     return float(EXPONENTS[int(np.argmin(losses))])
 
 
-def _fit_members(
-    name: str, X: Real, y: Codes, rows: NDArray[np.bool_] | slice, seed: int, options: FitOptions
-) -> CalibratedEnsemble:
-    """Fit all members to some rows, whose features are standardised."""
-    from threadpoolctl import threadpool_limits
-
-    y = y[rows]
-    # There may be much of it, and extra trees would make a copy in single precision.
-    single = MEMBERS[name] == ("extra-trees",)
+def _standardised(
+    X: Real, rows: Codes, dtype: type[np.floating[Any]], order: Literal["C", "F"]
+) -> tuple[NDArray[np.floating[Any]], Real, Real]:
+    """Some rows of X (n, f), standardised; and the mean and scale (f,) of each feature."""
     width = X.shape[1]
-    ready = np.empty((len(y), width), np.float32 if single else np.float64, order="F")
+    ready = np.empty((len(rows), width), dtype, order=order)
     mean, scale = np.empty(width), np.empty(width)
     for i in range(width):
         values = np.ascontiguousarray(X[rows, i])
@@ -240,13 +332,36 @@ def _fit_members(
         # A feature that never changes but for rounding tells nothing, and must not be blown up.
         scale[i] = spread if spread > 1e-9 * max(abs(mean[i]), 1e-300) else 1.0
         ready[:, i] = (values - mean[i]) / scale[i]
+    return ready, mean, scale
+
+
+def _fit_members(
+    kinds: tuple[str | MemberFit, ...],
+    X: Real,
+    y: Codes,
+    rows: Codes,
+    seed: int,
+    options: FitOptions,
+) -> CalibratedEnsemble:
+    """Fit all members but networks to some rows, whose features are standardised."""
+    from threadpoolctl import threadpool_limits
+
+    # There may be much of it, and extra trees would make a copy in single precision.
+    dtype = np.float32 if kinds == ("extra-trees",) else np.float64
+    ready, mean, scale = _standardised(X, rows, dtype, "F")
+    y = y[rows]
     with threadpool_limits(1):
-        members = tuple(_fit_member(kind, ready, y, seed, options) for kind in MEMBERS[name])
-    return CalibratedEnsemble(np.unique(y), np.arange(width), mean, scale, members)
+        members = tuple(_fit_member(kind, ready, y, seed, options) for kind in kinds)
+    return CalibratedEnsemble(np.unique(y), np.arange(X.shape[1]), mean, scale, members)
 
 
-def _fit_member(kind: str, X: Real, y: Codes, seed: int, options: FitOptions) -> Member:
+def _fit_member(
+    kind: str | MemberFit, X: NDArray[Any], y: Codes, seed: int, options: FitOptions
+) -> Member:
     """Fit one member."""
+    if not isinstance(kind, str):
+        learnt = _evened(y, np.arange(len(y))) if options.balanced else slice(None)
+        return kind(X[learnt], y[learnt], seed)
     weight = "balanced" if options.balanced else None
     classes = len(np.unique(y))
     if kind == "extra-trees":

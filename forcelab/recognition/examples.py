@@ -90,11 +90,14 @@ class LabelledDemonstration:
     apart : bool
         Whether the actions have their task as a suffix. They were merged before they got it, and
         no merge map must take it away again.
+    added : bool
+        Whether the segments are another coder's, of whom is only learnt: it is never tested on.
     """
 
     demonstration: Demonstration
     segments: Segments = ()
     apart: bool = False
+    added: bool = False
 
     def merged(self, merge: MergeMap | None) -> LabelledDemonstration:
         """The demonstration with its actions merged, unless they are kept apart."""
@@ -111,9 +114,9 @@ def suffix_actions(
     No merge map changes them any more: what it is to merge is merged before.
     """
     return [
-        LabelledDemonstration(
-            item.demonstration,
-            tuple(Segment(s.start, s.end, f"{s.action}_{suffix}") for s in item.segments),
+        replace(
+            item,
+            segments=tuple(Segment(s.start, s.end, f"{s.action}_{suffix}") for s in item.segments),
             apart=True,
         )
         for item, suffix in zip(labelled, suffixes, strict=True)
@@ -142,6 +145,8 @@ class Examples:
         farther apart.
     units : tuple of str
         Of the channels; empty where they are not known.
+    added : bool
+        Whether the segments are another coder's.
     """
 
     name: str
@@ -152,6 +157,7 @@ class Examples:
     channels: tuple[str, ...]
     rate: float
     units: tuple[str, ...] = ()
+    added: bool = False
 
     def nearest(self, times: NDArray[np.float64]) -> NDArray[np.int64]:
         """The time step nearest to each of `times` (s), shape (m,)."""
@@ -238,6 +244,7 @@ def prepare_examples(
         "channels": channels.names,
         "rate": grid.rate,
         "units": units_of(demonstration.channels, channels.names),
+        "added": labelled.added,
     }
     if not kept:
         return LazyExamples(**example, making=partial(prepare_examples, labelled, settings, rate))
@@ -270,22 +277,25 @@ def _features(
     signals: NDArray[np.float64], settings: Settings, rate: float, steps: slice
 ) -> NDArray[np.float64]:
     """Features of some time steps, shape (m, f), of channels (q, n)."""
-    if settings.features == "windows":
+    parts = []
+    if "windows" in settings.features:
         places = np.arange(signals.shape[1])[steps]
-        values = window_features(signals, rate, settings.windows, places, settings.amplitude)
-        if not settings.peaks:
-            return values
-        own_units = settings.amplitude != "absolute"
-        peaks = peak_features(signals, rate, settings.windows[0], places, own_units)
-        return np.concatenate([values, peaks], axis=1)
-    return wavelet_features(
-        signals,
-        settings.scales,
-        settings.mother,
-        settings.phase,
-        circular=settings.circular,
-        places=steps,
-    )
+        parts.append(window_features(signals, rate, settings.windows, places, settings.amplitude))
+        if settings.peaks:
+            own_units = settings.amplitude != "absolute"
+            parts.append(peak_features(signals, rate, settings.windows[0], places, own_units))
+    if "wavelets" in settings.features:
+        parts.append(
+            wavelet_features(
+                signals,
+                settings.scales,
+                settings.mother,
+                settings.phase,
+                circular=settings.circular,
+                places=steps,
+            )
+        )
+    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
 
 def common_rate(demonstrations: Sequence[Demonstration], settings: Settings) -> float:

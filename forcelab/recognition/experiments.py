@@ -88,9 +88,10 @@ def evaluate_tasks(
         If what was chosen cannot be evaluated, or no task can.
     """
     selection.check()
-    if latency is not None and not selection.leaves_out:
+    if latency is not None and (not selection.leaves_out or selection.also_from is not None):
         raise InputError(
-            "With a latency demonstrations are left out in turn; choose nothing to test on."
+            "With a latency demonstrations are left out in turn; choose nothing to test on, and no "
+            "other coder to learn from."
         )
     passing = _not_stored_remarks(selection, latency)
     chosen = tuple(dict.fromkeys(selection.tasks))
@@ -134,6 +135,7 @@ def evaluate_tasks(
         evaluations.append((tasks, evaluation))
         spelt.update(*(part.spellings for part in datasets))
         mixed += dataset_unit_remarks(datasets, settings)
+        mixed += unshared_action_remarks(datasets[0], settings)
         if project.read_only or passing:
             continue
         labels = project.runs.existing_labels(used for part in datasets for used in part.labels)
@@ -238,6 +240,21 @@ def dataset_unit_remarks(datasets: Sequence[Dataset], settings: Settings) -> tup
     return mixed_unit_remarks([item.demonstration for item in labelled], settings)
 
 
+def unshared_action_remarks(dataset: Dataset, settings: Settings) -> tuple[str, ...]:
+    """A remark on actions of another coder that the coder's own labels do not have."""
+    merged = [item.merged(settings.merge) for item in dataset.labelled]
+    own, added = (
+        {s.action for item in merged if item.added is which for s in item.segments}
+        for which in (False, True)
+    )
+    if not added - own:
+        return ()
+    return (
+        f"Of the added labels alone: {', '.join(sorted(added - own))}; a merge map makes them one "
+        f"with an action of yours where they mean the same.",
+    )
+
+
 def _read_only_remarks(project: Project) -> tuple[str, ...]:
     """A remark where the project cannot store the result."""
     try:
@@ -285,6 +302,7 @@ def train_tasks(
         project.runs.add_recogniser(name, content, provenance(settings, selection, tasks, labels))
     remarks = (
         dataset_unit_remarks([dataset], settings)
+        + unshared_action_remarks(dataset, settings)
         + unused_merge_remarks(settings, dataset.spellings)
         + _read_only_remarks(project)
     )

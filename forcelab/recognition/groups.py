@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from itertools import chain
 
-import numpy as np
-
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
+from forcelab.recognition.copies import find_copies, find_equal
 
 #: More labelled demonstrations than `MANY` are left out in so many groups by default: half
 #: an hour of training for each by itself is minutes then, and each is still recognised by a
@@ -28,26 +26,16 @@ def check_folds(folds: int | None) -> None:
         raise InputError(f"Demonstrations are left out in two groups or more, not in {folds}.")
 
 
-def find_duplicates(demonstrations: Sequence[Demonstration]) -> list[list[int]]:
-    """Indices of the demonstrations of each recording, usually one, in order.
-
-    Ids differ as soon as a stamp does; equal signals are still the same recording.
-    """
-    places: dict[bytes, list[int]] = {}
-    for i, demonstration in enumerate(demonstrations):
-        signals = np.ascontiguousarray(demonstration.signals, dtype=np.float64)
-        places.setdefault(hashlib.sha256(signals.tobytes()).digest(), []).append(i)
-    return list(places.values())
-
-
 def fold_groups(demonstrations: Sequence[Demonstration], folds: int | None) -> list[list[int]]:
     """Indices of the demonstrations that are left out together, one group after the other.
 
     Neighbours in the order are in different groups, so that each group has some of every task;
-    those that hold the same recording are left out together. With 0 or None folds each recording is
-    a group.
+    those that hold the same recording, or nearly, are left out together. With 0 or None folds each
+    recording is a group. Of a single one those are told apart that are not quite equal.
     """
     check_folds(folds)
-    recordings = find_duplicates(demonstrations)
+    recordings = find_copies(demonstrations)
+    if len(recordings) == 1:
+        recordings = find_equal(demonstrations)
     parts = min(folds or len(recordings), len(recordings))
     return [sorted(chain(*recordings[first::parts])) for first in range(parts)]

@@ -39,9 +39,6 @@ class DemonstrationResult:
     #: switched on and were kept, and always ``"filtered"``
     stages: Mapping[str, Segments]
     probability_trace: ProbabilityTrace | None = None  # None where the run kept no probabilities
-    #: Of a proposal: how typical it is of all of the run's, 0 to 1, as
-    #: :func:`forcelab.review.active_learning.typicality` tells; None in runs that did not keep it
-    typicality: float | None = None
     #: By stage, as ``forcelab evaluate --json`` prints them; a run stores them apart
     scores: Mapping[str, Mapping[str, Any]] = field(default_factory=dict, repr=False)
 
@@ -87,25 +84,23 @@ class DemonstrationResult:
         }
         if self.probability_trace is not None:
             plain["certainty"] = self.probability_trace.to_json()
-        if self.typicality is not None:
-            plain["typicality"] = self.typicality
         return plain
 
     @classmethod
     def from_json(cls, plain: Mapping[str, Any], name: str, task: str) -> DemonstrationResult:
         """The inverse of :meth:`to_json`; a ValueError, or what it is of, where it is damaged."""
+        # The last key is of earlier runs.
+        others = ("demonstration", "start", "end", "certainty", "typicality")
         tracks = {
             key: tuple(Segment(float(start), float(end), action) for start, end, action in rows)
             for key, rows in plain.items()
-            if key not in ("demonstration", "start", "end", "certainty", "typicality")
+            if key not in others
         }
         human = tracks.pop("human", ())
         start, end = float(plain["start"]), float(plain["end"])
         if "filtered" not in tracks or not start < end:
             raise ValueError("no prediction, or no time")
-        trace, share = plain.get("certainty"), plain.get("typicality")
-        if share is not None and not 0 <= float(share) <= 1:
-            raise ValueError("typicality is a share")
+        trace = plain.get("certainty")
         return cls(
             id=plain["demonstration"],
             name=name,
@@ -115,7 +110,6 @@ class DemonstrationResult:
             human=human,
             stages=tracks,
             probability_trace=None if trace is None else ProbabilityTrace.from_json(trace),
-            typicality=None if share is None else float(share),
         )
 
 
@@ -195,10 +189,10 @@ class Evaluation:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """The kinds of scores: raw, filtered, and those without the grammar or adaptation."""
+        """The kinds: raw, filtered, and those without grammar, adaptation or added labels."""
         left_away = [
             kind
-            for kind in ("unaided", "unadapted")
+            for kind in ("unaided", "unadapted", "alone")
             if self.tested and all(kind in item.ablations for item in self.tested)
         ]
         return ("raw", *left_away, "filtered")
@@ -289,7 +283,7 @@ def empty_prediction_remarks(
     counts = [before, *map(left, active)]
     culprit = max(range(len(active)), key=lambda i: counts[i] - counts[i + 1])
     cause = ""
-    if settings.features == "wavelets":
+    if "wavelets" in settings.features:
         # To three digits, but as 1,020 and not as 1.02e+03.
         low, high = (float(f"{1000 * item / rate:.3g}") for item in settings.scales[[0, -1]])
         example = "" if rate == USUAL else f", such as {USUAL} Hz"

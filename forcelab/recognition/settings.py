@@ -27,7 +27,7 @@ from forcelab.text import unknown_word
 CLASSIFIERS = tuple(REGISTRY)
 PLAIN_CLASSIFIERS = tuple(name for name, kind in REGISTRY.items() if kind.plain)
 #: What a time step is known by.
-FEATURES = ("wavelets", "windows")
+FEATURES = ("wavelets", "windows", "windows+wavelets")
 #: The unit of forces in windows: newtons, a demonstration's own amplitude, or both side by side.
 AMPLITUDES = ("absolute", "own", "both")
 #: What makes a timeline out of single decisions, and how much a decoder may know beforehand.
@@ -82,7 +82,8 @@ class Settings:
     seed : int
         Of everything random.
     features : str
-        One of :data:`FEATURES`: wavelets, or level, slope and strength in Gaussian windows.
+        One of :data:`FEATURES`: wavelets, or level, slope and strength in Gaussian windows, or
+        both side by side.
     circular : bool
         Whether cosine and sine of each phase, fading where there is only noise, stand for it:
         an angle jumps at half a turn.
@@ -96,9 +97,9 @@ class Settings:
         Whether distances from the highest and the lowest level, before and after, stand beside the
         windows; of windows only.
     balanced : bool
-        Whether every action counts the same in training, of :data:`PLAIN_CLASSIFIERS` only.
+        Whether every action counts the same in training; see :attr:`standardises`.
     calibrated : bool
-        Whether probabilities are calibrated on left-out demonstrations; of the same only.
+        Whether probabilities are calibrated on left-out demonstrations; where balanced, too.
     trimmed : bool
         Whether segments that the other demonstrations contradict are left out of training.
     changes : bool
@@ -238,12 +239,21 @@ class Settings:
         return self.decodes or self.threshold is not None
 
     @property
+    def standardises(self) -> bool:
+        """Whether the classifier gets its features standardised, and can be calibrated.
+
+        The paper gave its classifiers the wavelets' as they are: log magnitudes and angles, whose
+        sizes compare. Those of windows are newtons and newtons per second.
+        """
+        return self.classifier in PLAIN_CLASSIFIERS or self.features != "wavelets"
+
+    @property
     def decodes(self) -> bool:
         """Whether a decoder takes the place of the filters."""
         return self.decoder != "filters"
 
     def bands(self, rate: float) -> NDArray[np.float64]:
-        """The frequency in Hz that each scale or window answers to, shape (k,), falling.
+        """The frequency in Hz that each window, or else scale, answers to, shape (k,), falling.
 
         Of a window the angular frequency is one over its standard deviation: what changes faster
         is mostly averaged out.
@@ -253,18 +263,34 @@ class Settings:
         rate : float
             Samples a second of the grid.
         """
-        if self.features == "windows":
+        if "windows" in self.features:
             return 1.0 / (2 * np.pi * np.array(self.windows))
         return frequencies(self.scales, rate, self.mother)
 
     def width(self, channels: int) -> int:
         """Number of features of a time step, of so many channels."""
-        if self.features == "windows":
-            kinds = 6 if self.amplitude == "both" else 3
-            peaks = len(PEAKS) * len(SPANS) if self.peaks else 0
-            return (kinds * len(self.windows) + peaks) * channels
-        kinds = 1 + (2 if self.circular else 1) * self.phase
-        return kinds * channels * len(self.scales)
+        return len(self.feature_bands(channels, 1.0))
+
+    def feature_bands(self, channels: int, rate: float) -> NDArray[np.int64]:
+        """Which of the k :meth:`bands` of which channel each feature is of, shape (f,).
+
+        k times the channel, plus the band. A peak belongs to the window that is about as long as it
+        looks, a wavelet beside windows to the one of the nearest frequency.
+        """
+        bands = self.bands(rate)
+        every = np.arange(len(bands))
+        blocks: list[NDArray[np.int64]] = []  # of one channel, as often as there are of that kind
+        if "windows" in self.features:
+            blocks += [every] * (6 if self.amplitude == "both" else 3)
+            if self.peaks:
+                octaves = np.abs(np.log(np.divide.outer(SPANS, self.windows)))
+                blocks += [octaves.argmin(axis=1)] * len(PEAKS)
+        if "wavelets" in self.features:
+            hertz = frequencies(self.scales, rate, self.mother)
+            nearest = np.abs(np.log(np.divide.outer(hertz, bands))).argmin(axis=1)
+            blocks += [nearest] * (1 + (2 if self.circular else 1) * self.phase)
+        firsts = len(bands) * np.arange(channels)[:, None]
+        return np.concatenate([(firsts + block).ravel() for block in blocks])
 
     def hop(self, rate: float) -> int:
         """Samples of the grid from one time step with features to the next."""
@@ -364,8 +390,8 @@ def _whole(value: object, least: int) -> bool:
 #: A setting, and what it has to be.
 Need = tuple[str, Collection[Any]]
 
-_WAVELETS: Need = ("features", ("wavelets",))
-_WINDOWS: Need = ("features", ("windows",))
+_WAVELETS: Need = ("features", tuple(name for name in FEATURES if "wavelets" in name))
+_WINDOWS: Need = ("features", tuple(name for name in FEATURES if "windows" in name))
 _PLAIN: Need = ("classifier", PLAIN_CLASSIFIERS)
 #: Those that draw something at random.
 _DRAWN: Need = ("classifier", tuple(name for name, kind in REGISTRY.items() if kind.random))
@@ -404,6 +430,8 @@ def _unmet_need(name: str, values: Mapping[str, Any]) -> Need | None:
     """The first condition of a setting that is not met."""
     if name == "seed" and (values["trimmed"] or (values["changes"] and applies("changes", values))):
         return None  # of them, too, something is drawn
+    if name in ("balanced", "calibrated") and values["features"] != "wavelets":
+        return None  # of any classifier: the features are standardised
     return next((need for need in _NEEDS.get(name, ()) if values[need[0]] not in need[1]), None)
 
 
@@ -450,7 +478,11 @@ _FEATURE_FIELDS = (
             "Wavelets distinguish frequencies; windows also see how firm the grip is and take less "
             "time."
         ),
-        options=(("wavelets", "Wavelets"), ("windows", "Level, slope and strength in windows")),
+        options=(
+            ("wavelets", "Wavelets"),
+            ("windows", "Level, slope and strength in windows"),
+            ("windows+wavelets", "Windows and wavelets"),
+        ),
     ),
     SettingField(
         "channels",

@@ -8,7 +8,6 @@ written as plain values, so that they may be renamed and moved; what older files
 
 from __future__ import annotations
 
-import copy
 import tokenize
 import zipfile
 from collections.abc import Mapping
@@ -20,7 +19,7 @@ from typing import Any
 
 from forcelab.errors import InputError
 from forcelab.io import write_atomically
-from forcelab.recognition.classifiers import check_classifier, check_numbers
+from forcelab.recognition.classifiers import check_classifier, check_numbers, prediction_state
 from forcelab.recognition.ensemble import CalibratedEnsemble
 from forcelab.recognition.live_model import LiveModel
 from forcelab.recognition.recogniser import Recogniser
@@ -104,15 +103,9 @@ def _prediction_state(classifier: Any, seed: int) -> Any:
     """The parts of a classifier that prediction needs."""
     if isinstance(classifier, CalibratedEnsemble):
         return classifier.plain()
-    bare = copy.copy(classifier)
-    # The optimiser's state and the shuffles serve further training only.
-    vars(bare).pop("_optimizer", None)
-    vars(bare).pop("_random_state", None)
+    bare = prediction_state(classifier)
     if hasattr(bare, "random_state"):
         bare.random_state = seed
-    if hasattr(bare, "tree_"):
-        # As plain arrays, which can be checked before compiled code follows them.
-        bare.tree_ = bare.tree_.__getstate__()
     return bare
 
 
@@ -211,7 +204,8 @@ def _recogniser(content: object, name: str) -> Recogniser:
     action_count = len(recogniser.actions)
     if recogniser.grammar is not None and recogniser.grammar.actions != recogniser.actions:
         raise ValueError("the choreography is of other actions")
-    if settings.classifier in PLAIN_CLASSIFIERS:
+    # Older files have a bare classifier where today's standardise.
+    if settings.classifier in PLAIN_CLASSIFIERS or isinstance(classifier, Mapping):
         return replace(
             recogniser, classifier=CalibratedEnsemble.from_plain(classifier, width, action_count)
         )

@@ -200,9 +200,9 @@ Codes = NDArray[np.int64]
 
 #: Seconds to either side of a change that are near it: about what coders differ by.
 NEAR = 0.06
-#: Trees of a forest; half of them where only every few samples are learnt from, for a quick fit:
-#: over the simulated tasks that finds 0.5 points fewer boundaries.
-TREES = 50
+#: Trees of a forest; half of them where what is learnt from lies farther apart than so many
+#: seconds, for a quick fit: over the simulated tasks that finds 0.5 points fewer boundaries.
+TREES, SPARSE = 50, 0.075
 #: Probabilities below this count as this: one of the trees may always say so.
 LEAST = 0.02
 #: Of fewer changes nothing is learnt but what these happened to look like.
@@ -248,17 +248,19 @@ def boundary_steps(examples: Sequence[Examples], settings: Settings) -> tuple[Co
 
 
 def fit_boundary_model(
-    X: Real, y: Codes, settings: Settings
+    X: Real, y: Codes, spacing: float, seed: int
 ) -> Generator[Progress, None, BoundaryModel | None]:
     """Learn where actions change, from features (m, f) of the :func:`boundary_steps`.
+
+    `spacing` is how many seconds lie between two of them.
 
     None where there is no time step near a change, or no other.
     """
     if len(np.unique(y)) < 2:
         return None
     yield Progress(0, 1, "changes")
-    trees = TREES if settings.stride == 1 else TREES // 2
-    ensemble = finish(fit_ensemble("extra-trees", X, y, settings.seed, FitOptions(trees=trees)))
+    trees = TREES if spacing < SPARSE else TREES // 2
+    ensemble = finish(fit_ensemble("extra-trees", X, y, seed, FitOptions(trees=trees)))
     return BoundaryModel(ensemble, float(y.mean()))
 
 

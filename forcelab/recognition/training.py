@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from statistics import median_low
 
 import numpy as np
@@ -13,7 +13,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import from_codes
 from forcelab.recognition.classifiers import fit_classifier
-from forcelab.recognition.ensemble import MEMBERS, FitOptions, training_steps
+from forcelab.recognition.ensemble import FitOptions, FitProgress, training_steps
 from forcelab.recognition.examples import (
     Examples,
     LabelledDemonstration,
@@ -32,13 +32,6 @@ from forcelab.recognition.task_grammar import TaskGrammar, boundary_steps, fit_b
 #: Bytes of features that a training keeps: 18 minutes of the preset `best`. To make them anew
 #: whenever they are looked at takes a tenth of its time.
 ROOM = 64e6
-
-
-@dataclass(frozen=True, slots=True)
-class FitProgress(Progress):
-    """Progress of a fit, with the training loss of classifiers that have one."""
-
-    loss: float | None = None  # training loss, of classifiers that have one
 
 
 #: Examples of demonstrations of one project with the same settings, by what they are made of and
@@ -61,7 +54,7 @@ def prepare_all(
     """
     if not labelled:
         raise InputError("There is no demonstration to recognise; import some first.")
-    rate = common_rate([item.demonstration for item in labelled], settings)
+    rate = _own_rate(labelled, settings)
     examples: list[Examples] = []
     used_bytes = 0
     for item in labelled:
@@ -78,6 +71,12 @@ def prepare_all(
     return examples
 
 
+def _own_rate(labelled: Sequence[LabelledDemonstration], settings: Settings) -> float:
+    """The common rate (Hz) of the coder's own demonstrations, which others must not move."""
+    own = [item.demonstration for item in labelled if not item.added]
+    return common_rate(own or [item.demonstration for item in labelled], settings)
+
+
 def _shortest(examples: Sequence[Examples], actions: tuple[str, ...]) -> dict[str, float]:
     """Duration of each action's shortest segment, in seconds, merged and cut as when scored."""
     shortest: dict[str, float] = {}
@@ -92,8 +91,23 @@ def fit_examples(
     examples: Sequence[Examples], settings: Settings, text: str = "fit"
 ) -> Generator[Progress, None, Recogniser]:
     """Drop contradicted segments as the settings say and fit a recogniser to the rest."""
-    cleaned, dropped = yield from drop_contradicted(examples, settings)
+    cleaned, dropped = yield from clean_examples(examples, settings)
     return (yield from fit_cleaned(cleaned, dropped, settings, text=text))
+
+
+def clean_examples(
+    examples: Sequence[Examples], settings: Settings
+) -> Generator[Progress, None, tuple[list[Examples], tuple[DroppedSegment, ...]]]:
+    """Examples without contradicted segments, and these: each coder is judged by their own."""
+    cleaned: list[Examples] = []
+    dropped: tuple[DroppedSegment, ...] = ()
+    for added in (False, True):
+        coders = [example for example in examples if example.added is added]
+        if coders:
+            left, gone = yield from drop_contradicted(coders, settings)
+            cleaned += left
+            dropped += gone
+    return cleaned, dropped
 
 
 def fit_cleaned(
@@ -114,7 +128,7 @@ def fit_cleaned(
     codes, groups, steps = training_steps(
         [example.codes(all_actions) for example in examples],
         stride,
-        complete=settings.classifier not in MEMBERS,
+        complete=not settings.standardises,
     )
     used, y = np.unique(codes, return_inverse=True)
     # An action between two strides has nothing to learn.
@@ -128,10 +142,16 @@ def fit_cleaned(
         )
     near, near_steps = boundary_steps(examples, settings)
     X, of_changes = yield from gather_features(examples, steps, near_steps)
-    boundary_model = yield from fit_boundary_model(of_changes, near, settings)
+    spacing = stride * settings.hop(examples[0].rate) / examples[0].rate
+    boundary_model = yield from fit_boundary_model(of_changes, near, spacing, settings.seed)
     del of_changes  # before the classifier takes as much
     probabilities = settings.needs_probabilities
-    options = FitOptions(groups, balanced=settings.balanced, calibrated=settings.calibrated)
+    options = FitOptions(
+        groups,
+        balanced=settings.balanced,
+        calibrated=settings.calibrated,
+        standardised=settings.standardises,
+    )
     for step in fit_classifier(settings.classifier, X, y, settings.seed, probabilities, options):
         yield FitProgress(step.number, step.total, text, step.loss)
     return Recogniser(
@@ -160,15 +180,15 @@ def training_job(
     `known` is as of :func:`prepare_all`. An InputError says that nothing is labelled, fewer than
     two actions are, or channels differ.
     """
-    used = [item for item in labelled if item.segments]
+    used = sorted((item for item in labelled if item.segments), key=lambda item: item.added)
     if not used:
         raise InputError("Nothing is labelled yet; label at least two actions first.")
     examples = yield from prepare_all(used, settings, ROOM, known)
     ids = [item.demonstration.id for item in used]
-    cleaned, dropped = yield from drop_contradicted(examples, settings)
+    cleaned, dropped = yield from clean_examples(examples, settings)
     live_training = [
         # The segments of examples are merged already.
-        LabelledDemonstration(item.demonstration, example.segments, apart=True)
+        replace(item, segments=example.segments, apart=True)
         for item, example in zip(used, cleaned, strict=True)
     ]
     recogniser = yield from fit_cleaned(cleaned, dropped, settings, ids)
@@ -178,7 +198,7 @@ def training_job(
     # the stylus recordings its probabilities then have a Brier score of 0.253, with both 0.264,
     # with newtons 0.280 (50 ms ahead), and as many labels are right.
     own_units = settings.amplitude != "absolute"
-    rate = common_rate([item.demonstration for item in used], settings)
+    rate = _own_rate(used, settings)
     parts = yield from fit_live_models(live_training, settings, rate, recogniser.actions, own_units)
     return replace(recogniser, live_models=parts)
 

@@ -5,25 +5,19 @@ that of a demonstration its mean over time. How much of it is probably wrong fol
 own tested demonstrations, by histogram binning [1]_: of all labelled moments there that were about
 as uncertain, so many were not the human's action.
 
-Where a coder labels next what a recogniser is least certain of, odd demonstrations come first: what
-is unlike all others is uncertain, too, teaches little about them, and gains less than an order at
-random. Information density [3]_ therefore weighs the uncertainty of each by how many are like it,
-which does not (:mod:`tests.benchmarks.label_next` measures both). Demonstrations are alike by mean
-and spread of their features, whatever was labelled.
+The demonstration that is least certain is proposed first: most of what it needs put right can be
+expected there. That a recogniser then gets better faster than by an order at random is not to be
+expected: no rule that was tried gains on all recordings (:mod:`tests.benchmarks.label_next`).
 
 .. [1] Zadrozny and Elkan, "Obtaining calibrated probability estimates from decision trees and naive
    Bayesian classifiers", ICML 2001.
 
 .. [2] Zadrozny and Elkan, "Transforming classifier scores into accurate multiclass probability
    estimates", KDD 2002: pool adjacent violators.
-
-.. [3] Settles and Craven, "An analysis of active learning strategies for sequence labeling tasks",
-   EMNLP 2008, section 3.3.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -31,59 +25,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.labels import UNLABELLED, Interval, Segments, to_codes
-from forcelab.recognition.examples import Examples
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.segment_edits import overlapping
 
 if TYPE_CHECKING:
     from forcelab.recognition.results import DemonstrationResult
     from forcelab.review.run_result import RunResult
-
-
-#: Time steps of each demonstration that are looked at: their mean and spread are known to a
-#: thirtieth of the spread, and a hundred demonstrations of a hundred features take 40 MB.
-STEPS = 1000
-
-Steps = NDArray[np.float32]
-
-
-def sample_steps(examples: Examples) -> Steps:
-    """Features of at most :data:`STEPS` valid time steps, spread evenly; float32, shape (m, f)."""
-    valid = np.flatnonzero(examples.valid)
-    stride = -(-len(valid) // STEPS) or 1
-    # What is larger than the type holds is as odd as what it can hold.
-    most = np.finfo(np.float32).max
-    return np.clip(examples.features[valid[::stride]], -most, most).astype(np.float32)
-
-
-def typicality(demonstrations: Sequence[Steps]) -> NDArray[np.float64]:
-    """Share of all demonstrations, given by their sampled features (m, f), that are like each.
-
-    Features are standardised over all demonstrations, and large ones made logarithmic: a single
-    peak says little of what a demonstration is like. Two are alike by ``exp(-(d / h)^2)``, d being
-    the distance of their means and spreads and h the median distance of two that differ. Above 0,
-    at most 1: of 1 where all are alike, as one by itself is; 0 for one without rows.
-    """
-    typical = np.zeros(len(demonstrations))
-    nonempty = [i for i, steps in enumerate(demonstrations) if len(steps)]
-    if not nonempty:
-        return typical
-    all_steps = np.concatenate([demonstrations[i] for i in nonempty])
-    mean, scale = all_steps.mean(axis=0, dtype=np.float64), all_steps.std(axis=0, dtype=np.float64)
-    scale[scale == 0] = 1.0
-    summaries = np.stack([_mean_and_spread((demonstrations[i] - mean) / scale) for i in nonempty])
-    # One after the other: of all pairs at once the differences of 1,000 take gigabytes.
-    apart = np.stack([np.linalg.norm(summaries - summary, axis=1) for summary in summaries])
-    differing = apart[apart > 0]
-    usual = float(np.median(differing)) if len(differing) else 1.0
-    typical[nonempty] = np.exp(-np.square(apart / usual)).mean(axis=1)
-    return typical
-
-
-def _mean_and_spread(steps: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Mean and spread of standardised features, shape (2 f,)."""
-    ready = np.arcsinh(steps)
-    return np.concatenate([ready.mean(axis=0), ready.std(axis=0)])
 
 
 #: Bins of equal width between the probabilities 0 and 1.
@@ -125,8 +72,6 @@ class Proposal:
     #: Seconds of the prediction that are probably wrong: what labelling it is expected to bring
     wrong: float
     place: Interval  # its most uncertain stretch
-    #: How typical it is of all proposals, 0 to 1; None where the run did not keep it
-    typicality: float | None = None
 
 
 def calibrate_confidence(run: RunResult) -> ConfidenceCalibration:
@@ -154,26 +99,11 @@ def calibrate_confidence(run: RunResult) -> ConfidenceCalibration:
 
 
 def rank_proposals(run: RunResult) -> tuple[Proposal, ...]:
-    """The unlabelled demonstrations of a run, the one to label next first.
-
-    By uncertainty times typicality; by uncertainty alone where older runs did not store that.
-    """
+    """The unlabelled demonstrations of a run, the most uncertain one first."""
     calibration = calibrate_confidence(run)
     candidates = (_proposal(result, calibration) for result in run.proposals)
     proposals = [proposal for proposal in candidates if proposal is not None]
-    typical = weighs_typicality(proposals)
-
-    def urgency(proposal: Proposal) -> float:
-        return (
-            proposal.uncertainty * (proposal.typicality or 0.0) if typical else proposal.uncertainty
-        )
-
-    return tuple(sorted(proposals, key=urgency, reverse=True))
-
-
-def weighs_typicality(proposals: Sequence[Proposal]) -> bool:
-    """Whether proposals are ordered by their typicality, too; older runs did not store it."""
-    return all(proposal.typicality is not None for proposal in proposals)
+    return tuple(sorted(proposals, key=lambda proposal: proposal.uncertainty, reverse=True))
 
 
 def acceptable_segments(
@@ -229,7 +159,6 @@ def _proposal(result: DemonstrationResult, calibration: ConfidenceCalibration) -
         uncertainty=uncertainty(trace),
         wrong=float(calibration.wrong(confidence[defined]).sum() / trace.rate),
         place=_least_certain_interval(result, trace),
-        typicality=result.typicality,
     )
 
 

@@ -51,11 +51,10 @@ from forcelab.recognition.examples import (
     suffix_actions,
 )
 from forcelab.recognition.groups import fold_groups
-from forcelab.recognition.label_noise import drop_contradicted
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.storage import load_recogniser
-from forcelab.recognition.training import fit_cleaned, prepare_all
+from forcelab.recognition.training import clean_examples, fit_cleaned, prepare_all
 from forcelab.review.differences import action_over, interval_at
 from forcelab.review.run_result import RunResult
 from forcelab.segment_edits import spliced
@@ -296,7 +295,7 @@ def train_held_out(path: Path, run: RunResult, id_: str) -> Generator[Progress, 
     how: TrainedHow = (
         "final" if labelled_item is None else "left out" if run.test_task is None else "other task"
     )
-    together = labelled
+    together = [item for item in labelled if not item.added]
     if run.test_task is not None:
         together = [item for item in labelled if item.demonstration.id not in tested]
     learnt = [item for item in together if item is not labelled_item]
@@ -305,6 +304,7 @@ def train_held_out(path: Path, run: RunResult, id_: str) -> Generator[Progress, 
         parts = fold_groups([item.demonstration for item in together], run.folds)
         fold = next(group for group in parts if at in group)
         learnt = [item for i, item in enumerate(together) if i not in fold]
+    learnt += [item for item in labelled if item.added]
     # The run had all demonstrations on one grid, the one that is left out among them.
     rate = common_rate([item.demonstration for item in together], run.settings)
     settings = run.settings.replace(rate=rate)
@@ -314,7 +314,7 @@ def train_held_out(path: Path, run: RunResult, id_: str) -> Generator[Progress, 
     hertz = settings.bands(examples.rate)
     prepared = perf_counter()
     # What is shown as trained on must have been.
-    training_examples, left_out = yield from drop_contradicted(training_examples, run.settings)
+    training_examples, left_out = yield from clean_examples(training_examples, run.settings)
     training = SegmentFeatures.joined(
         [
             summarise_segments(example, item.demonstration, len(hertz))
@@ -353,9 +353,9 @@ def _labelled(project: Project, run: RunResult) -> list[LabelledDemonstration]:
     for used in run.labels:
         segments = track_after_edit(project, used)
         if segments:
-            items.append(
-                LabelledDemonstration(project.demonstrations.load(used.demonstration), segments)
-            )
+            demonstration = project.demonstrations.load(used.demonstration)
+            added = used.author != run.author
+            items.append(LabelledDemonstration(demonstration, segments, added=added))
             tasks.append(project.demonstrations.info(used.demonstration).task)
     if not run.apart:
         return items
@@ -425,6 +425,7 @@ def attribute_bands(
     favoured: str,
     against: str,
     shape: tuple[int, int],
+    bands: NDArray[np.int64],
     *,
     mean: Real,
     sample: Real,
@@ -432,17 +433,24 @@ def attribute_bands(
 ) -> Generator[Progress, None, Attribution]:
     """Contribution of each band to the log-odds of two actions, over time steps (n, f).
 
-    By gradient where possible, else by permutation. `shape` are channels q and scales k; f is q k,
-    or 2 q k with phases. The gradient compares with `mean` (f,), permutation replaces by rows of
-    `sample` (m, f).
+    By gradient where possible, else by permutation. `shape` are channels q and scales k, and
+    `bands` (f,) say which of them each feature is of, as
+    :meth:`~forcelab.recognition.settings.Settings.feature_bands` does. The gradient compares with
+    `mean` (f,), permutation replaces by rows of `sample` (m, f).
     """
     if isinstance(scorer, MlpScorer):
-        return (yield from _by_gradient(scorer, rows, favoured, against, shape, mean))
-    return (yield from _by_permutation(scorer, rows, favoured, against, shape, sample, seed))
+        return (yield from _by_gradient(scorer, rows, favoured, against, shape, bands, mean))
+    return (yield from _by_permutation(scorer, rows, favoured, against, shape, bands, sample, seed))
 
 
 def _by_gradient(
-    network: MlpScorer, rows: Real, favoured: str, against: str, shape: tuple[int, int], mean: Real
+    network: MlpScorer,
+    rows: Real,
+    favoured: str,
+    against: str,
+    shape: tuple[int, int],
+    bands_of: NDArray[np.int64],
+    mean: Real,
 ) -> Generator[Progress, None, Attribution]:
     """The integrated gradients of all features, summed by band."""
     total = np.zeros(rows.shape[1])
@@ -451,8 +459,8 @@ def _by_gradient(
         total += network.integrated_gradients(block, mean, favoured, against).sum(axis=0)
         yield Progress(min(first + BLOCK, len(rows)), len(rows), "explaining")
     shares = total / len(rows)
-    # Log magnitudes come first, then the phases in the same order.
-    bands = shares.reshape(-1, *shape).sum(axis=0)
+    sums = np.bincount(bands_of, shares, shape[0] * shape[1])
+    bands = np.asarray(sums, dtype=np.float64).reshape(shape)
     log_odds_here = float(log_odds(network, rows, favoured, against).mean())
     log_odds_reference = float(log_odds(network, mean[np.newaxis], favoured, against)[0])
     return Attribution(
@@ -475,6 +483,7 @@ def _by_permutation(
     favoured: str,
     against: str,
     shape: tuple[int, int],
+    bands: NDArray[np.int64],
     sample: Real,
     seed: int,
 ) -> Generator[Progress, None, Attribution]:
@@ -484,9 +493,9 @@ def _by_permutation(
     chosen_rows = rows[chosen]
     log_odds_here = float(log_odds(scorer, chosen_rows, favoured, against).mean())
     q, k = shape
-    places = np.arange(rows.shape[1]).reshape(-1, q, k)
-    groups = [places[:, i, j] for i in range(q) for j in range(k)]
-    groups += [places[:, i].ravel() for i in range(q)] + [places.ravel()]
+    groups = [np.flatnonzero(bands == band) for band in range(q * k)]
+    groups += [np.flatnonzero(bands // k == channel) for channel in range(q)]
+    groups.append(np.arange(rows.shape[1]))
     losses, errors = np.zeros(len(groups)), np.zeros(len(groups))
     for number, columns in enumerate(groups):
         drawn = random.integers(len(sample), size=REPEATS * len(chosen_rows))
@@ -610,8 +619,9 @@ def explain(
         )
     favoured, against = _sides(scorer, rows, place)
     shape = len(examples.channels), len(held_out.hertz)
+    bands = run.settings.feature_bands(len(examples.channels), examples.rate)
     attribution = yield from attribute_bands(
-        scorer, rows, favoured, against, shape, mean=held_out.mean, sample=held_out.sample
+        scorer, rows, favoured, against, shape, bands, mean=held_out.mean, sample=held_out.sample
     )
     target = summarise(
         examples, held_out.demonstration, len(held_out.hertz), place.start, place.end

@@ -100,6 +100,7 @@ def _requested(run: RunResult) -> dict[str, Any]:
         "tasks": list(run.tasks),
         "test task": run.test_task,
         "coder": run.author,
+        "also learnt from": run.also_from or None,
         "apart": run.apart,
         "groups left out": run.folds or None,
     }

@@ -89,6 +89,11 @@ class RunResult:
         """The author of the predictions: ``"model NAME 12"``, 12 being the run."""
         return f"model {self.settings.preset} {self.number}"
 
+    @property
+    def also_from(self) -> str:
+        """The other coder whose labels were learnt from as well; empty where there is none."""
+        return next((used.author for used in self.labels if used.author != self.author), "")
+
     def find(self, id_: str) -> DemonstrationResult | None:
         """The demonstration of this id, tested or proposed; None where it is neither."""
         return next((d for d in (*self.tested, *self.proposals) if d.id == id_), None)

@@ -19,11 +19,13 @@ from forcelab.jobs import Progress
 from forcelab.process import interruptible
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project, Provenance
 from forcelab.recognition.dataset import DataSelection, Dataset
+from forcelab.recognition.ensemble import FitProgress
 from forcelab.recognition.experiments import (
     dataset_unit_remarks,
     evaluate_joined,
     provenance,
     unlearnt_remarks,
+    unshared_action_remarks,
     unused_merge_remarks,
 )
 from forcelab.recognition.groups import fold_groups
@@ -36,8 +38,7 @@ from forcelab.recognition.results import (
 )
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
-from forcelab.recognition.training import FitProgress, Known, training_job
-from forcelab.review.active_learning import sample_steps, typicality
+from forcelab.recognition.training import Known, training_job
 from forcelab.review.run_result import KIND
 
 Phase = Literal["features", "fold", "final fit", "proposals", "storing"]
@@ -215,6 +216,7 @@ def review_job(
         known: Known = {}  # examples for testing, which the final fit learns from, too
         evaluation, remarks = yield from _evaluate(snapshot, settings, selection, steps, fit, known)
         remarks += dataset_unit_remarks(snapshot.datasets, settings)
+        remarks += unshared_action_remarks(snapshot.train, settings)
         remarks += unused_merge_remarks(
             settings, frozenset().union(*(part.spellings for part in snapshot.datasets))
         )
@@ -281,8 +283,13 @@ def _folds(snapshot: _Snapshot, selection: DataSelection) -> int:
     """The number of recognisers that are trained for testing."""
     if selection.test_task is not None:
         return 1
-    labelled = [item.demonstration for item in snapshot.train.labelled if item.segments]
-    return len(fold_groups(labelled, selection.folds)) if len(labelled) > 1 else 0
+    labelled = snapshot.train.labelled
+    own = [item.demonstration for item in labelled if item.segments and not item.added]
+    if len(own) < 2:
+        return 0
+    # Where another coder's labels are added, each is also trained without.
+    times = 2 if any(item.added for item in labelled) else 1
+    return times * len(fold_groups(own, selection.folds))
 
 
 def _evaluate(
@@ -318,19 +325,16 @@ def _evaluate(
 def _proposals(
     project: Project, snapshot: _Snapshot, recogniser: Recogniser, steps: TrainingProgress
 ) -> Generator[TrainingStep, None, tuple[list[DemonstrationResult], tuple[str, ...]]]:
-    """Predictions for the demonstrations that the coder has not labelled, each with its typicality.
+    """Predictions for the demonstrations that the coder has not labelled.
 
     Also for those that are blind for the coder: the window hides them.
     """
-    proposals, remarks, samples = [], [], []
+    proposals, remarks = [], []
     for i, info in enumerate(snapshot.new):
         yield steps.proposing(i, len(snapshot.new), info.name)
         try:
             demonstration = project.demonstrations.load(info.id)
-            examples = recogniser.prepare(demonstration)
-            prediction = recogniser.predict(
-                demonstration, probability_trace=True, examples=examples
-            )
+            prediction = recogniser.predict(demonstration, probability_trace=True)
         except InputError as error:
             remarks.append(f"No proposal for '{info.name}': {error}")
             continue
@@ -338,12 +342,7 @@ def _proposals(
             f"'{info.name}': {remark}" for remark in recogniser.unit_remarks(demonstration.channels)
         ]
         proposals.append(DemonstrationResult.of(demonstration, prediction))
-        samples.append(sample_steps(examples))
-    shares = typicality(samples).tolist()
-    return [
-        replace(proposal, typicality=share)
-        for proposal, share in zip(proposals, shares, strict=True)
-    ], tuple(remarks)
+    return proposals, tuple(remarks)
 
 
 def _store(

@@ -252,6 +252,30 @@ def test_figures_of_joined_tasks_keep_the_colours_of_the_vocabulary(forcelab, pr
         assert "#123456" in file.read_text()
 
 
+def test_another_coders_labels_are_learnt_from_and_what_they_change_is_printed(forcelab, project):
+    with Project.open(project) as store:
+        for info in store.demonstrations.infos("foam")[2:]:
+            track = store.tracks.get(info.id, "coder").segments
+            store.tracks.edit(info.id, "coder", track, (), "cleared")
+            store.tracks.edit(info.id, "Ben", (), track, "made")
+    words = ["--task", "foam", "--author", "coder", *FAST_OPTIONS]
+    alone = forcelab("evaluate", project, *words, "--json", "-").json
+    result = forcelab("evaluate", project, *words, "--also-from", "Ben", "--json", "-")
+    assert [scores["name"] for scores in result.json["raw"]["demonstrations"]] == [
+        "foam-01", "foam-02",
+    ]  # fmt: skip
+    assert result.json["alone"] == alone["filtered"]
+    assert len(result.json["trained_on"]) == 4
+    printed = forcelab("evaluate", project, *words, "--also-from", "Ben").out
+    assert "Own labels alone: accuracy" in printed
+    assert "Also learnt from 2 demonstrations that another coder labelled" in printed
+    refused = forcelab("evaluate", project, *words, "--also-from", "Zoe")
+    assert refused.status == 1
+    assert refused.err == "forcelab: 'Zoe' cannot be learnt from as well: no such coder.\n"
+    trained = forcelab("train", project, *words[:-2], "--also-from", "Ben", "--out", "both.skops")
+    assert "learnt from 4 demonstrations" in trained.out
+
+
 def test_spellings_are_merged_before_tasks_are_kept_apart(forcelab, project, tmp_path):
     spelling = tmp_path / "map.json"
     spelling.write_text('{"grab": "move", "release": "move"}')

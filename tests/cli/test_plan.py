@@ -20,7 +20,7 @@ from forcelab.measure import timing
 from forcelab.measure.timing import Cost, measure_works
 from forcelab.project import NewDemonstration, Project
 from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
-from forcelab.recognition.presets import preset
+from forcelab.recognition.presets import PRESETS, preset
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
 from forcelab.simulation.mechanics import Layout
@@ -198,7 +198,7 @@ def test_the_window_loads_a_decoder_only_for_a_video(forcelab, project, tmp_path
     assert not any(bare[name]["computed"] for name in never)
 
 
-@pytest.mark.parametrize("name", ["paper", "released", "fast", "best"])
+@pytest.mark.parametrize("name", PRESETS)
 def test_every_preset_is_planned_as_it_computes(forcelab, project, name):
     parts = parts_of(forcelab("plan", project, "foam-01", "--preset", name, "--json").json)
     chosen = preset(name)

@@ -46,6 +46,8 @@ def recognisers() -> list[bytes]:
     small = Settings(max_scale=32.0, stride=6)
     settings = [small.replace(classifier=name) for name in CLASSIFIERS]
     settings += [preset("fast").replace(stride=6), preset("best").replace(stride=12)]
+    windows = preset("fast").replace(calibrated=True, changes=False, decoder="filters")
+    settings += [windows.replace(classifier=name) for name in CLASSIFIERS]
     return [dump(train(labelled, setting)) for setting in settings]
 
 

@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from forcelab.errors import InputError
 from forcelab.recognition.classifiers import fit_classifier
+from forcelab.recognition.ensemble import FitOptions
 from forcelab.recognition.settings import CLASSIFIERS
 
 
@@ -126,7 +127,7 @@ def test_every_classifier_learns_what_can_be_told_apart(name, codes):
     np.testing.assert_array_equal(most_probable, classifier.predict(test_X))
 
 
-@pytest.mark.parametrize("name", [name for name in CLASSIFIERS if name != "mlp"])
+@pytest.mark.parametrize("name", [name for name in CLASSIFIERS if "mlp" not in name])
 def test_a_classifier_without_epochs_is_there_in_one_step_and_has_no_loss(name):
     steps = list(fit_classifier(name, *blobs([20, 20]), 0, True))
     assert [(step.number, step.total, step.loss) for step in steps] == [(1, 1, None)]
@@ -153,6 +154,47 @@ def test_fewer_than_two_actions_are_refused_in_a_sentence(name, samples):
     X = np.random.default_rng(0).normal(size=(samples, 3))
     with pytest.raises(InputError, match="at least two actions"):
         list(fit_classifier(name, X, np.full(samples, 4), 0, True))
+
+
+@pytest.mark.parametrize("name", CLASSIFIERS)
+def test_units_of_the_features_do_not_matter_where_they_are_standardised(name):
+    X, y = blobs([90] * 3, distance=6.0)
+    test_X, test_y = blobs([50] * 3, distance=6.0, seed=1)
+    units = np.array([1e-4, 1.0, 1e4])  # such as newtons beside newtons per second
+    *_, last = fit_classifier(name, X * units, y, 0, True, FitOptions(standardised=True))
+    assert np.mean(last.classifier.predict(test_X * units) == test_y) > 0.97
+
+
+@pytest.mark.parametrize("name", CLASSIFIERS)
+def test_every_classifier_can_be_calibrated_where_features_are_standardised(name):
+    # Each demonstration has its own offset: sure within one, wrong about the next.
+    random = np.random.default_rng(3)
+    groups = np.repeat(np.arange(8), 60)
+    y = np.tile(np.repeat([0, 1], 30), 8)
+    X = (y + 1.2 * random.normal(size=8)[groups])[:, None] + 0.05 * random.normal(size=(480, 2))
+    exponents = []
+    for calibrated in (False, True):
+        options = FitOptions(groups, calibrated=calibrated, standardised=True)
+        *_, last = fit_classifier(name, X, y, 0, True, options)
+        exponents.append(last.classifier.exponent)
+    assert exponents[0] == 1.0
+    assert exponents[1] != 1.0
+
+
+@pytest.mark.parametrize("name", CLASSIFIERS)
+def test_rare_actions_count_as_much_in_every_classifier(name):
+    random = np.random.default_rng(0)
+    y = np.repeat([0, 1], [400, 25])
+    X = random.normal(size=(425, 4))
+    X[:, 0] += y
+    rare = random.normal(size=(400, 4))
+    rare[:, 0] += 1.0
+    shares = []
+    for balanced in (False, True):
+        options = FitOptions(balanced=balanced, standardised=True)
+        *_, last = fit_classifier(name, X, y, 0, True, options)
+        shares.append(np.mean(last.classifier.predict(rare)))
+    assert shares[1] > shares[0]
 
 
 def test_fewer_samples_than_neighbours_are_refused_in_a_sentence():
@@ -182,6 +224,12 @@ def test_an_action_of_a_single_sample_is_too_few_for_probabilities():
     X, y = blobs([40, 50, 1])
     with pytest.raises(InputError, match=r"single training sample.*threshold off"):
         list(fit_classifier("svm", X, y, 0, True))
+
+
+def test_of_standardised_features_a_single_sample_is_enough():
+    X, y = blobs([40, 50, 1], distance=8.0)
+    *_, last = fit_classifier("svm", X, y, 0, True, FitOptions(standardised=True))
+    assert last.classifier.predict_proba(X).shape == (91, 3)
 
 
 #: A classifier that another module registers: trained, kept in a file, read again, and offered.

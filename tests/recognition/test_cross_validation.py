@@ -270,7 +270,16 @@ def test_what_is_tested_at_another_rate_does_not_move_the_grid(six):
 def test_scales_too_short_for_actions_are_remarked_on(six):
     remarks = finish(leave_one_out(six[:3], FAST.replace(max_scale=16.0))).remarks
     assert any("At 100 Hz the largest scale, 16 samples, lasts 0.16 s only" in r for r in remarks)
+    remarks = finish(leave_one_out(six[:3], FAST.replace(max_scale=41.0))).remarks
+    assert any("At 100 Hz the largest scale, 41 samples, lasts 0.41 s only" in r for r in remarks)
     assert not any("largest scale" in r for r in finish(leave_one_out(six[:3], FAST)).remarks)
+
+
+def test_windows_shorter_than_a_sample_are_remarked_on(six):
+    settings = preset("fast").replace(classifier="logistic", changes=False)
+    for rate, remarked in ((100.0, False), (50.0, True)):
+        remarks = finish(leave_one_out(six[:3], settings.replace(rate=rate))).remarks
+        assert any("holds less than a sample" in r for r in remarks) is remarked
 
 
 def test_gaps_that_the_decoder_looks_through_are_told(six):

@@ -75,6 +75,24 @@ def test_a_glitch_takes_nothing_with_it_that_lies_elsewhere(settings, rate):
     np.testing.assert_allclose(found.features[far], clean.features[far], rtol=0, atol=0.1)
 
 
+def test_wavelets_stand_behind_the_windows_where_both_are_wanted():
+    item, windows = labelled(), preset("best")
+    both = windows.replace(features="windows+wavelets", max_scale=16.0)
+    found = prepare_examples(item, both).features
+    first = prepare_examples(item, windows).features
+    then = prepare_examples(item, SMALL.replace(step=windows.step)).features
+    np.testing.assert_array_equal(found, np.concatenate([first, then], axis=1))
+    assert found.shape[1] == both.width(4)
+    # Each belongs to a band of its own channel, one of a frequency nearest to its own.
+    k = len(both.windows)
+    bands = both.feature_bands(4, 100.0)[first.shape[1] :]
+    np.testing.assert_array_equal(bands // k, np.tile(np.repeat(np.arange(4), 4), 2))
+    hertz, nearest = SMALL.bands(100.0), both.bands(100.0)[bands[:4]]
+    for own, chosen in zip(hertz, nearest, strict=True):
+        others = np.abs(np.log(both.bands(100.0) / own))
+        assert abs(np.log(chosen / own)) == pytest.approx(others.min())
+
+
 def test_channels_come_in_the_order_they_were_asked_for():
     item = labelled()
     everything = prepare_examples(item, SMALL).features

@@ -18,7 +18,7 @@ from forcelab.recognition.presets import preset
 from forcelab.recognition.training import train
 
 RATE = 100.0
-NAMES = ("paper", "fast", "best")
+NAMES = ("paper", "fast", "best", "ensemble")
 THREE = labelled_set(3, rate=RATE)
 
 

@@ -156,7 +156,10 @@ def test_the_refusal_names_the_setting_what_it_must_be_and_what_it_was(name):
             "The setting windows must be 1 to 32 numbers of seconds from 0.0001 to 1000, the "
             "smallest first, not none.",
         ),
-        ({"features": "x"}, "There is no kind of features 'x'; choose from wavelets, windows."),
+        (
+            {"features": "x"},
+            "There is no kind of features 'x'; choose from wavelets, windows, windows+wavelets.",
+        ),
     ],
 )
 def test_a_refusal_names_the_cure(values, message):
@@ -199,14 +202,22 @@ def test_replacing_a_value_checks_it_and_leaves_the_first_settings_alone():
     [
         ("changes", {}, "with decoder filters; it needs decoder semi-markov"),
         ("median", {"decoder": "semi-markov"}, "decoder semi-markov; it needs decoder filters"),
-        ("max_scale", {"features": "windows"}, "with features windows; it needs features wavelets"),
-        ("peaks", {}, "with features wavelets; it needs features windows"),
+        (
+            "max_scale",
+            {"features": "windows"},
+            "with features windows; it needs features wavelets or windows+wavelets",
+        ),
+        (
+            "peaks",
+            {},
+            "with features wavelets; it needs features windows or windows+wavelets",
+        ),
         ("circular", {"phase": False}, "with phase off; it needs phase on"),
         (
             "balanced",
             {},
-            "with classifier mlp; it needs classifier logistic or extra-trees or boosting or "
-            "ensemble",
+            "with classifier mlp; it needs classifier logistic or extra-trees or trees-mlp or "
+            "boosting or ensemble",
         ),
     ],
 )
@@ -214,6 +225,17 @@ def test_a_setting_that_changes_nothing_is_explained_with_what_it_needs(name, ch
     values = vars(Settings(**changes))
     assert not applies(name, values)
     assert why_not_applied(name, values).endswith(reason)
+
+
+def test_beside_windows_wavelets_count_as_windows_do():
+    both = vars(preset("mlp").replace(features="windows+wavelets"))
+    assert all(applies(name, both) for name in ("max_scale", "phase", "windows", "peaks"))
+
+
+def test_of_windows_every_classifier_can_be_calibrated():
+    for name in CLASSIFIERS:
+        assert applies("calibrated", vars(Settings(features="windows", classifier=name)))
+    assert not applies("calibrated", vars(Settings(classifier="mlp")))
 
 
 def test_a_seed_counts_where_anything_is_drawn():

@@ -99,6 +99,43 @@ def test_a_loaded_recogniser_predicts_to_the_bit_what_the_saved_one_did(
 
 
 @pytest.mark.parametrize("name", CLASSIFIERS)
+def test_a_classifier_of_standardised_features_predicts_to_the_bit_what_the_saved_one_did(
+    three, path, name
+):
+    settings = preset("fast").replace(classifier=name, changes=False, decoder="filters")
+    recogniser = train(three[:2], settings.replace(threshold=0.6, calibrated=True))
+    save_recogniser(recogniser, path)
+    unseen = three[2].demonstration
+    before, after = (r.predict(unseen) for r in (recogniser, load_recogniser(path)))
+    np.testing.assert_array_equal(after.probabilities, before.probabilities)
+    content = content_of(recogniser)
+    content["classifier"]["scale"][3] = 0.0
+    path.write_bytes(skops_io.dumps(content))
+    refused(path, "not a whole recogniser")
+
+
+def test_a_classifier_within_another_is_checked_as_one_by_itself(three, path):
+    settings = preset("fast").replace(classifier="svm", changes=False)
+    content = content_of(train(three[:2], settings))
+    (svm,) = content["classifier"]["members"][0]["classifier"].calibrated_classifiers_
+    svm.estimator._n_support = svm.estimator._n_support[:-1]
+    path.write_bytes(skops_io.dumps(content))
+    refused(path, "not a whole recogniser")
+
+
+def test_an_older_file_of_windows_has_a_bare_classifier(three, path):
+    # As it was before features were standardised; it goes on predicting as it did.
+    settings = preset("fast").replace(classifier="naive-bayes", changes=False)
+    recogniser = train(three[:2], settings)
+    (member,) = recogniser.classifier.members
+    older = dataclasses.replace(recogniser, classifier=member.classifier)
+    path.write_bytes(pack(older))
+    unseen = three[2].demonstration
+    found = load_recogniser(path).predict(unseen)
+    np.testing.assert_array_equal(found.probabilities, older.predict(unseen).probabilities)
+
+
+@pytest.mark.parametrize("name", CLASSIFIERS)
 def test_a_recogniser_can_still_predict_and_be_saved_again_after_saving(trained, three, name):
     recogniser = trained(name)
     before = recogniser.predict(three[2].demonstration)

@@ -210,7 +210,9 @@ def clicks():
 def taught(examples, settings=QUICK):
     y, steps = boundary_steps(examples, settings)
     (X,) = finish(gather_features(examples, steps))
-    return finish(fit_boundary_model(X, y, settings))
+    rate = examples[0].rate
+    spacing = settings.training_stride(rate) * settings.hop(rate) / rate
+    return finish(fit_boundary_model(X, y, spacing, settings.seed))
 
 
 def learnt(items, settings=QUICK):

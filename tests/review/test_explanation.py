@@ -28,7 +28,11 @@ from forcelab.recognition import training
 from forcelab.recognition.attribution import BlackBoxScorer, MlpScorer, log_odds, make_scorer
 from forcelab.recognition.classifiers import fit_classifier
 from forcelab.recognition.dataset import DataSelection
+from forcelab.recognition.ensemble import FitOptions
 from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
+from forcelab.recognition.features import peak_features, window_features
+from forcelab.recognition.perceptron import Perceptron
+from forcelab.recognition.presets import preset
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.results import DemonstrationResult
@@ -67,7 +71,7 @@ def short_fits():
 def network(seed, f=6, h=9, actions=("grab", "hold", "still")):
     random = np.random.default_rng(seed)
     sizes = (f, h), (h,), (h, len(actions)), (len(actions),)
-    return MlpScorer(actions, *(random.normal(size=size) for size in sizes)), random
+    return MlpScorer(actions, Perceptron(*(random.normal(size=size) for size in sizes))), random
 
 
 # --- shares of a network --------------------------------------------------------------------------
@@ -158,8 +162,9 @@ def planted(name, phase):
     column = PLANTED[0] * K + PLANTED[1] + phase * Q * K
     X[:, column] += 6.0 * (y - 0.5)
     scorer = fit_scorer(name, X, y, ("hold", "grab"))
-    job = attribute_bands(scorer, X[y == 1], "grab", "hold", (Q, K), mean=X.mean(axis=0), sample=X)
-    return finish(job)
+    bands = np.resize(np.arange(Q * K), X.shape[1])
+    found = X[y == 1], "grab", "hold", (Q, K), bands
+    return finish(attribute_bands(scorer, *found, mean=X.mean(axis=0), sample=X))
 
 
 @pytest.mark.parametrize(
@@ -176,6 +181,44 @@ def test_the_band_that_decides_is_found(name, method, phase):
     assert weights[PLANTED] > 4 * np.abs(others).max()
     assert found.channels.argmax() == PLANTED[0]
     assert weights[PLANTED] > 5 * found.bands_error[PLANTED]
+
+
+@pytest.mark.parametrize("name", ["mlp", "trees-mlp", "svm", "naive-bayes"])
+def test_standardised_features_in_units_of_any_size_are_explained_as_well(name):
+    random = np.random.default_rng(7)
+    y = np.arange(300) % 2
+    units = np.geomspace(1e-3, 1e3, Q * K)
+    X = random.normal(size=(300, Q * K))
+    column = PLANTED[0] * K + PLANTED[1]
+    X[:, column] += 6.0 * (y - 0.5)
+    X *= units
+    options = FitOptions(np.arange(300) // 50, calibrated=True, standardised=True)
+    *_, last = fit_classifier(name, X, y, 0, True, options)
+    recogniser = Recogniser(QUICK_SETTINGS, 1.0, (), ("hold", "grab"), {}, last.classifier)
+    scorer = make_scorer(recogniser)
+    assert scorer.probabilities(X) == pytest.approx(last.classifier.predict_proba(X), abs=1e-5)
+    where = X[y == 1], "grab", "hold", (Q, K), np.arange(Q * K)
+    found = finish(attribute_bands(scorer, *where, mean=X.mean(axis=0), sample=X))
+    assert found.method == ("gradient" if name == "mlp" else "permutation")
+    assert np.unravel_index(found.bands.argmax(), found.bands.shape) == PLANTED
+    if name == "mlp":
+        assert found.gap < 1e-9
+
+
+def test_a_peak_belongs_to_its_own_channel_and_to_a_window_as_long_as_it_looks():
+    settings = preset("best")
+    channels = np.zeros((3, 2000))
+    channels[1, 1200:1210] = 5.0  # a peak of the second one alone
+    places = np.arange(1000, 1200, 20)
+    values = window_features(channels, 1000.0, settings.windows, places, settings.amplitude)
+    peaks = peak_features(channels, 1000.0, settings.windows[0], places, True)
+    rows = np.concatenate([values, peaks], axis=1)
+    bands = settings.feature_bands(3, 1000.0)
+    assert len(bands) == rows.shape[1] == settings.width(3)
+    k = len(settings.windows)
+    assert set(bands[np.ptp(rows, axis=0) > 0] // k) == {1}
+    lengths = [settings.windows[band % k] for band in bands[-3:]]
+    assert lengths == [0.16, 0.64, 0.64]  # of spans of 0.2, 0.5 and 1.5 s
 
 
 def test_the_gap_of_the_gradient_is_stated_and_next_to_nothing():
@@ -196,7 +239,15 @@ def test_the_error_of_a_permutation_is_the_spread_of_its_repetitions():
     found = [
         finish(
             attribute_bands(
-                scorer, X[y == 1], "grab", "hold", (1, 2), mean=mean, sample=X, seed=seed
+                scorer,
+                X[y == 1],
+                "grab",
+                "hold",
+                (1, 2),
+                np.resize([0, 1], 4),
+                mean=mean,
+                sample=X,
+                seed=seed,
             )
         )
         for seed in range(12)
@@ -262,7 +313,7 @@ def test_segments_that_were_not_trained_on_are_not_shown_as_if(bayes, monkeypatc
         fits.append([example.segments for example in examples])
         return training.fit_cleaned(examples, *others)
 
-    monkeypatch.setattr(explanation, "drop_contradicted", trimmed)
+    monkeypatch.setattr(explanation, "clean_examples", trimmed)
     monkeypatch.setattr(explanation, "fit_cleaned", watched)
     after = finish(train_held_out(path, run, id_))
     homes = {place.demonstration for place in before.training.places}

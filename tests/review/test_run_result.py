@@ -160,7 +160,6 @@ DAMAGE = {
         "json_set(result, '$.certainty', json('{\"x\": 1}'), '$.proposals[0].certainty.count', 7)",
         "cannot be reviewed",
     ),
-    "typical beyond all": ("json_set(result, '$.proposals[0].typicality', 1.5)", "is damaged"),
     "settings": ("json_set(result, '$.settings.stride', 0)", "stride must be"),
     "another kind": (None, "of the kind 'other'"),
 }

@@ -27,10 +27,10 @@ from forcelab.project import Project
 from forcelab.recognition import training as training_module
 from forcelab.recognition.cross_validation import leave_one_out
 from forcelab.recognition.dataset import DataSelection
+from forcelab.recognition.ensemble import FitProgress
 from forcelab.recognition.examples import prepare_examples
 from forcelab.recognition.storage import load_recogniser
-from forcelab.recognition.training import FitProgress, training_job
-from forcelab.review.active_learning import sample_steps, typicality
+from forcelab.recognition.training import training_job
 from forcelab.review.run_result import edits_since, load_run
 from forcelab.review.training import TrainingProgress, review_job
 
@@ -171,7 +171,6 @@ def test_the_final_recogniser_knows_all_that_is_labelled_and_proposes_for_the_re
     assert set(recogniser.trained_on) == {item.id for item in result.tested}
     assert [item.id for item in result.proposals] == bare
     assert result.proposals[0].human == ()
-    assert result.proposals[0].typicality == 1  # there is no other
     assert set(result.proposals[0].stages) == {"raw", "threshold", "median", "filtered"}
     assert (stored[0].name, set(stored[0].demonstrations)) == ("foam", set(recogniser.trained_on))
 
@@ -342,13 +341,6 @@ def test_another_task_is_tested_on_and_both_tasks_get_proposals(tmp_path):
         result = load_run(project, finish(review_job(path, BAYES_SETTINGS, choice, "foam")))
     assert [item.task for item in result.tested] == ["soft"]
     assert {item.task for item in result.proposals} == {"foam", "soft"}
-    shares = [item.typicality for item in result.proposals]
-    with Project.open(path) as project:
-        recogniser = load_recogniser(project.runs.recogniser_path(result.recogniser))
-        new = [project.demonstrations.load(item.id) for item in result.proposals]
-    expected = typicality([sample_steps(recogniser.prepare(d)) for d in new])
-    assert shares == pytest.approx(expected.tolist())
-    assert len(shares) > 1
     assert (result.tasks, result.test_task) == (("foam",), "soft")
     assert {used.demonstration for used in result.labels} >= {i.id for i in result.tested}
 

@@ -265,6 +265,11 @@ def _further_scores(evaluation: Evaluation) -> list[str]:
     if "unadapted" in evaluation.kinds:
         bare, _ = evaluation.scores("unadapted")
         lines.append(f"Without adaptation: {_main_scores(bare)}; with it: {_main_scores(pooled)}.")
+    if "alone" in evaluation.kinds:
+        alone, _ = evaluation.scores("alone")
+        lines.append(
+            f"Own labels alone: {_main_scores(alone)}; with the other's: {_main_scores(pooled)}."
+        )
     reliability = evaluation.reliability
     if reliability is not None and reliability.brier is not None:
         lines.append(

@@ -30,7 +30,7 @@ from forcelab.recognition.examples import LabelledDemonstration, prepare_example
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import FIELDS, Settings, why_not_applied
 from forcelab.signals.channels import channel_map
-from forcelab.signals.cwt import usual_scales
+from forcelab.signals.cwt import frequencies, usual_scales
 from forcelab.signals.scalogram import open_channel, row_scales, scalogram
 from forcelab.simulation.mechanics import Layout, left_out
 from forcelab.simulation.origin import Origin
@@ -132,14 +132,15 @@ def recognition_parts(demonstration: Demonstration, settings: Settings) -> Itera
     times, signals = demonstration.times[:MEASURED], demonstration.signals[:MEASURED]
     beginning = LabelledDemonstration(replace(demonstration, times=times, signals=signals))
     samples = round(demonstration.duration * rate)
-    if settings.features == "windows":
+    if "windows" in settings.features:
         sizes = ", ".join(f"{1000 * window:g}" for window in settings.windows)
         yield Part(f"{len(settings.windows)} windows", True, f"of {sizes} ms")
+    if settings.features == "windows":
         paper = preset("paper").replace(channels=settings.channels, rate=settings.rate)
         wavelets = partial(prepare_examples, beginning, paper)
         yield Part("wavelets", False, "windows are looked at in their place", wavelets)
     else:
-        scales, hertz = settings.scales, settings.bands(rate)
+        scales, hertz = settings.scales, frequencies(settings.scales, rate, settings.mother)
         span = f"{scales[0]:g} to {scales[-1]:g} samples at {rate:.6g} Hz, {settings.wavelet} of "
         yield Part(f"{len(scales)} scales", True, f"{span}{hertz[0]:.3g} to {hertz[-1]:.3g} Hz")
         possible = usual_scales(samples, settings.min_scale, settings.spacing)

@@ -38,6 +38,7 @@ _SETTING_LABELS = {
     "tasks": "Train on",
     "test task": "Test on another task",
     "coder": "Labels of",
+    "also learnt from": "Also learn from",
     "apart": "Actions of the same name stay apart",
     "groups left out": "Groups left out",
 }

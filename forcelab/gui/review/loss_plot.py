@@ -157,7 +157,7 @@ class LossCurves(QWidget):
 
     def empty_text(self) -> str:
         """Why there is no curve."""
-        if self._trainer.ready and self._trainer.classifier != "mlp":
+        if self._trainer.ready and "mlp" not in self._trainer.classifier:
             return "The loss of each fold is drawn here while it trains; this classifier has none."
         return "The loss of each fold is drawn here while it trains."
 

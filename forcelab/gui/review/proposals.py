@@ -27,12 +27,7 @@ from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, set
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours
-from forcelab.review.active_learning import (
-    Proposal,
-    acceptable_segments,
-    rank_proposals,
-    weighs_typicality,
-)
+from forcelab.review.active_learning import Proposal, acceptable_segments, rank_proposals
 from forcelab.review.run_result import RunResult
 from forcelab.segment_edits import overlapping
 
@@ -252,24 +247,13 @@ class ProposalsView(QWidget):
         self._list()
 
     def _say_order(self) -> None:
-        """Say which demonstration comes first, and why."""
-        if self.rows and self.rows[0].id in self._done():
-            text = "All of these are labelled by now. Train again with them."
-        elif self._uses_density():
-            text = (
-                "Label the first one next: the recogniser is uncertain of it, and many of the "
-                "others are like it. The list is sorted by the product of the two."
-            )
-        else:
-            text = (
-                "The most uncertain comes first. Train again to weigh each by how many of the "
-                "others are like it, so that odd ones do not come first."
-            )
-        self.order.setText(text)
-
-    def _uses_density(self) -> bool:
-        """Whether the order also counts how many demonstrations are like each."""
-        return bool(self._ranking) and weighs_typicality(self._ranking)
+        """Say which demonstration comes first, or that all are labelled."""
+        done = self.rows and self.rows[0].id in self._done()
+        self.order.setText(
+            "All of these are labelled by now. Train again with them."
+            if done
+            else "The most uncertain comes first."
+        )
 
     def _listing_changed(self) -> None:
         if self.isVisible():
@@ -279,14 +263,12 @@ class ProposalsView(QWidget):
         rows = self._sorted_proposals()
         if rows != self.rows:
             self.rows = rows
-            columns = [
+            columns = (
                 TableColumn("demonstration", number=False),
                 TableColumn("uncertainty", number=False),
                 TableColumn("probably wrong"),
                 TableColumn("labelled"),
-            ]
-            if self._uses_density():
-                columns.insert(UNCERTAINTY_COLUMN + 1, TableColumn("like others"))
+            )
             self.model.show(columns, self._table_rows())
             self.table.fit_columns(stretched=0)
             self.table.horizontalHeader().resizeSection(UNCERTAINTY_COLUMN, BAR_WIDTH)
@@ -303,13 +285,12 @@ class ProposalsView(QWidget):
         return frozenset(id_ for id_, share in self._labelled().items() if share >= LABELLED_SHARE)
 
     def _table_rows(self) -> tuple[TableRow, ...]:
-        labelled, weighed = self._labelled(), self._uses_density()
+        labelled = self._labelled()
         return tuple(
             TableRow(
                 (
                     proposal.name,
                     f"{100 * proposal.uncertainty:.0f} %",
-                    *([f"{100 * (proposal.typicality or 0.0):.0f} %"] if weighed else []),
                     f"{proposal.wrong:.1f} s",
                     f"{100 * labelled[proposal.id]:.0f} %" if proposal.id in labelled else "–",
                 ),
@@ -319,15 +300,12 @@ class ProposalsView(QWidget):
         )
 
     def _tip(self, proposal: Proposal) -> str:
-        text = (
+        return (
             f"{proposal.name} ({proposal.task}), {proposal.seconds:.1f} s: of moments as "
             "uncertain as these, tested demonstrations had so many wrong that about "
             f"{proposal.wrong:.1f} s are expected to be wrong here. Labelling it is expected to "
             "put these right."
         )
-        if proposal.typicality is None:
-            return text
-        return f"{text} It is {100 * proposal.typicality:.0f} % like all that are listed."
 
     def _labelled(self) -> dict[str, float]:
         """Which share of each demonstration the coder has labelled."""

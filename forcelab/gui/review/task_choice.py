@@ -43,6 +43,7 @@ class TaskChoiceForm(QWidget):
         super().__init__()
         self.document = document
         self.trouble = ""
+        self._also_from = choice.also_from  # chosen in the bar
         self.tasks = tuple(dict.fromkeys(info.task for info in document.infos))
         self._refusal, self._explanation = set_tone("trouble"), QLabel(wordWrap=True)
         column = QVBoxLayout(self)
@@ -67,6 +68,7 @@ class TaskChoiceForm(QWidget):
             author=self.coder.currentData() or None,
             apart=len(tasks) > 1 and not across and self.apart.isChecked(),
             folds=None if across else self._folds,
+            also_from=None if across else self._also_from,
         )
 
     # What it is made of

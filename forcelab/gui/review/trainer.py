@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 from time import monotonic
@@ -260,6 +261,7 @@ class Trainer(QObject):
         self._settings: Settings | None = None
         self._choice: DataSelection | None = None
         self._author: tuple[tuple[object, ...], str | None] | None = None
+        self._other_coders: tuple[tuple[object, ...], dict[str, int]] | None = None
 
     @property
     def ready(self) -> bool:
@@ -297,13 +299,13 @@ class Trainer(QObject):
     @property
     def chosen(self) -> tuple[tuple[str, ...], str | None, bool]:
         """The tasks trained on, the one tested on, and whether actions stay apart."""
-        tasks, test, _, apart, _ = self._parts
+        tasks, test, _, apart, _, _ = self._parts
         return tasks, test, apart
 
     @property
     def author(self) -> str | None:
         """Whose labels are trained on; None where nothing is labelled."""
-        tasks, test, author, _, _ = self._parts
+        tasks, test, author, _, _, _ = self._parts
         if author:
             return author
         # Asked for several times an edit, over hundreds of demonstrations.
@@ -312,6 +314,41 @@ class Trainer(QObject):
         if self._author is None or self._author[0] != state:
             self._author = state, default_author(document, {*tasks, test})
         return self._author[1]
+
+    @property
+    def also_from(self) -> str | None:
+        """The other coder whose labels are learnt from, as long as there are any to add."""
+        also = self._parts[-1]
+        return also if also in self.other_coders else None
+
+    @property
+    def other_coders(self) -> dict[str, int]:
+        """How many demonstrations of these tasks each other coder labelled that this one did not.
+
+        None where another task is tested; labels that the coder must not see yet do not count.
+        """
+        document, author = self.document, self.author
+        tasks, test, _ = self.chosen
+        state = document.infos, document.author, author, tasks, test
+        if self._other_coders is None or self._other_coders[0] != state:
+            blind = set()
+            if document.project is not None:
+                blind = set(document.project.coding.blind_to(document.author))
+            self._other_coders = (
+                state,
+                Counter(
+                    name
+                    for info in document.infos
+                    if author
+                    and test is None
+                    and info.task in tasks
+                    and not info.labelled.get(author)
+                    for name, seconds in info.labelled.items()
+                    if seconds and not is_model(name)
+                    if name == document.author or info.id not in blind
+                ),
+            )
+        return self._other_coders[1]
 
     @property
     def reviewed_author(self) -> str:
@@ -323,17 +360,28 @@ class Trainer(QObject):
 
     @property
     def settings_changed(self) -> bool:
-        """Whether the next training takes other settings than the reviewed run."""
+        """Whether the next training takes other settings or another coder's labels as well."""
         run = self.document.review.run
-        return run is not None and self.ready and run.settings != self.settings
+        if run is None or not self.ready:
+            return False
+        return run.settings != self.settings or run.also_from != (self.also_from or "")
 
     @property
-    def _parts(self) -> tuple[tuple[str, ...], str | None, str | None, bool, int | None]:
+    def _parts(
+        self,
+    ) -> tuple[tuple[str, ...], str | None, str | None, bool, int | None, str | None]:
         """The choice as plain values; to build it loads much."""
         choice = self._choice
         if choice is None:
             return training_preferences.recall_choice_values(self._path or Path(), self.task)
-        return choice.tasks, choice.test_task, choice.author, choice.apart, choice.folds
+        return (
+            choice.tasks,
+            choice.test_task,
+            choice.author,
+            choice.apart,
+            choice.folds,
+            choice.also_from,
+        )
 
     def set_settings(self, settings: Settings) -> None:
         self._settings = settings
@@ -342,6 +390,10 @@ class Trainer(QObject):
     def set_choice(self, choice: DataSelection) -> None:
         self._choice = choice
         self._keep(choice)
+
+    def set_also_from(self, coder: str | None) -> None:
+        """Learn from another coder's labels as well, or from no other's."""
+        self.set_choice(replace(self.choice, also_from=coder))
 
     def _keep(self, value: Settings | DataSelection | bool) -> None:
         if self._path is not None:
@@ -372,7 +424,8 @@ class Trainer(QObject):
         assert self._path is not None
         task, settings = self.task, self._settings
         values = training_preferences.recall_values(self._path, task)
-        tasks, test, author, apart, folds = self._parts
+        tasks, test, author, apart, folds, _ = self._parts
+        also = self.also_from
         if author is None:
             author = self.author
             self._report_author(author)
@@ -383,7 +436,7 @@ class Trainer(QObject):
             from forcelab.recognition.dataset import DataSelection
 
             used = training_preferences.settings_of(values, task) if settings is None else settings
-            return used, DataSelection(tasks, test, author, apart, folds=folds)
+            return used, DataSelection(tasks, test, author, apart, folds=folds, also_from=also)
 
         return build
 
@@ -466,6 +519,7 @@ class Trainer(QObject):
 
     def _listing_changed(self) -> None:
         """Read the run again where it tested a demonstration that was removed."""
+        self._other_coders = None  # some may be blind from now on
         run = self.document.review.run
         if run is None or self._path is None:
             return

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QContextMenuEvent, QResizeEvent
 from PySide6.QtWidgets import (
@@ -60,6 +62,54 @@ class AuthorLabel(ElidedLabel):
         return self.sizeHint()
 
 
+class AlsoComboBox(ElidedComboBox):
+    """The other coders whose labels can be added to the coder's own; the merge map is below."""
+
+    merge_map_requested = Signal()
+
+    def __init__(self, trainer: Trainer) -> None:
+        super().__init__()
+        self._trainer = trainer
+        self.setAccessibleName("Also learn from")
+        self.setMinimumContentsLength(ALSO_CHARACTERS)
+        self.activated.connect(self._chosen)
+
+    def refresh(self) -> None:
+        """List the coders who labelled what the coder has not."""
+        coders = self._trainer.other_coders
+        self.clear()
+        for text, name in also_texts(coders):
+            self.addItem(text, name)
+        self.addItem("Merge map…", self)
+        self.widen_list()
+        self._show_choice()
+
+    def _show_choice(self) -> None:
+        self.setCurrentIndex(self.findData(self._trainer.also_from))
+        self.setToolTip(f"{self.currentText()}\n{ALSO_TIP}")
+
+    def _chosen(self, index: int) -> None:
+        if self.itemData(index) is self:
+            self.merge_map_requested.emit()
+        else:
+            self._trainer.set_also_from(self.itemData(index))
+        self._show_choice()
+
+
+#: Characters of the choice that are always seen.
+ALSO_CHARACTERS = 24
+ALSO_TIP = (
+    "Where you have labelled nothing, another coder's labels can be learnt from. They are never "
+    "tested; each run says what your own alone would do."
+)
+
+
+def also_texts(coders: Mapping[str, int]) -> list[tuple[str, str | None]]:
+    """The choices of other coders, each with the name that it stands for."""
+    texts: list[tuple[str, str | None]] = [("Also learn from: no other coder", None)]
+    return texts + [(f"Also learn from: {name} ({coders[name]})", name) for name in sorted(coders)]
+
+
 #: Characters of a run that are always seen.
 RUN_CHARACTERS = 24
 
@@ -84,9 +134,7 @@ class RunComboBox(ElidedComboBox):
             self.addItem(run_text(run), run.id)
         set_enabled_with_reason(self, "" if self.trainer.runs else "Nothing was trained yet.")
         self.setPlaceholderText("no run yet")
-        texts = map(run_text, self.trainer.runs)
-        widest = max(map(self.fontMetrics().horizontalAdvance, texts), default=0)
-        self.view().setMinimumWidth(widest + 2 * self.fontMetrics().height())
+        self.widen_list()
         self._show_reviewed()
 
     def _show_reviewed(self) -> None:
@@ -148,6 +196,7 @@ class TrainingBar(QWidget):
         super().__init__()
         self.document, self.trainer = document, trainer
         self.setAccessibleName("Training")
+        self._others: tuple[dict[str, int], str | None] | None = None
         self._build_row()
         self._row = QHBoxLayout()
         self._row.setSpacing(6)
@@ -155,6 +204,7 @@ class TrainingBar(QWidget):
             self.task,
             self.train,
             self.author,
+            self.also,
             self.automatic,
             self.settings,
             self.freshness,
@@ -192,6 +242,8 @@ class TrainingBar(QWidget):
         self.train = QPushButton("Train")
         self.train.clicked.connect(self.trainer.train)
         self.author = AuthorLabel(self.document)
+        self.also = AlsoComboBox(self.trainer)
+        self.also.merge_map_requested.connect(lambda: self.open_settings(field="merge"))
         self.automatic = QCheckBox("Train automatically")
         self.automatic.setToolTip("Train five seconds after the last edit")
         self.automatic.setAccessibleName("Train automatically after edits")
@@ -293,6 +345,11 @@ class TrainingBar(QWidget):
         trainer = self.trainer
         before = self.author.text, self.freshness.text
         self.author.show_coder(trainer.author if trainer.ready else None)
+        others = trainer.other_coders if trainer.ready else {}
+        if (others, trainer.also_from) != self._others:
+            self._others = others, trainer.also_from
+            self.also.refresh()
+            self._fit()
         stands = trainer.freshness
         self.freshness.set_text(*stands)
         if (self.author.text, self.freshness.text) != before:
@@ -333,6 +390,8 @@ class TrainingBar(QWidget):
         optional: list[QWidget] = [self.runs]
         if not training:
             optional = [self.settings, self.runs, self.automatic, self.compare]
+            if self._others and self._others[0]:
+                optional.insert(0 if self._others[1] else 1, self.also)
             if self.author.text:
                 optional.insert(0, self.author)
         gap = self._row.spacing()
@@ -365,6 +424,15 @@ class TrainingBar(QWidget):
             action.toggled.connect(self.trainer.set_automatic)
         if self.settings.isHidden():
             self._menu.addAction("Settings…", self.open_settings)
+        if self.also.isHidden() and (coders := self.trainer.other_coders):
+            also = self._menu.addMenu("Also learn from")
+            for text, name in also_texts(coders):
+                entry = also.addAction(escape_ampersands(text.removeprefix("Also learn from: ")))
+                entry.setCheckable(True)
+                entry.setChecked(name == self.trainer.also_from)
+                entry.triggered.connect(
+                    lambda _checked=False, name=name: self.trainer.set_also_from(name)
+                )
         if self.runs.isHidden() and self.trainer.runs:
             runs = self._menu.addMenu("Review another run")
             for run in self.trainer.runs:
@@ -387,7 +455,8 @@ class TrainingBar(QWidget):
         self.train.setToolTip(f"{text} ({key})" if key else text)
         self.train.setAccessibleName(text)
 
-    def open_settings(self) -> None:
+    def open_settings(self, *, field: str = "") -> None:
+        """Ask for other settings, one of them first."""
         trainer = self.trainer
         if not trainer.ready:
             return
@@ -398,6 +467,8 @@ class TrainingBar(QWidget):
 
         facts = training_facts(trainer.document, trainer.choice)
         dialog = SettingsDialog(trainer.settings, facts, self.window())
+        if field:
+            dialog.open_form(field=field)
 
         def take() -> None:
             if dialog.chosen is not None:

@@ -5,6 +5,7 @@ from factories import run_result_of
 from window_helpers import open_training_document, training_step
 
 from forcelab.gui.review.loss_plot import LossView, loss_curves
+from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 
 
@@ -76,6 +77,8 @@ def test_time_and_remarks_of_the_run_stand_beneath(view, until):
 
 def test_a_classifier_without_a_loss_says_so(view):
     view.trainer.set_settings(Settings())
+    assert "has none" not in view.curves.empty_text()
+    view.trainer.set_settings(preset("ensemble"))
     assert "has none" not in view.curves.empty_text()
     view.trainer.set_settings(Settings(classifier="naive-bayes"))
     assert "has none" in view.curves.empty_text()

@@ -51,46 +51,12 @@ def test_the_most_uncertain_comes_first(view, document, until):
     assert view.model.data(view.model.index(0, 1)) == "32 %"
 
 
-def test_what_is_typical_comes_before_what_is_odd_and_the_window_says_so(view, document, until):
+def test_the_window_says_in_which_order_they_are(view, document, until):
     assert not view.order.isVisible()
     document.review.set_run(proposed(document))
     until(lambda: len(view.rows) == 3)
     assert view.order.isVisible()
-    assert view.order.text().startswith("The most uncertain comes first. Train again")
-    shares = {"03": 0.9, "stylus 01": 0.8, "stylus 02": 0.2}
-    run = proposed(document)
-    proposals = tuple(replace(item, typicality=shares[item.name]) for item in run.proposals)
-    document.review.set_run(replace(run, proposals=proposals))
-    until(lambda: [row.name for row in view.rows] == ["03", "stylus 02", "stylus 01"])
-    assert "many of the others are like it" in view.order.text()
-    tip = view.model.data(view.model.index(0, 0), Qt.ItemDataRole.ToolTipRole)
-    assert tip.endswith("It is 90 % like all that are listed.")
-
-
-def test_the_order_can_be_read_off_the_list(view, document, until):
-    def shown():
-        every = range(view.model.rowCount())
-        return [
-            [view.model.data(view.model.index(row, column)) for column in (1, 2)] for row in every
-        ]
-
-    def titles():
-        horizontal = Qt.Orientation.Horizontal
-        every = range(view.model.columnCount())
-        return [view.model.headerData(column, horizontal) for column in every]
-
-    run = proposed(document)
-    document.review.set_run(run)
-    until(lambda: len(view.rows) == 3)
-    assert "like others" not in titles()
-    shares = {"03": 0.9, "stylus 01": 0.8, "stylus 02": 0.2}
-    proposals = tuple(replace(item, typicality=shares[item.name]) for item in run.proposals)
-    document.review.set_run(replace(run, proposals=proposals))
-    until(lambda: "like others" in titles())
-    figures = [[float(text.removesuffix(" %")) for text in row] for row in shown()]
-    products = [uncertain * like for uncertain, like in figures]
-    assert products == sorted(products, reverse=True)
-    assert sorted(like for _, like in figures) == [20.0, 80.0, 90.0]
+    assert view.order.text() == "The most uncertain comes first."
 
 
 def test_what_is_labelled_by_now_comes_last(view, document, until):

@@ -1,5 +1,6 @@
 """The training bar: what it says, and that nothing is cut off where there is little room."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -12,6 +13,7 @@ from window_helpers import open_training_document, run_summary, training_step
 
 from forcelab.errors import InputError
 from forcelab.gui.removal_dialog import Removal
+from forcelab.gui.review.settings_dialog import SettingsDialog
 from forcelab.gui.review.training_backend import run_text
 from forcelab.gui.review.training_bar import TrainingBar
 from forcelab.labels import Segment
@@ -110,8 +112,77 @@ def test_whose_labels_are_trained_on_stands_beside_the_button_among_several(
     assert trainer._backend.requests[-1][2].author == "Ann"
 
 
+LONG_NAME = "Wilhelmina Featherstonehaugh-Cholmondeley"
+
+
+@pytest.fixture
+def two_coders(document):
+    """Ann has labelled 01 and 02, another coder 02 and 03 of the foam."""
+    ids = [info.id for info in document.infos if info.task == "foam"]
+    for id_ in ids[1:]:
+        document.project.tracks.edit(id_, LONG_NAME, (), (Segment(0.0, 3.0, "grab"),), "made")
+    document.refresh_listing()
+
+
+def test_another_coder_can_be_learnt_from_as_well(bar, trainer, two_coders, until, app):
+    until(lambda: trainer.other_coders)
+    assert trainer.other_coders == {LONG_NAME: 1}
+    assert bar.also.isVisible()
+    assert bar.also.currentText() == "Also learn from: no other coder"
+    assert [bar.also.itemText(i) for i in range(3)] == [
+        "Also learn from: no other coder",
+        f"Also learn from: {LONG_NAME} (1)",
+        "Merge map…",
+    ]
+    bar.also.activated.emit(1)
+    assert trainer.also_from == LONG_NAME
+    assert LONG_NAME in bar.also.toolTip()
+    assert bar.also.shown_text.startswith("Also learn from: Wil")
+    trainer.train()
+    until(lambda: not trainer.training)
+    assert trainer._backend.requests[-1][2].also_from == LONG_NAME
+    bar.resize(420, 40)
+    app.processEvents()
+    assert not bar.also.isVisible()
+    bar.overflow_button.menu().aboutToShow.emit()
+    menu = next(a.menu() for a in bar.overflow_button.menu().actions() if "Also" in a.text())
+    assert [(a.text(), a.isChecked()) for a in menu.actions()] == [
+        ("no other coder", False),
+        (f"{LONG_NAME} (1)", True),
+    ]
+    menu.actions()[0].trigger()
+    assert trainer.also_from is None
+
+
+def test_the_merge_map_is_below_the_other_coders(bar, trainer, two_coders, until, app):
+    until(lambda: trainer.other_coders)
+    bar.also.activated.emit(2)
+    dialog = next(w for w in app.topLevelWidgets() if isinstance(w, SettingsDialog))
+    editor = dialog.form.editors["merge"]
+    until(lambda: not editor.visibleRegion().isEmpty())
+    dialog.reject()
+    assert bar.also.currentText() == "Also learn from: no other coder"
+
+
+def test_nobody_is_offered_who_adds_nothing_or_must_not_be_seen(
+    bar, trainer, document, two_coders, until
+):
+    until(lambda: trainer.other_coders)
+    trainer.set_also_from(LONG_NAME)
+    trainer.set_choice(replace(trainer.choice, test_task="stylus"))
+    assert trainer.also_from is None
+    assert not bar.also.isVisible()
+    trainer.set_choice(replace(trainer.choice, test_task=None))
+    assert trainer.also_from == LONG_NAME
+    third = [info.id for info in document.infos if info.task == "foam"][2]
+    document.project.coding.assign(third, "Ann", blind=True)
+    document.refresh_listing()
+    assert trainer.other_coders == {}
+    assert trainer.also_from is None
+
+
 @pytest.mark.parametrize("training", [False, True])
-def test_at_no_width_is_anything_cut_off(bar, trainer, work, until, app, training):
+def test_at_no_width_is_anything_cut_off(bar, trainer, work, two_coders, until, app, training):
     work.runs = tuple(run_summary(n) for n in range(1, 4))
     trainer.list_runs()
     until(lambda: trainer.runs)
@@ -252,14 +323,14 @@ def test_a_run_that_cannot_be_read_is_not_said_to_be_reviewed(bar, trainer, work
 
 
 def test_settings_and_tasks_are_named_as_they_were_changed(bar, trainer, until):
-    assert bar.settings.text() == "Settings: best…"
+    assert bar.settings.text() == "Settings: ensemble…"
     trainer.set_settings(Settings(stride=10))
     assert bar.settings.text() == "Settings: paper, changed…"
     trainer.set_choice(DataSelection(("foam", "stylus"), apart=True))
     assert bar.task.currentText() == "foam + stylus, kept apart"
     bar.task.activated.emit(1)
     assert trainer.task == "stylus"
-    assert bar.settings.text() == "Settings: best…"
+    assert bar.settings.text() == "Settings: ensemble…"
     assert bar.task.currentText() == "stylus"
 
 
