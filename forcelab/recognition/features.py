@@ -324,7 +324,7 @@ def wavelet_features(
     from forcelab.signals.cwt_engine import plan_for
 
     plan = plan_for(n, scales, wavelet, tolerance)
-    ready = condition(channels)
+    ready = condition(channels, noise_known=noise is not None)
     # Of long channels one at a time: their coefficients stay small beside the features of all.
     together = max(1, TOGETHER // n)
     for i in range(q):

@@ -33,6 +33,7 @@ from forcelab.recognition.live_model import choose_live_model, live_hop, needs_l
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.runtime import one_blas_thread
 from forcelab.signals.channels import channel_map
+from forcelab.signals.conditioning import noise_level
 from forcelab.signals.cwt import early_error, frequencies, reaches
 from forcelab.signals.grid import SAME_RATE, Grid, measured, on_grid
 
@@ -46,6 +47,8 @@ HOP = 0.04
 TOLERANCE = 1e-5
 #: Samples that wavelets see before a hop at most, on the recogniser's grid.
 MOST = 5000
+#: Hops after which the noise, by which small magnitudes are floored, is estimated anew.
+NOISE_HOPS = 25
 #: Samples from whose stamps the device's period is taken where it is not known.
 PROBE = 64
 #: Samples of a demonstration that are pushed at once.
@@ -196,7 +199,8 @@ class _WaveletStage(_Stage):
         widest = max(reaches(settings.scales, settings.mother, TOLERANCE).tolist())
         # Samples before a hop and from its beginning on.
         self._before, self._after = min(MOST, widest), round(budget.complete * rate) + 1
-        self.past = (self._before + 2) / rate
+        self.past = self._before / rate
+        self._noise, self._noise_age = np.zeros(len(recogniser.channels)), 0  # age: in hops
         # Of what is decided so much that a segment has lasted long enough.
         filtered = (settings.median or 0) / rate + max(limits_of(recogniser).values(), default=0.0)
         self._past: deque[_Classified | None] = deque(maxlen=ceil(filtered / budget.hop) + 1)
@@ -208,6 +212,9 @@ class _WaveletStage(_Stage):
         first, last = np.searchsorted(grid.times, edges).tolist()
         first = min(first, len(grid.times) - 1)
         steps = slice(first, max(last, first + 1))
+        if self._noise_age % NOISE_HOPS == 0:
+            self._noise = noise_level(hop.channels)
+        self._noise_age += 1
         # Always of as many samples, so that the transform is planned once: before its beginning a
         # stream has its first value, after its end its last one.
         around = np.arange(steps.start - self._before, steps.start + self._after)
@@ -216,6 +223,7 @@ class _WaveletStage(_Stage):
             settings.scales,
             settings.mother,
             settings.phase,
+            self._noise,
             places=slice(self._before, self._before + steps.stop - steps.start),
             tolerance=TOLERANCE,
         )

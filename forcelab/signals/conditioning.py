@@ -129,10 +129,11 @@ def _rounding_noise(channel: NDArray[np.float64], rounding: float) -> float:
     return float(np.quantile(changes, STEP_SHARE, method="lower")) / np.sqrt(12.0)
 
 
-def condition(x: ArrayLike) -> Conditioned:
+def condition(x: ArrayLike, *, noise_known: bool = False) -> Conditioned:
     """Prepare channels for a transform.
 
     `x` (c, n): any real type, byte order and memory layout; NaN and infinity mark missing samples.
+    Where the noise is known it is not estimated: that takes half of the time.
     """
     values = np.array(x, dtype=np.float64, order="C", ndmin=2)
     exponent, noise = np.zeros(len(values), dtype=np.int64), np.zeros(len(values))
@@ -147,7 +148,7 @@ def condition(x: ArrayLike) -> Conditioned:
         for channel in part:
             channel[:] = bridge(channel)
         # Before the median is gone: the larger it is, the coarser the rounding.
-        level = noise_level(part)
+        level = np.zeros(len(part)) if noise_known else noise_level(part)
         part -= np.median(part, axis=1, keepdims=True)
         rest = np.max(np.abs(part), axis=1)
         second = np.frexp(rest)[1].astype(np.int64)

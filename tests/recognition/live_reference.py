@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from forcelab.recognition.features import RunningSize
+from forcelab.recognition.features import RunningSize, wavelet_features
 from forcelab.recognition.hsmm import decode
-from forcelab.recognition.live import TOLERANCE, LiveLabels, OnlineRecogniser, budget_of
+from forcelab.recognition.live import NOISE_HOPS, TOLERANCE, LiveLabels, OnlineRecogniser, budget_of
 from forcelab.recognition.live_model import needs_live_model
 from forcelab.signals.channels import channel_map
+from forcelab.signals.conditioning import noise_level
 from forcelab.signals.cwt import reaches
 from forcelab.signals.grid import on_grid
 
@@ -42,21 +43,25 @@ def reference_labels(recogniser, demonstration, latency):
             codes.append(decoded[number])
         around = np.arange(n) // hop
         return LiveLabels(demonstration.times, np.array(codes)[around], np.array(known)[around])
-    settings, classified = recogniser.settings, []
+    settings, classified, noise = recogniser.settings, [], None
     before = max(reaches(settings.scales, settings.mother, TOLERANCE).tolist())
-    for first, recording in zip(firsts, recordings, strict=True):
+    for number, (first, recording) in enumerate(zip(firsts, recordings, strict=True)):
+        channels = channel_map(recording.channels, recogniser.channels)
+        values = channels.apply(on_grid(recording, None, channels.recorded).signals)
+        if number % NOISE_HOPS == 0:
+            noise = noise_level(values[:, max(0, first - before) :])
         # Before its beginning a stream has its first value, after its end its last one.
-        places = np.arange(first - before, first + complete + 1)
-        held = replace(
-            recording,
-            times=places * period,
-            signals=recording.signals[np.clip(places, 0, len(recording.times) - 1)],
-        )
-        examples = recogniser.prepare(held)
-        steps = slice(before, before + min(hop, n - first))
-        classified.append(
-            recogniser.classify(examples.features[steps], examples.valid[steps], True)
-        )
+        places = np.clip(np.arange(first - before, first + complete + 1), 0, values.shape[1] - 1)
+        features = wavelet_features(
+            values[:, places],
+            settings.scales,
+            settings.mother,
+            settings.phase,
+            noise,
+            tolerance=TOLERANCE,
+        )[before : before + min(hop, n - first)]
+        valid = np.ones(len(features), dtype=bool)
+        classified.append(recogniser.classify(features, valid, True))
     raw, known = zip(*classified, strict=True)
     raw = np.concatenate(raw)
     known = None if known[0] is None else np.concatenate(known)
@@ -66,8 +71,8 @@ def reference_labels(recogniser, demonstration, latency):
         times = demonstration.times[past]
         probabilities = None if known is None else known[past]
         valid = np.ones(len(times), dtype=bool)
-        filtered, _ = recogniser.filter(raw[past], probabilities, times, valid)
-        codes.append(filtered[first : first + hop])
+        stages = recogniser.filter(raw[past], probabilities, times, valid)
+        codes.append(stages["filtered"][first : first + hop])
     return LiveLabels(demonstration.times, np.concatenate(codes), known)
 
 

@@ -69,7 +69,7 @@ def test_what_the_own_labels_alone_teach_stands_beside(project):
     both, alone = (finish(leave_one_out(items, QUICK)) for items in (labelled, own))
     assert [item.name for item in both.tested] == ["foam 01", "foam 02", "foam 03"]
     for with_both, without in zip(both.tested, alone.tested, strict=True):
-        assert np.array_equal(with_both.alone, without.filtered)
+        assert np.array_equal(with_both.ablations["alone"], without.filtered)
         assert not np.array_equal(with_both.filtered, without.filtered)
     assert both.kinds == ("raw", "unaided", "alone", "filtered")
     assert set(both.trained_on) == {item.demonstration.id for item in labelled if item.segments}
