@@ -472,7 +472,7 @@ def test_what_was_trained_with_other_settings_is_not_said_to_be_up_to_date(
     trainer.set_settings(preset("fast"))
     assert line.text() == f"{'Recogniser' if has_recogniser else 'Run 1'}: {words}"
     assert bar.freshness.text == words
-    trainer.set_settings(preset("best"))
+    trainer.set_settings(preset(training_preferences.DEFAULT_PRESET))
     assert "up to date" in line.text()
     assert "up to date" in bar.freshness.text
     bar.deleteLater()
