@@ -5,7 +5,8 @@ training  the window's event loop while a recogniser is trained
 scalogram first and exact image of spans of 4,000 to 1e7 samples
 live      live recognition: its share of a core, time from force to label, agreement with offline
 capture   ten minutes of two DAQs and a camera through pseudo-terminals (--quick: 30 s)
-peers     MiniRocket, LightGBM, a 1-D CNN and an MS-TCN on the tasks of PROJECT
+peers     logistic regression, a linear chain, MiniRocket, LightGBM, a 1-D CNN and an MS-TCN on the
+          tasks of PROJECT, settings chosen and calibrated on inner folds
 next      whether it pays to label what a review proposes next, on the tasks of PROJECT
 swapped   what wrong labels cost, and how many of them a review lists first, on those of PROJECT
 realism   the simulated tasks beside the real recordings of PROJECT

@@ -1,26 +1,27 @@
 """Ways of others to recognise time series, measured beside ours where they are installed.
 
 Each is given the same recognition channels on the same grid, decides at the same time steps, and
-learns from the same human labels; unlabelled time is neither learnt nor scored.
-
-Sources
--------
-Dempster, Schmidt and Webb, "MiniRocket: a very fast (almost) deterministic transform for time
-series classification", KDD 2021. Ke et al., "LightGBM: a highly efficient gradient boosting
-decision tree", NeurIPS 2017. Both with the settings that their packages come with.
-
-Sources
--------
-Abu Farha and Gall, "MS-TCN: multi-stage temporal convolutional network for action segmentation",
-CVPR 2019: four stages of ten dilated residual layers of 64 filters, each stage after the first
-refining the probabilities of the one before, trained with cross entropy and a truncated squared
-difference of neighbouring log probabilities; Adam at 5e-4, 50 epochs, one demonstration at a time.
+learns from the same human labels; unlabelled time is neither learnt nor scored. Its inputs are
+standardised. Which of its settings it takes, and how sure it is of what it says, is found on whole
+demonstrations that are left out of inner fits, as preset ``best`` is calibrated; the time of a fit
+holds that of the inner ones.
 
 A peer says how probable each action is at each time step. What is made of that is measured twice:
 its most probable actions as they come, and decoded as presets ``fast`` and ``best`` are, so that
 what a decoder brings is not taken for what a classifier brings; where actions change our presets
 learn with trees of their own, and peers do not. The memory of networks and of LightGBM is that
 which Python is told of: their own is not seen.
+
+Sources
+-------
+Dempster, Schmidt and Webb, "MiniRocket: a very fast (almost) deterministic transform for time
+series classification", KDD 2021. Ke et al., "LightGBM: a highly efficient gradient boosting
+decision tree", NeurIPS 2017. Lafferty, McCallum and Pereira, "Conditional random fields:
+probabilistic models for segmenting and labeling sequence data", ICML 2001. Abu Farha and Gall,
+"MS-TCN: multi-stage temporal convolutional network for action segmentation", CVPR 2019: four stages
+of ten dilated residual layers of 64 filters, each stage after the first refining the probabilities
+of the one before, trained with cross entropy and a truncated squared difference of neighbouring log
+probabilities by Adam at 5e-4, one demonstration at a time.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
@@ -87,6 +89,14 @@ class Task:
             [codes[some] for codes, some in zip(self.codes, known, strict=True)]
         )
 
+    def of(self, demonstrations: Sequence[int]) -> Task:
+        """The same task with some of its demonstrations."""
+        return replace(
+            self,
+            rows=[self.rows[i] for i in demonstrations],
+            codes=[self.codes[i] for i in demonstrations],
+        )
+
 
 @dataclass(frozen=True)
 class Peer(Library):
@@ -95,7 +105,59 @@ class Peer(Library):
     #: Takes recognition channels, shape (q, n), samples a second, and the samples in the middle of
     #: each time step, shape (m,); gives what it knows of them, shape (m, f).
     look: Callable[[Real, float, Whole], Real]
-    fit: Callable[[Task, int], Fitted]  # takes a task and a seed; gives what recognises
+    #: Takes a task, a seed and one of the settings; gives what recognises.
+    fit: Callable[[Task, int, Any], Fitted]
+    settings: tuple[Any, ...]  # among these it chooses
+
+
+#: Into so many groups training demonstrations are parted to choose settings and calibrate.
+INNER = 3
+
+
+def fit_tuned(peer: Peer, task: Task, seed: int) -> Fitted:
+    """Fit with standardised inputs, the best of the peer's settings, and calibrated.
+
+    The best have the least log loss on left-out demonstrations once calibrated: all probabilities
+    to one power, then made to sum to one.
+    """
+    known, _ = task.labelled()
+    mean, scale = known.mean(axis=0), known.std(axis=0)
+    scale = np.where(scale > 0, scale, 1.0)
+    task = replace(task, rows=[(rows - mean) / scale for rows in task.rows])
+    every = np.arange(len(task.rows))
+    groups = [every[i::INNER] for i in range(min(INNER, len(every)))]
+    trials = []
+    for settings in peer.settings:
+        logs, codes = [], []
+        for group in groups if len(groups) > 1 else ():
+            fitted = peer.fit(
+                task.of(np.setdiff1d(np.arange(len(task.rows)), group)), seed, settings
+            )
+            for i in group:
+                labelled = task.codes[i] >= 0
+                logs.append(_logarithms(fitted(task.rows[i]))[labelled])
+                codes.append(task.codes[i][labelled])
+        trials.append((*_calibration(logs, codes), settings))
+    _, power, settings = min(trials, key=lambda trial: trial[0])
+    fitted = peer.fit(task, seed, settings)
+    return lambda rows: softmax(power * _logarithms(fitted((rows - mean) / scale)))
+
+
+def _logarithms(probabilities: Real) -> Real:
+    return np.log(np.maximum(probabilities, 1e-6))
+
+
+def _calibration(logs: Sequence[Real], codes: Sequence[Whole]) -> tuple[float, float]:
+    """The least mean log loss of log probabilities (m, K) each, and the power that gives it."""
+    if not logs:
+        return 0.0, 1.0
+    L, y = np.concatenate(logs), np.concatenate(codes)
+
+    def loss(power: float) -> float:
+        return float(-_logarithms(softmax(power * L))[np.arange(len(y)), y].mean())
+
+    found = minimize_scalar(loss, bounds=(0.05, 5.0), method="bounded")
+    return float(found.fun), float(found.x)
 
 
 def around(channels: Real, rate: float, places: Whole, count: int, period: float) -> Real:
@@ -129,7 +191,7 @@ def _cells(channels: Real, rate: float, places: Whole) -> Real:
     return around(channels, rate, places, COUNT, PERIOD)
 
 
-def _minirocket(task: Task, seed: int) -> Fitted:
+def _minirocket(task: Task, seed: int, _: None) -> Fitted:
     """Ridge regression chooses its own penalty; its decisions are made positive by a softmax."""
     from aeon.classification.convolution_based import MiniRocketClassifier
 
@@ -156,11 +218,11 @@ def windows(channels: Real, rate: float, places: Whole) -> Real:
     return window_features(channels, rate, preset("fast").windows, places, "both")
 
 
-def _lightgbm(task: Task, seed: int) -> Fitted:
+def _lightgbm(task: Task, seed: int, leaves: int) -> Fitted:
     from lightgbm import LGBMClassifier
 
     X, y = task.labelled()
-    model = LGBMClassifier(n_jobs=1, random_state=seed, verbose=-1).fit(X, y)
+    model = LGBMClassifier(num_leaves=leaves, n_jobs=1, random_state=seed, verbose=-1).fit(X, y)
 
     def recognised(rows: Real) -> Real:
         with warnings.catch_warnings():
@@ -170,6 +232,15 @@ def _lightgbm(task: Task, seed: int) -> Fitted:
     return recognised
 
 
+def _logistic(task: Task, seed: int, C: float) -> Fitted:
+    """Logistic regression; every so-manieth step, as neighbours are almost copies."""
+    from sklearn.linear_model import LogisticRegression
+
+    X, y = task.labelled()
+    model = LogisticRegression(C=C, max_iter=1000, random_state=seed).fit(X[::STRIDE], y[::STRIDE])
+    return lambda rows: _spread(model.predict_proba(rows), model.classes_, task.actions)
+
+
 def _spread(probabilities: Real, codes: Whole, actions: int) -> Real:
     """Probabilities of all actions; those that were not learnt have none."""
     out = np.zeros((len(probabilities), actions))
@@ -177,8 +248,71 @@ def _spread(probabilities: Real, codes: Whole, actions: int) -> Real:
     return out
 
 
-MINIROCKET = Peer("MiniRocket + ridge", "aeon", _cells, _minirocket)
-LIGHTGBM = Peer("LightGBM on our windows", "lightgbm", windows, _lightgbm)
+def _linear_chain(task: Task, seed: int, decay: float) -> Fitted:
+    """A conditional random field: scores linear in the rows, and one for each change of actions.
+
+    Unlabelled steps may be any action. The probabilities of the actions at each step are the
+    derivatives of the logarithm of the sum over all sequences by the scores.
+    """
+    import torch
+
+    torch.set_num_threads(1)
+    K = task.actions
+    longest = max(len(rows) for rows in task.rows)
+    X = torch.zeros(longest, len(task.rows), task.rows[0].shape[1], dtype=torch.float64)
+    live = torch.zeros(longest, len(task.rows), dtype=torch.bool)
+    # What contradicts the labels is left out of the sum over the sequences that agree with them.
+    agrees = torch.zeros(longest, len(task.rows), K, dtype=torch.float64)
+    for i, (rows, codes) in enumerate(zip(task.rows, task.codes, strict=True)):
+        X[: len(rows), i] = torch.from_numpy(rows)
+        live[: len(rows), i] = True
+        known = np.flatnonzero(codes >= 0)
+        agrees[known, i] = -1e9
+        agrees[known, i, codes[known]] = 0.0
+    weights = torch.zeros(X.shape[2], K, dtype=torch.float64, requires_grad=True)
+    bias = torch.zeros(K, dtype=torch.float64, requires_grad=True)
+    changes = torch.zeros(K, K, dtype=torch.float64, requires_grad=True)
+
+    def total(scores: Any, live: Any) -> Any:
+        """Logarithms of the sums over all sequences of scores (m, demonstrations, K)."""
+        forward = scores[0]
+        for t in range(1, len(scores)):
+            after = torch.logsumexp(forward[:, :, None] + changes, dim=1) + scores[t]
+            forward = torch.where(live[t][:, None], after, forward)
+        return torch.logsumexp(forward, dim=1)
+
+    optimiser = torch.optim.LBFGS(
+        [weights, bias, changes], max_iter=60, line_search_fn="strong_wolfe"
+    )
+    both_live = torch.cat([live, live], dim=1)
+
+    def loss() -> Any:
+        optimiser.zero_grad()
+        scores = X @ weights + bias
+        every, agreeing = total(torch.cat([scores, scores + agrees], dim=1), both_live).chunk(2)
+        value = (every - agreeing).sum() / live.sum() + decay * (weights**2).sum()
+        value.backward()
+        return value
+
+    optimiser.step(loss)
+
+    def recognised(rows: Real) -> Real:
+        scores = (torch.from_numpy(rows) @ weights + bias).detach()[:, None].requires_grad_()
+        whole = torch.ones(len(rows), 1, dtype=torch.bool)
+        (marginals,) = torch.autograd.grad(total(scores, whole).sum(), scores)
+        return np.asarray(marginals[:, 0].numpy())
+
+    return recognised
+
+
+MINIROCKET = Peer("MiniRocket + ridge", "aeon", _cells, _minirocket, (None,))
+LIGHTGBM = Peer("LightGBM on our windows", "lightgbm", windows, _lightgbm, (7, 15, 31))
+LOGISTIC = Peer(
+    "logistic regression on our windows", "sklearn", windows, _logistic, (1e-3, 1e-2, 1e-1)
+)
+LINEAR_CHAIN = Peer(
+    "linear chain on our windows", "torch", windows, _linear_chain, (1e-3, 1e-2, 1e-1)
+)
 
 
 #: From the channels of a demonstration, (1, f, m), to scores of each stage, (1, K, m) each.
@@ -257,26 +391,21 @@ def _stage(width: int, actions: int) -> tuple[Callable[[Any], Any], list[Any]]:
 
 def _learn(
     build: Callable[[int, int], tuple[Network, list[Any]]],
-    epochs: int,
     rate: float,
     smooth: float = 0.0,
-) -> Callable[[Task, int], Fitted]:
+) -> Callable[[Task, int, int], Fitted]:
     """How a network of some build learns a task by Adam; on one thread, as all others."""
 
-    def fit(task: Task, seed: int) -> Fitted:
+    def fit(task: Task, seed: int, epochs: int) -> Fitted:
         import torch
 
         torch.set_num_threads(1)
         torch.manual_seed(seed)
-        known, _ = task.labelled()
-        mean, scale = known.mean(axis=0), known.std(axis=0)
-        scale = np.where(scale > 0, scale, 1.0)
 
         def ready(rows: Real) -> Any:
-            rows = ((rows - mean) / scale).T[None]
-            return torch.from_numpy(np.ascontiguousarray(rows, dtype=np.float32))
+            return torch.from_numpy(np.ascontiguousarray(rows.T[None], dtype=np.float32))
 
-        network, modules = build(len(mean), task.actions)
+        network, modules = build(task.rows[0].shape[1], task.actions)
         optimiser = torch.optim.Adam([p for m in modules for p in m.parameters()], lr=rate)
         pairs = [
             (ready(rows), torch.from_numpy(codes)[None])
@@ -317,12 +446,14 @@ def _loss(stages: list[Any], codes: Any, smooth: float) -> Any:
     return total
 
 
-CNN = Peer("1-D CNN", "torch", _network_cells, _learn(_convolutions, 100, 1e-3))
-MS_TCN = Peer("MS-TCN on our windows", "torch", windows, _learn(_stages, 50, 5e-4, SMOOTHING))
+CNN = Peer("1-D CNN", "torch", _network_cells, _learn(_convolutions, 1e-3), (30, 100))
+MS_TCN = Peer(
+    "MS-TCN on our windows", "torch", windows, _learn(_stages, 5e-4, SMOOTHING), (50, 100)
+)
 
 
 #: Those that are measured beside ours.
-PEERS = (MINIROCKET, LIGHTGBM, CNN, MS_TCN)
+PEERS = (LOGISTIC, LINEAR_CHAIN, MINIROCKET, LIGHTGBM, CNN, MS_TCN)
 
 #: What is made of a peer's probabilities.
 DECODED = PRESETS["fast"].replace(changes=False)
@@ -412,7 +543,7 @@ def _fold(peer: Peer, prepared: Prepared, part: Sequence[int], spent: dict[str, 
             actions=actions,
             shortest={},
             classifier=_Classifier(fitted, np.arange(len(actions))),
-            choreography=TaskGrammar.learn([e.segments for e in train], actions)
+            grammar=TaskGrammar.learn([e.segments for e in train], actions)
             if settings.decodes
             else None,
         )
@@ -427,7 +558,7 @@ def _limited(peer: Peer, task: Task) -> Fitted:
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(1):
-        return peer.fit(task, DECODED.seed)
+        return fit_tuned(peer, task, DECODED.seed)
 
 
 @dataclass(frozen=True, eq=False)
