@@ -146,10 +146,11 @@ class _Classified:
 
     def labels(self, codes: Codes) -> LiveLabels:
         """The labels of the samples, given the codes (m,) of the time steps."""
-        known = self.probabilities
-        if known is not None:
-            known = np.where(self.valid[:, None], known[self.step_of], 0.0)
-        return LiveLabels(self.times, np.where(self.valid, codes[self.step_of], UNLABELLED), known)
+        probabilities = self.probabilities
+        if probabilities is not None:
+            probabilities = np.where(self.valid[:, None], probabilities[self.step_of], 0.0)
+        codes = np.where(self.valid, codes[self.step_of], UNLABELLED)
+        return LiveLabels(self.times, codes, probabilities)
 
 
 class _Stage:
@@ -250,16 +251,16 @@ class _WaveletStage(_Stage):
         if count < 1:
             return []
         hops = [*self._past, *self._waiting]
-        there = [hop for hop in hops if hop is not None]
-        if not there:
+        sampled = [hop for hop in hops if hop is not None]
+        if not sampled:
             codes = np.empty(0, dtype=np.int64)
         else:
-            known = [hop.probabilities for hop in there if hop.probabilities is not None]
+            probabilities = [hop.probabilities for hop in sampled if hop.probabilities is not None]
             stages = self._recogniser.filter(
-                np.concatenate([hop.raw for hop in there]),
-                np.concatenate(known) if known else None,
-                np.concatenate([hop.step_times for hop in there]),
-                np.concatenate([hop.step_valid for hop in there]),
+                np.concatenate([hop.raw for hop in sampled]),
+                np.concatenate(probabilities) if probabilities else None,
+                np.concatenate([hop.step_times for hop in sampled]),
+                np.concatenate([hop.step_valid for hop in sampled]),
             )
             codes = stages["filtered"]
         ends = np.cumsum([0 if hop is None else len(hop.raw) for hop in hops])
@@ -290,20 +291,20 @@ class _ModelStage(_Stage):
         features = model.windows.features(hop.channels, grid.rate, step, self._size, unsized)
         newest = min(int(step[0]) + round(model.windows.look * grid.rate), len(grid.times) - 1)
         self._sized = float(grid.times[newest])
-        valid, known = grid.valid[step], np.zeros((1, self._actions))
+        valid, probabilities = grid.valid[step], np.zeros((1, self._actions))
         if valid[0]:
-            known[:, model.classifier.classes_] = model.classifier.predict_proba(features)
+            probabilities[:, model.classifier.classes_] = model.classifier.predict_proba(features)
         own = np.zeros(len(hop.times), dtype=np.int64)
-        times, raw = grid.times[step], known.argmax(axis=1)
-        return _Classified(hop.times, grid.valid[hop.places], own, times, valid, raw, known)
+        times, raw = grid.times[step], probabilities.argmax(axis=1)
+        return _Classified(hop.times, grid.valid[hop.places], own, times, valid, raw, probabilities)
 
     def _decided(self) -> Sequence[Codes]:
         newest = self._waiting[-1]
-        known, valid = np.zeros((1, self._actions)), np.zeros(1, dtype=bool)
+        probabilities, valid = np.zeros((1, self._actions)), np.zeros(1, dtype=bool)
         if newest is not None and newest.probabilities is not None:
-            known, valid = newest.probabilities, newest.step_valid
+            probabilities, valid = newest.probabilities, newest.step_valid
         with np.errstate(divide="ignore"):  # of a probability of nothing, minus infinity
-            logs = np.log(known)
+            logs = np.log(probabilities)
         return list(self._decoder.push(logs, valid)[:, None])
 
     def _rest(self) -> Sequence[Codes]:
@@ -517,9 +518,9 @@ def _nothing(recogniser: Recogniser) -> LiveLabels:
 
 
 def _joined(parts: Sequence[LiveLabels]) -> LiveLabels:
-    known = [part.probabilities for part in parts if part.probabilities is not None]
+    probabilities = [part.probabilities for part in parts if part.probabilities is not None]
     return LiveLabels(
         np.concatenate([part.times for part in parts]),
         np.concatenate([part.codes for part in parts]),
-        np.concatenate(known) if known else None,
+        np.concatenate(probabilities) if probabilities else None,
     )

@@ -430,10 +430,10 @@ def coder_differences(demonstration: str, a: Segments, b: Segments) -> tuple[Dif
             continue
         before, after = _common_neighbour(pieces, i, -1), _common_neighbour(pieces, i, 1)
         edge = before is not None and after is not None and {before, after} == {first, second}
-        said = names[first], names[second]
-        kind = "boundary" if edge else difference_kind(*said)
+        actions = names[first], names[second]
+        kind = "boundary" if edge else difference_kind(*actions)
         start, end = float(pieces.starts[i]), float(pieces.ends[i])
-        differences.append(Difference(demonstration, start, end, *said, kind=kind))
+        differences.append(Difference(demonstration, start, end, *actions, kind=kind))
     return tuple(differences)
 
 
