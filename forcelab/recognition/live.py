@@ -41,8 +41,8 @@ Real = NDArray[np.float64]
 Codes = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-#: Seconds of samples that wavelets label at once.
-HOP = 0.04
+#: Seconds of samples that wavelets label at once, at least and at most: a tenth of the latency.
+HOP, LONGEST_HOP = 0.04, 0.1
 #: Error of complete coefficients, relative to the largest of their scale.
 TOLERANCE = 1e-5
 #: Samples that wavelets see before a hop at most, on the recogniser's grid.
@@ -112,7 +112,7 @@ def budget_of(recogniser: Recogniser, latency: float, period: float) -> Budget:
         complete = max((samples // 2 + round(look * rate)) / rate, hop - period)
         lag = floor(max(0.0, latency - complete) / hop + 1e-6)
         return Budget(hop, look, complete, lag)
-    hop = max(1, round(HOP * rate)) / rate
+    hop = max(1, round(min(max(HOP, 0.1 * latency), LONGEST_HOP) * rate)) / rate
     after = 0 if settings.median is None else (settings.median - 1) // 2
     need = after / rate + max(limits_of(recogniser).values(), default=0.0)
     spare = max(0.0, latency - hop)

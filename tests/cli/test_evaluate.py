@@ -252,7 +252,9 @@ def test_figures_of_joined_tasks_keep_the_colours_of_the_vocabulary(forcelab, pr
         assert "#123456" in file.read_text()
 
 
-def test_another_coders_labels_are_learnt_from_and_what_they_change_is_printed(forcelab, project):
+def test_another_coders_labels_are_learnt_from_and_what_they_change_is_printed(
+    forcelab, project, tmp_path
+):
     with Project.open(project) as store:
         for info in store.demonstrations.infos("foam")[2:]:
             track = store.tracks.get(info.id, "coder").segments
@@ -272,7 +274,8 @@ def test_another_coders_labels_are_learnt_from_and_what_they_change_is_printed(f
     refused = forcelab("evaluate", project, *words, "--also-from", "Zoe")
     assert refused.status == 1
     assert refused.err == "forcelab: 'Zoe' cannot be learnt from as well: no such coder.\n"
-    trained = forcelab("train", project, *words[:-2], "--also-from", "Ben", "--out", "both.skops")
+    file = tmp_path / "both.skops"
+    trained = forcelab("train", project, *words[:-2], "--also-from", "Ben", "--out", file)
     assert "learnt from 4 demonstrations" in trained.out
 
 
