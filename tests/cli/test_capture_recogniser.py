@@ -38,10 +38,10 @@ def three():
 
 @pytest.fixture(scope="module")
 def recogniser(three):
-    # Of stamps that differ by a sample, a segment just at the least length would stay or go.
+    # Without filters over time: where stamps differ by a sample they may keep or drop a segment.
     return train(
         [LabelledDemonstration(*performance) for performance in three[:2]],
-        BAYES_SETTINGS.replace(stride=10, max_scale=512.0, drop=None),
+        BAYES_SETTINGS.replace(stride=10, max_scale=512.0, median=None, drop=None),
     )
 
 
