@@ -349,8 +349,10 @@ class FittedMember:
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any], width: int, classes: int) -> FittedMember:
         """Check what was read from a file; a ValueError where it does not fit."""
-        check_classifier(plain["classifier"], plain["name"], True, width, classes)
-        return cls(plain["name"], plain["classifier"])
+        name, classifier = plain["name"], plain["classifier"]
+        check_classifier(classifier, name, True, width, classes)
+        require(len(classifier.classes_) == classes, "an output for each action")
+        return cls(name, classifier)
 
 
 READERS["scikit-learn"] = FittedMember.from_plain

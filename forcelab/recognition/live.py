@@ -45,10 +45,12 @@ Flags = NDArray[np.bool_]
 HOP, LONGEST_HOP = 0.04, 0.1
 #: Error of complete coefficients, relative to the largest of their scale.
 TOLERANCE = 1e-5
-#: Samples that wavelets see before a hop at most, on the recogniser's grid.
+#: Samples that wavelets see before a hop at most, on the recogniser's grid: those of wider ones,
+#: such as of preset released, go on with the first value, which costs no accuracy on the paper's
+#: recordings.
 MOST = 5000
-#: Hops after which the noise, by which small magnitudes are floored, is estimated anew.
-NOISE_HOPS = 25
+#: Seconds after which the noise, by which small magnitudes are floored, is estimated anew.
+NOISE_SECONDS = 1.0
 #: Samples from whose stamps the device's period is taken where it is not known.
 PROBE = 64
 #: Samples of a demonstration that are pushed at once.
@@ -213,7 +215,7 @@ class _WaveletStage(_Stage):
         first, last = np.searchsorted(grid.times, edges).tolist()
         first = min(first, len(grid.times) - 1)
         steps = slice(first, max(last, first + 1))
-        if self._noise_age % NOISE_HOPS == 0:
+        if self._noise_age % round(NOISE_SECONDS / self._budget.hop) == 0:
             self._noise = noise_level(hop.channels)
         self._noise_age += 1
         # Always of as many samples, so that the transform is planned once: before its beginning a
@@ -507,7 +509,8 @@ def _check_live(recogniser: Recogniser) -> None:
         )
     raise InputError(
         f"A recogniser of preset {settings.preset} with these settings needs a whole "
-        f"demonstration and cannot follow a stream; train one with preset fast, best or paper."
+        f"demonstration and cannot follow a stream; train one with preset ensemble, best, fast or "
+        f"paper."
     )
 
 

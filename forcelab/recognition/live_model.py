@@ -1,9 +1,8 @@
 """The live models of a recogniser whose features or decoder need whole demonstrations.
 
 The same demonstrations are learnt once more, from what a stream knows of them: for each of a few
-times ahead a classifier of :class:`CausalWindows`. Trees and
-logistic regression are averaged, which does as well as either on each of the paper's recordings,
-and takes no choosing.
+times ahead a classifier of :class:`CausalWindows`. Trees and logistic regression are averaged,
+which does as well as either on each of the paper's recordings, and takes no choosing.
 
 Where offline probabilities are calibrated, these are, too, in the same way: on demonstrations that
 inner fits have not seen. One exponent, found for the time ahead in the middle, serves all. On the

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
+from forcelab.runs import marked_runs
 from forcelab.signals.channels import channel_map
 from forcelab.signals.conditioning import GLITCH
 from forcelab.signals.grid import MAX_SAMPLES, UNIFORM, measured, readings
@@ -59,12 +60,10 @@ class GridReader:
         inner = max(0, min(first, self.count - 1)), max(1, min(last, self.count))
         parts, known = [], np.ones(inner[1] - inner[0], dtype=bool)
         for column in self.columns:
-            if self.uniform:
-                part, measured = self._recorded(column, *inner)
-            else:
-                part, measured = self._between(column, *inner)
+            read = self._recorded if self.uniform else self._between
+            part, is_measured = read(column, *inner)
             parts.append(part)
-            known &= measured
+            known &= is_measured
         values = parts[0] if len(parts) == 1 else np.hypot(parts[0], parts[1])
         before, after = max(0, inner[0] - first), max(0, last - inner[1])
         if before or after:
@@ -143,11 +142,11 @@ class GridReader:
         grid_times = self.demonstration.start + np.arange(first, last) / self.rate
         low = max(0, int(np.searchsorted(stamps, grid_times[0], side="right")) - 1)
         high = min(len(stamps), int(np.searchsorted(stamps, grid_times[-1])) + 1)
-        heights, measured = self._recorded(column, low, max(high, low + 1))
+        heights, is_measured = self._recorded(column, low, max(high, low + 1))
         places = stamps[low : low + len(heights)]
         values = np.interp(grid_times, places, heights)
         spaces = np.diff(places, append=places[-1])
-        if measured.all() and spaces.max() <= GAP_PERIODS / self.rate:
+        if is_measured.all() and spaces.max() <= GAP_PERIODS / self.rate:
             return values, np.ones(len(grid_times), dtype=bool)
         # A time belongs to the stamp before it, for as long as a gap lasts at most.
         owner = np.clip(
@@ -155,7 +154,7 @@ class GridReader:
         )
         gap = spaces[owner] > GAP_PERIODS / self.rate
         late = grid_times - places[owner] > (1 - 1e-6) / self.rate
-        return values, measured[owner] & ~(gap & late)
+        return values, is_measured[owner] & ~(gap & late)
 
 
 def _long_runs(lost: Flags, before: int, after: int) -> Flags:
@@ -163,9 +162,8 @@ def _long_runs(lost: Flags, before: int, after: int) -> Flags:
 
     A run at either end goes on for `before` or `after` samples beyond it.
     """
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], lost, [False]])))
     out = np.zeros_like(lost)
-    for first, last in edges.reshape(-1, 2).tolist():
+    for first, last in marked_runs(lost).tolist():
         beyond = (before if first == 0 else 0) + (after if last == len(lost) else 0)
         out[first:last] = last - first + beyond > GAP_PERIODS
     return out

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Demonstration
 from forcelab.jobs import Progress
 from forcelab.measure.rows import Row
-from forcelab.recognition.live import HOP, OnlineRecogniser
+from forcelab.recognition.live import OnlineRecogniser, budget_of
 from forcelab.recognition.recogniser import Recogniser
 
 Codes = NDArray[np.int64]
@@ -46,7 +46,8 @@ def endless(
     `demonstration`: of a uniform rate; cut to whole hops, so that each round sees the same;
     `samples`: to stream at least; three rounds at the fewest.
     """
-    hop = round(HOP / demonstration.period)
+    budget = budget_of(recogniser, latency / 1e3, demonstration.period)
+    hop = round(budget.hop / demonstration.period)
     length = len(demonstration.times) // hop * hop
     count = max(3, -(-samples // length))
     rate = 1 / demonstration.period

@@ -6,7 +6,13 @@ import numpy as np
 
 from forcelab.recognition.features import RunningSize, wavelet_features
 from forcelab.recognition.hsmm import decode
-from forcelab.recognition.live import NOISE_HOPS, TOLERANCE, LiveLabels, OnlineRecogniser, budget_of
+from forcelab.recognition.live import (
+    NOISE_SECONDS,
+    TOLERANCE,
+    LiveLabels,
+    OnlineRecogniser,
+    budget_of,
+)
 from forcelab.recognition.live_model import needs_live_model
 from forcelab.signals.channels import channel_map
 from forcelab.signals.conditioning import noise_level
@@ -48,7 +54,7 @@ def reference_labels(recogniser, demonstration, latency):
     for number, (first, recording) in enumerate(zip(firsts, recordings, strict=True)):
         channels = channel_map(recording.channels, recogniser.channels)
         values = channels.apply(on_grid(recording, None, channels.recorded).signals)
-        if number % NOISE_HOPS == 0:
+        if number % round(NOISE_SECONDS / budget.hop) == 0:
             noise = noise_level(values[:, max(0, first - before) :])
         # Before its beginning a stream has its first value, after its end its last one.
         places = np.clip(np.arange(first - before, first + complete + 1), 0, values.shape[1] - 1)

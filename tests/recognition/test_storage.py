@@ -123,6 +123,16 @@ def test_a_classifier_within_another_is_checked_as_one_by_itself(three, path):
     refused(path, "not a whole recogniser")
 
 
+def test_a_classifier_within_another_has_all_of_its_actions(three, path):
+    settings = preset("fast").replace(classifier="naive-bayes", changes=False)
+    content = content_of(train(three[:2], settings))
+    bayes = content["classifier"]["members"][0]["classifier"]
+    for name in ("classes_", "theta_", "var_", "class_prior_", "class_count_"):
+        setattr(bayes, name, getattr(bayes, name)[:-1])
+    path.write_bytes(skops_io.dumps(content))
+    refused(path, "not a whole recogniser")
+
+
 def test_an_older_file_of_windows_has_a_bare_classifier(three, path):
     # As it was before features were standardised; it goes on predicting as it did.
     settings = preset("fast").replace(classifier="naive-bayes", changes=False)
