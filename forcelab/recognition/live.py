@@ -509,8 +509,7 @@ def _check_live(recogniser: Recogniser) -> None:
         )
     raise InputError(
         f"A recogniser of preset {settings.preset} with these settings needs a whole "
-        f"demonstration and cannot follow a stream; train one with preset ensemble, best, fast or "
-        f"paper."
+        f"demonstration and cannot follow a stream; train one with preset fast, best or paper."
     )
 
 
