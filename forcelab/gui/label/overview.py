@@ -2,40 +2,27 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Literal
 
 import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt, QTimer
-from PySide6.QtGui import (
-    QColor,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QPen,
-    QPixmap,
-)
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPen
 from PySide6.QtWidgets import QApplication, QSizePolicy
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.colormap import translucent
-from forcelab.gui.label.lanes import (
-    Curve,
-    CurveCanvas,
-    Lane,
-    axis_of,
-    curve_colour,
-    paint_glitches,
-    span_of,
-    spanning,
-)
+from forcelab.gui.kit.time_panel import TimeView
+from forcelab.gui.kit.traces import Real, Trace, column_edges
+from forcelab.gui.label.lanes import Lane, axis_of, span_of, spanning
 from forcelab.gui.label.ruler import LONGEST_IN_SECONDS, clock_time
-from forcelab.gui.label.traces import ForcePanel
+from forcelab.gui.label.traces import ForceChannels, ForcePanel
 from forcelab.gui.label.track_painting import paint_row
 from forcelab.gui.theme import colours
-from forcelab.gui.time_panel import PixmapCache, TimeWidget
+from forcelab.signals.minmax import Extremes
 
 #: Height of the overview, and of the strip with the coder's track, in pixels.
 HEIGHT = 58
@@ -50,7 +37,25 @@ HANDLE_REACH = 6.0
 Handle = Literal["start", "end", "body", "new"]
 
 
-class Overview(TimeWidget):
+class WholeTrace(Trace):
+    """The curve of a channel over the whole demonstration."""
+
+    def __init__(self, source: ForceChannels, box: pg.ViewBox, column: int) -> None:
+        super().__init__(box, column)
+        self._source, self._name = source, source.names[column]
+        self.setOpacity(0.75)
+
+    def version(self) -> object:
+        return self._source.revision
+
+    def extremes(self, edges: Real) -> Extremes:
+        return self._source.envelope(self._name).drawn(self._source.columns(edges))
+
+    def glitches(self, start: float, end: float) -> tuple[Real, NDArray[np.bool_]]:
+        return self._source.glitches(self._name, start, end)
+
+
+class Overview(TimeView):
     """The whole demonstration in small, and what can be done with it by mouse.
 
     Dragging the window pans, dragging its edges zooms, dragging elsewhere shows another span; a
@@ -60,25 +65,27 @@ class Overview(TimeWidget):
     def __init__(self, document: Document, force: ForcePanel) -> None:
         super().__init__(document)
         self._source = force.source
-        #: The content with the coder's track, which is all that a stroke changes.
-        self._picture = PixmapCache()
+        #: A box for each unit, with the columns that have it.
+        self._boxes: list[tuple[pg.ViewBox, list[int]]] = []
         #: The span that is being chosen.
         self._band: tuple[float, float] | None = None
         self.setAccessibleName("Overview of the whole demonstration")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setFixedHeight(HEIGHT)
-        for changed in (self._source.choices_changed, self._source.data_read):
-            changed.connect(self.invalidate)
+        self._source.choices_changed.connect(self.place)
+        self._source.data_read.connect(self.invalidate)
         self._track_timer = QTimer(self, singleShot=True, interval=PAUSE)
-        self._track_timer.timeout.connect(self._tracks_changed)
+        self._track_timer.timeout.connect(self.invalidate)
         for painted in (document.tracks_changed, document.vocabulary_changed):
             painted.connect(self._track_timer.start)
         document.view.span_changed.connect(self._repaint)
         document.view.cursor_moved.connect(self._repaint)
+        self.scene().sigPrepareForPaint.connect(self._fit)
         self._handle: Handle | None = None
         self._press = QPointF()
         self._span = (0.0, 1.0)
         self._dragging = False
+        self.place()
 
     # Geometry
 
@@ -99,51 +106,48 @@ class Overview(TimeWidget):
 
     # Drawing
 
-    def invalidate(self, *_: object) -> None:
-        super().invalidate()
-        self._picture.forget()
+    def place(self) -> None:
+        """A box for each unit, over each other, with the curves of its channels."""
+        for box, _ in self._boxes:
+            self.removeItem(box)
+        self._boxes = []
+        source, plot = self._source, self.plot
+        shown = [i for i, name in enumerate(source.names) if name in source.shown]
+        for unit in dict.fromkeys(source.channels[i].unit for i in shown):
+            columns = [i for i in shown if source.channels[i].unit == unit]
+            box = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)
+            box.disableAutoRange()
+            self.addItem(box)
+            box.setGeometry(QRectF(plot.left(), 0, plot.width(), HEIGHT - TRACK_HEIGHT - 2))
+            box.setXRange(*self.document.view.bounds, padding=0)
+            for column in columns:
+                WholeTrace(source, box, column)
+            self._boxes.append((box, columns))
+        self.invalidate()
 
-    def _tracks_changed(self) -> None:
-        """Redraw the coder's track."""
-        self._picture.forget()
-        self.update()
+    def _fit(self) -> None:
+        """Let the axis of each unit hold its values, as far as they are read."""
+        source, room = self._source, HEIGHT - TRACK_HEIGHT - 2
+        if self.document.demonstration is None:
+            return
+        for box, columns in self._boxes:
+            drawn = source.columns(column_edges(box, self.devicePixelRatioF())[1])
+            extremes = (source.envelope(source.names[i]).drawn(drawn) for i in columns)
+            lane = Lane(tuple(columns), "", "", 0.0, room)
+            axis = axis_of(lane, spanning(map(span_of, extremes)))
+            box.setYRange(axis.value(room), axis.value(0.0), padding=0)
 
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the cached picture, the window and the cursor."""
-        size, ratio = self.size(), self.devicePixelRatioF()
-        curves = self._content.picture(size, ratio, None, self._draw)
-        picture = self._picture.picture(size, ratio, None, partial(self._draw_with_track, curves))
-        with QPainter(self) as painter:
-            painter.drawPixmap(0, 0, picture)
-            if self.document.demonstration is not None:
-                painter.setClipRect(self.plot.adjusted(-1, 0, 1, 0))
-                self._paint_window(painter)
-
-    def _draw(self, painter: QPainter) -> None:
-        """Draw everything but the track."""
-        theme, plot = colours(), self.plot
+    def paint_background(self, painter: QPainter) -> None:
+        """Draw the coder's track, and how long the demonstration is."""
+        theme, plot, document = colours(), self.plot, self.document
         painter.fillRect(self.rect(), QColor(theme.panel))
         painter.fillRect(plot, QColor(theme.background))
-        if self.document.demonstration is not None:
-            self._paint_curves(
-                painter, QRectF(plot.left(), 0, plot.width(), HEIGHT - TRACK_HEIGHT - 2)
-            )
-            low, high = self.document.view.bounds
-            face = text.font(10)
-            length = f"{high - low:.1f}"
-            short = high - low <= LONGEST_IN_SECONDS
-            length = f"{length} s" if short else clock_time(high - low)
-            lines = ("whole", length)
-            for y, line in zip((HEIGHT / 2 - 11, HEIGHT / 2 + 3), lines, strict=True):
-                text.draw_text(painter, 6.0, y, line, face=face, ink=QColor(theme.muted))
-        painter.setPen(QPen(QColor(theme.panel_edge), 1))
-        painter.drawLine(QLineF(0, 0.5, self.width(), 0.5))
-
-    def _draw_with_track(self, curves: QPixmap, painter: QPainter) -> None:
-        """Draw the same with the coder's track."""
-        painter.drawPixmap(0, 0, curves)
-        document, plot = self.document, self.plot
         if document.demonstration is not None:
+            low, high = document.view.bounds
+            face, short = text.font(10), high - low <= LONGEST_IN_SECONDS
+            length = f"{high - low:.1f} s" if short else clock_time(high - low)
+            for y, line in ((HEIGHT / 2 - 11, "whole"), (HEIGHT / 2 + 3, length)):
+                text.draw_text(painter, 6.0, y, line, face=face, ink=QColor(theme.muted))
             strip = QRectF(plot.left(), HEIGHT - TRACK_HEIGHT - 1, plot.width(), TRACK_HEIGHT)
             paint_row(
                 painter,
@@ -151,41 +155,18 @@ class Overview(TimeWidget):
                 self.axis,
                 document.editor.segments,
                 vocabulary=document.vocabulary,
-                theme=colours(),
+                theme=theme,
                 size=8.0,
             )
+        painter.setPen(QPen(QColor(theme.panel_edge), 1))
+        painter.drawLine(QLineF(0, 0.5, self.width(), 0.5))
 
-    def _paint_curves(self, painter: QPainter, box: QRectF) -> None:
-        """Draw the envelopes over each other, those of one unit on one scale."""
-        source = self._source
-        canvas = CurveCanvas(box, painter.device().devicePixelRatioF())
-        low, high = self.document.view.bounds
-        share = (canvas.edges() - box.left()) / box.width()
-        columns = source.columns(low + share * (high - low))
-        shown = [i for i, name in enumerate(source.names) if name in source.shown]
-        lane = Lane(tuple(shown), "", "", box.top(), box.bottom())
-        for unit in {source.channels[i].unit for i in shown}:
-            same_unit = [i for i in shown if source.channels[i].unit == unit]
-            extremes = [source.envelope(source.names[i]).drawn(columns) for i in same_unit]
-            axis = axis_of(lane, spanning(map(span_of, extremes)))
-            edges, theme = (box.top(), box.bottom()), colours()
-            canvas.draw(
-                [
-                    Curve(curve, axis, curve_colour(i, theme), edges)
-                    for i, curve in zip(same_unit, extremes, strict=True)
-                ]
-            )
-        painter.setOpacity(0.75)
-        canvas.paint(painter)
-        painter.setOpacity(1.0)
-        for i in shown:
-            times, upwards = source.glitches(source.names[i], low, high)
-            x = box.left() + (times - low) / (high - low) * box.width()
-            paint_glitches(painter, x, upwards, (box.top(), box.bottom()), colours())
-
-    def _paint_window(self, painter: QPainter) -> None:
+    def paint_foreground(self, painter: QPainter) -> None:
         """Draw the visible span, the span that is being chosen, and the cursor."""
+        if self.document.demonstration is None:
+            return
         theme, plot, box = colours(), self.plot, self.window_box
+        painter.setClipRect(plot.adjusted(-1, 0, 1, 0))
         veil = translucent(theme.panel, 0.6)
         painter.fillRect(QRectF(plot.left(), 1, box.left() - plot.left(), HEIGHT), veil)
         painter.fillRect(QRectF(box.right(), 1, plot.right() - box.right(), HEIGHT), veil)

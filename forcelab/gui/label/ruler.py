@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import math
 
-from PySide6.QtCore import QLineF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtCore import QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QMouseEvent, QPainter
 from PySide6.QtWidgets import QSizePolicy
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import Axis, ticks
+from forcelab.gui.kit.plot import NUMBER, ValueAxis
+from forcelab.gui.kit.time_panel import TimePanel
 from forcelab.gui.theme import colours
-from forcelab.gui.time_panel import TimePanel
 
 #: A span longer than this many seconds is shown in minutes and seconds.
 LONGEST_IN_SECONDS = 90.0
 #: Seconds between two numbers in minutes and seconds.
 STEPS = (1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 28800, 86400)
-#: Height of the ruler and of its numbers, and least room between two of them, in pixels.
+#: Height of the ruler, and least room between two of its numbers, in pixels.
 HEIGHT = 26
-NUMBER = 10.0
 BREATH = 18.0
 
 
@@ -37,19 +36,29 @@ def clock_time(seconds: float, decimals: int = 0) -> str:
     return f"{sign}{minute}:{second:02d}{fraction}"
 
 
-def clock_marks(axis: Axis, size: float) -> tuple[tuple[float, str], ...]:
-    """Times and their texts for an axis in minutes and seconds, with room between them."""
-    face = text.font(size)
-    per_second = abs(axis.finish - axis.begin) / (axis.end - axis.start)
-    days = STEPS[-1] * 2.0 ** max(math.ceil(math.log2((axis.end - axis.start) / STEPS[-1])), 0)
-    for step in (*STEPS, days):
-        if step * per_second < size + BREATH:
-            continue
-        values = ticks(axis.start, axis.end, float(step))
-        texts = tuple(clock_time(value) for value in values)
-        if step * per_second >= text.widest(texts, face) + BREATH or step == days:
-            break
-    return tuple(zip(values, texts, strict=True))
+class TimeAxis(ValueAxis):
+    """An axis of seconds, in minutes and seconds where it shows many."""
+
+    @property
+    def clock(self) -> bool:
+        """Whether times are in minutes and seconds."""
+        return self.range[1] - self.range[0] > LONGEST_IN_SECONDS
+
+    def tickSpacing(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, float]]:
+        """The numbers' distance, the smallest with room, and a fifth of it."""
+        if not self.clock:
+            major = super().tickSpacing(minVal, maxVal, size)[0]
+            return [major, (major[0] / 5, 0)]
+        face, span = text.font(NUMBER), maxVal - minVal
+        days = STEPS[-1] * 2.0 ** max(math.ceil(math.log2(span / STEPS[-1])), 0)
+        widest = text.widest((clock_time(value) for value in (minVal, maxVal)), face) + BREATH
+        step = next((step for step in STEPS if step * size / span >= widest), days)
+        return [(float(step), 0), (step / 5, 0)]
+
+    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
+        if self.clock:
+            return [clock_time(value) for value in values]
+        return super().tickStrings(values, scale, spacing)
 
 
 class Ruler(TimePanel):
@@ -60,80 +69,59 @@ class Ruler(TimePanel):
 
     def __init__(self, document: Document) -> None:
         super().__init__(document)
-        #: Where the numbers are.
-        self._places: list[QRectF] = []
         self.setAccessibleName("Time")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setFixedHeight(HEIGHT)
         self.setToolTip("Drag to move the cursor")
+        self._numbers = TimeAxis("top")
+        self._numbers.setStyle(tickLength=-6, maxTextLevel=0)
+        self._numbers.setHeight(HEIGHT)
+        self.addItem(self._numbers)
 
     def sizeHint(self) -> QSize:
         return QSize(900, HEIGHT)
 
-    def paint_content(self, painter: QPainter, plot: QRectF) -> None:
-        theme, axis = colours(), self.axis
-        marks = clock_marks(axis, NUMBER) if self._clock else axis.marks(NUMBER, upright=False)
-        painter.fillRect(plot, QColor(theme.panel))
-        painter.setPen(QPen(QColor(theme.panel_edge), 1))
-        edge = plot.bottom() - 0.5
-        painter.drawLine(QLineF(plot.left(), edge, plot.right(), edge))
-        painter.setPen(QPen(QColor(theme.frame), 1))
-        spots = [round(axis.at(value)) + 0.5 for value, _ in marks]
-        painter.drawLines([QLineF(x, edge - 6, x, edge) for x in spots])
-        if len(marks) > 1:
-            small = (marks[1][0] - marks[0][0]) / 5
-            fine = [round(axis.at(v)) + 0.5 for v in ticks(axis.start, axis.end, small)]
-            painter.drawLines([QLineF(x, edge - 3, x, edge) for x in fine])
-        face, ink = text.font(NUMBER), QColor(theme.text)
-        self._places = [self._place(value, label) for value, label in marks]
-        for (_, label), place in zip(marks, self._places, strict=True):
-            middle = place.center()
-            text.draw_text(painter, middle.x(), middle.y(), label, face=face, ink=ink, align=0.5)
+    def invalidate(self, *_: object) -> None:
+        view = self.document.view
+        self._numbers.setVisible(self.document.demonstration is not None)
+        self._numbers.setRange(view.start, view.end)
+        super().invalidate()
 
-    def gutter_shows(self) -> object:
-        return self._clock
+    def place(self) -> None:
+        self._numbers.setGeometry(self.plot)
+
+    def paint_background(self, painter: QPainter) -> None:
+        painter.fillRect(self.rect(), QColor(colours().panel))
+        super().paint_background(painter)
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
-        theme = colours()
-        painter.fillRect(box, QColor(theme.panel))
-        unit = "min:s" if self._clock else "s"
+        unit, ink = "min:s" if self._numbers.clock else "s", QColor(colours().muted)
         face = text.font(NUMBER)
-        spot = box.right() - 8
-        text.draw_text(painter, spot, 10.0, unit, face=face, ink=QColor(theme.muted), align=1.0)
-        painter.setPen(QPen(QColor(theme.panel_edge), 1))
-        painter.drawLine(QLineF(box.left(), box.bottom() - 0.5, box.right(), box.bottom() - 0.5))
+        text.draw_text(painter, box.right() - 8, 10.0, unit, face=face, ink=ink, align=1.0)
 
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the panel, and a tag with the cursor's time."""
-        super().paintEvent(event)
-        x = self.x_at(self.document.view.cursor)
+    def paint_foreground(self, painter: QPainter) -> None:
+        """Draw the cursor and a tag with its time."""
+        super().paint_foreground(painter)
+        x, plot = self.x_at(self.document.view.cursor), self.plot
         # Half a pixel of room: the ends of the axis are pixels only up to rounding.
-        if not self.plot.left() - 0.5 <= x <= self.plot.right() + 0.5:
+        if self.document.demonstration is None or not plot.left() - 0.5 <= x <= plot.right() + 0.5:
             return
-        if self.document.demonstration is None:
-            return
-        theme = colours()
-        face = text.font(NUMBER, bold=True)
-        label = self.cursor_text()
+        face, label, ground = text.font(NUMBER, bold=True), self.cursor_text(), colours().cursor
         wide = text.width(label, face) + 10
-        left = min(max(x - wide / 2, self.plot.left()), self.plot.right() - wide)
-        with QPainter(self) as painter:
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            painter.setPen(Qt.PenStyle.NoPen)
-            ground = QColor(theme.cursor)
-            painter.setBrush(QColor(theme.panel))
-            tag = QRectF(left, 2, wide, 16)
-            near = tag.adjusted(-3, 0, 3, 0)  # half a number beside the tag would be misread
-            painter.drawRects([place for place in self._places if place.intersects(near)])
-            painter.setBrush(ground)
-            painter.drawRoundedRect(tag, 3, 3)
-            ink = text.ink_on(ground)
-            text.draw_text(painter, left + wide / 2, 10.0, label, face=face, ink=ink, align=0.5)
+        left = min(max(x - wide / 2, plot.left()), plot.right() - wide)
+        tag = QRectF(left, 2, wide, 16)
+        painter.fillRect(tag.adjusted(-4, 0, 4, 0), QColor(colours().panel))
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(ground))
+        painter.drawRoundedRect(tag, 3, 3)
+        ink = text.ink_on(QColor(ground))
+        text.draw_text(painter, tag.center().x(), 10.0, label, face=face, ink=ink, align=0.5)
 
     def cursor_text(self) -> str:
         """The cursor's time, to the millisecond or finer where a pixel is finer."""
         decimals = min(max(3, math.ceil(-math.log10(self.seconds_per_pixel))), 6)
-        if self._clock:
+        if self._numbers.clock:
             return clock_time(self.document.view.cursor, decimals)
         return text.signed(f"{self.document.view.cursor:.{decimals}f}") + " s"
 
@@ -153,15 +141,3 @@ class Ruler(TimePanel):
         """Move the cursor to the pointer, no further than to the ends of the visible span."""
         x = min(max(event.position().x(), self.plot.left()), self.plot.right())
         self.document.view.seek(self.time_at(x))
-
-    def _place(self, value: float, label: str) -> QRectF:
-        """Where a number is; at the ends they move inwards rather than being cut."""
-        half = text.width(label, text.font(NUMBER)) / 2 + 1
-        x = round(self.axis.at(value)) + 0.5
-        middle = min(max(x, self.plot.left() + half), self.plot.right() - half)
-        return QRectF(middle - half, 3.0, 2 * half, 14.0)
-
-    @property
-    def _clock(self) -> bool:
-        """Whether times are in minutes and seconds."""
-        return self.document.view.end - self.document.view.start > LONGEST_IN_SECONDS

@@ -21,7 +21,6 @@ from PySide6.QtGui import (
     QHideEvent,
     QMouseEvent,
     QPainter,
-    QResizeEvent,
     QShowEvent,
 )
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget
@@ -31,26 +30,24 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES, signed
 from forcelab.gui.jobs import Job, Jobs
+from forcelab.gui.kit.time_panel import TimePanel
 from forcelab.gui.label.scalogram_painting import (
     FOURIER_FACTOR,
     LARGEST,
-    MARKED,
     MORLET_P,
     SMALLEST,
+    ConeAndMarks,
+    FrequencyAxis,
     Rows,
     ScalogramLayers,
     amount_text,
     colour_range,
     draw_bar,
-    draw_cone,
-    draw_frequencies,
-    draw_marks,
     draw_plate,
 )
 from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.text import escape_ampersands, thousands
-from forcelab.gui.theme import colours, themes
-from forcelab.gui.time_panel import TimePanel
+from forcelab.gui.theme import colours
 from forcelab.jobs import Progress
 from forcelab.signals.channels import channel_map
 
@@ -325,7 +322,14 @@ class ScalogramPanel(TimePanel):
         self.channel = ""
         self._phase = False
         self._steady = True
-        self._layers = ScalogramLayers()
+        self._box = self.add_box(inverted=True)
+        self._box.setYRange(math.log(SMALLEST), math.log(LARGEST), padding=0)
+        self._layers = ScalogramLayers(self._box)
+        self._cone = ConeAndMarks(self._box)
+        self._frequencies = FrequencyAxis(free=BUTTON + 8.0)
+        self._frequencies.setWidth(self.GUTTER)
+        self._frequencies.linkToView(self._box)
+        self.addItem(self._frequencies)
         self._pointer: QPointF | None = None
         self._trouble = ""
         self._request_due = False  # a picture that was not asked for while the window was minimised
@@ -338,7 +342,6 @@ class ScalogramPanel(TimePanel):
         self._button.steady_chosen.connect(self.set_steady)
         document.view.span_changed.connect(self._request_picture)
         document.demonstration_changed.connect(self._demonstration_changed)
-        themes().changed.connect(self._recolour)
         self._demonstration_changed()
 
     # Choices
@@ -392,11 +395,10 @@ class ScalogramPanel(TimePanel):
         super().hideEvent(event)
         self._loader.stop()
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._button.setGeometry(2, 2, self.GUTTER - 6, BUTTON)
-        self._update_button()
-        self._request_picture()
+    def add_picture_entries(self, menu: QMenu) -> None:
+        """The plot's entries below those of the button, which is the plot's menu, too."""
+        menu.addSeparator()
+        super().add_picture_entries(menu)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         self._button.menu().popup(event.globalPos())
@@ -413,22 +415,32 @@ class ScalogramPanel(TimePanel):
 
     # Drawing
 
+    def place(self) -> None:
+        """Put box, axis and button where they belong, and ask for a picture of that size."""
+        self._box.setGeometry(self.plot.adjusted(0, 1, 0, -1))
+        self._frequencies.setGeometry(QRectF(0, 1, self.GUTTER, self.height() - 2))
+        self._button.setGeometry(2, 2, self.GUTTER - 6, BUTTON)
+        self._update_button()
+        self._request_picture()
+
+    def invalidate(self, *_: object) -> None:
+        """Draw again, with axis and cone for the rate and the recording."""
+        is_open = self.document.demonstration is not None
+        for item in (self._box, self._frequencies):
+            item.setVisible(is_open)
+        if is_open:
+            self._layers.set_smooth(self.settled)
+            self._cone.bounds, self._cone.rate = self.document.view.bounds, self._rows.rate
+            self._cone.update()
+            self._frequencies.set_rate(self._rows.rate)
+        super().invalidate()
+
     def paint_content(self, painter: QPainter, plot: QRectF) -> None:
-        """Draw the pictures where their time is now, then the cone and the scales."""
         if self._request_due:
             self._request_picture()  # not every platform says so when a minimised window comes back
-        theme, rows, document = colours(), self._rows, self.document
-        span = document.view.start, document.view.end
-        self._layers.paint(painter, plot, *span, smooth=self.settled)
-        draw_cone(painter, plot, rows, theme, span=span, bounds=document.view.bounds)
-        draw_marks(painter, plot, [rows.y(scale) for scale in MARKED], theme)
-
-    def gutter_shows(self) -> object:
-        return self._rows, self._ends(), self._phase
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
         painter.fillRect(box, QColor(colours().panel))
-        draw_frequencies(painter, box.right(), self._rows, colours(), BUTTON + 8.0)
         bar = QRectF(4.5, BUTTON + 10.5, 6, box.bottom() - BUTTON - 18)
         ends = self._ends()
         if bar.height() >= 40 and ends is not None:
@@ -529,8 +541,12 @@ class ScalogramPanel(TimePanel):
         self._layers.take(picture, whole=whole, steady=self._steady)
         self.invalidate()
 
+    def restyle(self) -> None:
+        super().restyle()
+        self._recolour()
+
     def _recolour(self) -> None:
-        """Make the images anew, from the same pictures."""
+        """Draw the same pictures in other colours."""
         self._layers.recolour(self._steady)
         self.invalidate()
 

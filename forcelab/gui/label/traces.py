@@ -6,15 +6,15 @@ neither read nor searched.
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Generator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Generator, Sequence
+from itertools import pairwise
 
 import numpy as np
+import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QObject, QRectF, Qt, Signal
-from PySide6.QtGui import QAction, QColor, QContextMenuEvent, QHelpEvent, QPainter
+from PySide6.QtCore import QEvent, QLineF, QObject, QRectF, Qt, Signal
+from PySide6.QtGui import QAction, QColor, QHelpEvent, QPainter, QPen
 from PySide6.QtWidgets import QMenu, QToolTip
 
 from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration
@@ -23,169 +23,23 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.kit.time_panel import TimePanel
+from forcelab.gui.kit.traces import Trace, column_edges
 from forcelab.gui.label.lanes import (
-    NUMBER,
-    Curve,
-    CurveCanvas,
     Lane,
+    LaneAxis,
     axis_of,
-    curve_colour,
-    curve_ink,
     lanes,
-    paint_axis,
     paint_gaps,
-    paint_glitches,
-    paint_ground,
     paint_groups,
     paint_notes,
     span_of,
     spanning,
 )
 from forcelab.gui.text import escape_ampersands, thousands
-from forcelab.gui.theme import Colours, colours
-from forcelab.gui.time_panel import TimePanel
+from forcelab.gui.theme import colours
 from forcelab.jobs import Progress, finish
 from forcelab.signals.minmax import Columns, Envelope, Extremes, drawn_together, read_envelopes
-
-#: Heights of names and of a line of text, in pixels.
-NAME, LINE = 11.0, 14.0
-#: Least height of a line of two and of a line alone.
-TWO_LINES, ONE_LINE = 11.0, 9.0
-#: Where names start, with and without the brackets of groups left of them.
-NAMES_BESIDE_BRACKET, NAMES_LEFT = 20.0, 6.0
-#: Width of a value at the cursor: names and values end where the axis' numbers may begin.
-VALUE_WIDTH = 40.0
-#: A value from here on, as a glitch beyond its axis has, is written with a power of ten.
-LARGEST_PLAIN = 1e9
-
-
-def number_format(value: float | None, span: float) -> str:
-    """A value with as many decimals as can be told apart on its axis; a dash for none."""
-    if value is None:
-        return "\N{EN DASH}"
-    if not 1e-4 <= span < 1e5 or abs(value) >= LARGEST_PLAIN:
-        return text.signed(f"{value:.2e}")
-    power = math.floor(math.log10(span))
-    decimals = max(3 - power, 0) if power >= 0 else 2 - power
-    return text.signed(f"{value:.{decimals}f}")
-
-
-@dataclass(frozen=True, slots=True)
-class LaneTexts:
-    """The texts of a lane, with names from `left` on in a gutter that ends at `right` (pixels).
-
-    In a high lane a value at the cursor stands below the name of its channel, in a low one behind
-    it; where there is no room for it in the gutter, it stands at the cursor.
-    """
-
-    lane: Lane
-    axis: Axis
-    channels: Sequence[Channel]
-    left: float
-    right: float
-    theme: Colours
-
-    @property
-    def tagged(self) -> bool:
-        """Whether the values stand at the cursor: the gutter has no room for them."""
-        return self._lines[0] == 1 and not self._behind_name
-
-    def paint_names(self, painter: QPainter) -> list[QRectF]:
-        """Write the channels' names, and the unit where it has room; gives the boxes of texts."""
-        lane, right, muted = self.lane, self.right, QColor(self.theme.muted)
-        size = min(NAME, self._lines[1])
-        small = text.font(min(NUMBER, size))
-        alone = len(lane.channels) == 1
-        taken = []
-        if not alone and lane.unit:
-            wide = text.width(lane.unit, small)
-            place = QRectF(right - 6 - wide, lane.top + 2, wide, NUMBER)
-            text.draw_text(
-                painter, place.left(), place.center().y(), lane.unit, face=small, ink=muted
-            )
-            taken.append(place)
-        x = self.left
-        for column, y, below in self._name_places():
-            room = right - x - (6 if alone else VALUE_WIDTH)
-            face = text.font(size, bold=True)
-            name = self.channels[column].name
-            if text.width(name, face) > room:
-                face = small
-            name = text.elided_name(name, face, room)
-            text.draw_text(painter, x, y, name, face=face, ink=curve_ink(column, self.theme))
-            used = text.width(name, face)
-            if self._behind_name:
-                taken.append(QRectF(right - 6 - VALUE_WIDTH, y - NUMBER / 2, VALUE_WIDTH, NUMBER))
-            elif alone and lane.unit and used + 5 + text.width(lane.unit, small) <= room:
-                text.draw_text(painter, x + used + 5, y, lane.unit, face=small, ink=muted)
-                used += 5 + text.width(lane.unit, small)
-            taken.append(QRectF(x, y - size / 2, used + 3, size))
-            if not math.isnan(below):
-                taken.append(QRectF(x, below - NUMBER / 2, VALUE_WIDTH, NUMBER))
-        return taken
-
-    def paint_values(self, painter: QPainter, values: Mapping[str, float | None]) -> None:
-        """Write the values at the cursor below the names or behind them, where they have room."""
-        face, ink = text.font(NUMBER), QColor(self.theme.text)
-        for column, y, below in self._name_places():
-            shown = self._shown(column, values)
-            if self._behind_name:
-                shown = text.elided(shown, face, VALUE_WIDTH)
-                text.draw_text(painter, self.right - 6, y, shown, face=face, ink=ink, align=1.0)
-            elif not math.isnan(below):
-                text.draw_text(painter, self.left, below, shown, face=face, ink=ink)
-
-    def paint_tag(
-        self, painter: QPainter, values: Mapping[str, float | None], cursor: float, plot: QRectF
-    ) -> None:
-        """Write the values at the cursor's pixel, each in the colour of its curve."""
-        lane, face = self.lane, text.font(NUMBER)
-        shown = [(column, self._shown(column, values)) for column in lane.channels]
-        wide = text.widest((number for _, number in shown), face) + 8
-        high = len(shown) * (NUMBER + 2) + 2
-        left = cursor + 5 if cursor + 5 + wide <= plot.right() else cursor - 5 - wide
-        top = max(min(lane.top + 1, plot.bottom() - high), plot.top())
-        if len(shown) == 1:  # in a low lane: it covers nothing of the next one's
-            high = min(high, lane.height - 1)
-            top = lane.middle - high / 2
-        painter.fillRect(QRectF(left, top, wide, high), QColor(self.theme.background))
-        for row, (column, number) in enumerate(shown):
-            y = top + high * (row + 0.5) / len(shown)
-            ink = curve_ink(column, self.theme)
-            text.draw_text(painter, left + wide - 4, y, number, face=face, ink=ink, align=1.0)
-
-    @property
-    def _lines(self) -> tuple[int, float]:
-        """How many lines of text each channel has room for, and the height of one."""
-        room = (self.lane.height - 2) / len(self.lane.channels)
-        rows = 2 if room >= 2 * TWO_LINES else 1
-        return rows, max(min(LINE, room / rows), TWO_LINES if rows == 2 else ONE_LINE)
-
-    @property
-    def _behind_name(self) -> bool:
-        """Whether the value of a low lane stands behind the name, where unit and axis would be."""
-        rows, line = self._lines
-        if rows == 2 or len(self.lane.channels) > 1:
-            return False
-        name = self.channels[self.lane.channels[0]].name
-        wide = text.width(name, text.font(min(NAME, line), bold=True))
-        return wide <= self.right - 8 - VALUE_WIDTH - self.left
-
-    def _name_places(self) -> list[tuple[int, float, float]]:
-        """Channel, height of its name and of its value, for those with room; NaN without value."""
-        rows, line = self._lines
-        first = self.lane.top + 1 + line / 2
-        step = rows * line
-        return [
-            (column, first + i * step, first + i * step + line if rows == 2 else math.nan)
-            for i, column in enumerate(self.lane.channels)
-            if first + i * step + line / 2 <= self.lane.bottom + 1
-        ]
-
-    def _shown(self, column: int, values: Mapping[str, float | None]) -> str:
-        span = self.axis.end - self.axis.start
-        return number_format(values.get(self.channels[column].name), span)
-
 
 #: Up to so many samples are read at once, in some 10 ms; more are read in the background.
 SYNCHRONOUS_SAMPLES = 500_000
@@ -221,6 +75,8 @@ class ForceChannels(QObject):
         self._envelopes: dict[str, Envelope] = {}
         self._hidden: set[str] = set()
         self._drawn_at = 0.0
+        #: Another number whenever other data is there.
+        self.revision = 0
         self.channels: tuple[Channel, ...] = ()
         self.gaps: Gaps = np.empty((2, 0))
         self.overlaid = False
@@ -272,6 +128,15 @@ class ForceChannels(QObject):
             return {}
         extremes = drawn_together([self._envelopes[name] for name in names], columns)
         return dict(zip(names, extremes, strict=True))
+
+    def samples(self, name: str, start: float, end: float) -> tuple[Real, Real]:
+        """Times and values of a shown channel's samples within a span, and of those beside it."""
+        demonstration = self._document.demonstration
+        if demonstration is None:
+            return np.empty(0), np.empty(0)
+        first, last = np.searchsorted(demonstration.times, (start, end))
+        around = slice(max(int(first) - 1, 0), int(last) + 1)
+        return demonstration.times[around], self._envelopes[name].values[around]
 
     def values_at(self, seconds: float) -> dict[str, float | None]:
         """The last sample of each shown channel at or before a time.
@@ -349,6 +214,7 @@ class ForceChannels(QObject):
             else:
                 self._jobs.run(_gaps(demonstration), self._gaps_found, key="force gaps")
         self._read()
+        self.revision += 1
         self.choices_changed.emit()
 
     def _read(self) -> None:
@@ -375,9 +241,13 @@ class ForceChannels(QObject):
 
     def _gaps_found(self, gaps: Gaps) -> None:
         self.gaps = gaps
-        self.data_read.emit()
+        self._say_read()
 
     def _envelopes_read(self, _: object) -> None:
+        self._say_read()
+
+    def _say_read(self) -> None:
+        self.revision += 1
         self.data_read.emit()
 
     def _redraw_sometimes(self, _: object) -> None:
@@ -385,13 +255,34 @@ class ForceChannels(QObject):
         now = time.monotonic()
         if now - self._drawn_at >= REDRAW_SECONDS:
             self._drawn_at = now
-            self.data_read.emit()
+            self._say_read()
 
 
 #: Samples at least so many pixels apart are dotted.
 DOT_DISTANCE = 7
 #: Pixels at the right that notes cover, or values beside the cursor that would cover notes.
 NOTES = 260.0
+
+
+class ChannelTrace(Trace):
+    """The curve of a channel of the open demonstration."""
+
+    def __init__(self, panel: ForcePanel, box: pg.ViewBox, column: int) -> None:
+        super().__init__(box, column)
+        self._panel, self._name = panel, panel.source.names[column]
+
+    def version(self) -> object:
+        return self._panel.source.revision
+
+    def extremes(self, edges: Real) -> Extremes:
+        return self._panel.extremes(edges)[1][self._name]
+
+    def samples(self, start: float, end: float, width: float) -> tuple[Real, Real] | None:
+        times, values = self._panel.source.samples(self._name, start, end)
+        return (times, values) if len(times) * DOT_DISTANCE <= width else None
+
+    def glitches(self, start: float, end: float) -> tuple[Real, NDArray[np.bool_]]:
+        return self._panel.source.glitches(self._name, start, end)
 
 
 class ForcePanel(TimePanel):
@@ -410,16 +301,19 @@ class ForcePanel(TimePanel):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMinimumHeight(80)
         self.source = ForceChannels(document, jobs, self)
+        #: The lanes from top to bottom, each with its vertical axis in pixels.
         self.axes: tuple[tuple[Lane, Axis], ...] = ()
-        self._canvas = CurveCanvas(self.plot, 1.0)
+        self._lane_axes: list[LaneAxis] = []
+        self._drawn: tuple[object, Columns, dict[str, Extremes]] | None = None
         self._noted_left = False
-        self.source.choices_changed.connect(self.invalidate)
+        self.source.choices_changed.connect(self.place)
         self.source.data_read.connect(self.invalidate)
+        self.scene().sigPrepareForPaint.connect(self._fit)
+        self.place()
 
-    def menu(self) -> QMenu:
+    def plot_menu(self) -> QMenu:
         """The panel's menu, for a right click, the menu key and the window's own menus."""
         menu = QMenu(self.accessibleName(), self)
-        menu.setToolTipsVisible(True)
         for name in self.source.names:
             self._entry(menu, escape_ampersands(name), name in self.source.shown).toggled.connect(
                 lambda shown, name=name: self.source.set_shown(name, shown)
@@ -430,65 +324,90 @@ class ForcePanel(TimePanel):
         entry.toggled.connect(self.source.set_overlaid)
         entry = self._entry(menu, "Scale to what is visible", self.source.autoscale)
         entry.toggled.connect(self.source.set_autoscale)
+        menu.addSeparator()
+        self.add_picture_entries(menu)
         return menu
 
-    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        menu = self.menu()
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        menu.popup(event.globalPos())
-
-    def event(self, event: QEvent) -> bool:
+    def viewportEvent(self, event: QEvent) -> bool:
         """Show the whole name and the unit of a channel as a tooltip."""
         if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
             tip = self.gutter_tip(event.pos().x(), event.pos().y())
             QToolTip.showText(event.globalPos(), tip, self)
             return True
-        return super().event(event)
+        return super().viewportEvent(event)
+
+    # Lanes
+
+    def extremes(self, edges: Real) -> tuple[Columns, dict[str, Extremes]]:
+        """The extremes of all shown channels between edges in seconds, found together."""
+        key = edges[0], edges[-1], len(edges), self.source.shown, self.source.revision
+        if self._drawn is None or self._drawn[0] != key:
+            columns = self.source.columns(edges)
+            self._drawn = key, columns, self.source.drawn(self.source.shown, columns)
+        return self._drawn[1:]
+
+    def place(self) -> None:
+        """Lay out a lane with its axis and its curves for each axis that there is to be."""
+        self.remove_boxes()
+        for axis in self._lane_axes:
+            self.removeItem(axis)
+        source, plot = self.source, self.plot
+        strips = lanes(source.channels, source.shown, plot.height(), overlaid=source.overlaid)
+        self._lane_axes = [
+            LaneAxis(lane, source.channels, self.GUTTER, self._values_at_cursor) for lane in strips
+        ]
+        for axis in self._lane_axes:
+            lane, box = axis.lane, self.add_box()
+            box.setGeometry(QRectF(plot.left(), lane.top, plot.width(), lane.height))
+            self.addItem(axis)
+            axis.linkToView(box)
+            for column in lane.channels:
+                ChannelTrace(self, box, column)
+        self.axes = ()
+        self.invalidate()
+
+    def _fit(self) -> None:
+        """Let each axis hold its values; before each painting, as values may have been read."""
+        if not self._boxes or self.document.demonstration is None:
+            self.axes = ()
+            return
+        _, edges = column_edges(self._boxes[0], self.devicePixelRatioF())
+        _, extremes = self.extremes(edges)
+        names, axes = self.source.names, []
+        for box, lane_axis in zip(self._boxes, self._lane_axes, strict=True):
+            lane = lane_axis.lane
+            axis = axis_of(lane, self._span([names[i] for i in lane.channels], extremes))
+            box.setYRange(axis.value(lane.bottom), axis.value(lane.top), padding=0)
+            axes.append((lane, axis))
+        if self.axes != tuple(axes):
+            self.axes = tuple(axes)
+            self.resetCachedContent()  # lines behind the curves stand at the numbers
 
     # Drawing
 
     def paint_content(self, painter: QPainter, plot: QRectF) -> None:
-        """Draw the curves, as far as they are read."""
-        theme = colours()
-        strips = lanes(
-            self.source.channels, self.source.shown, plot.height(), overlaid=self.source.overlaid
-        )
-        if not strips:
-            self.axes = ()
-            face = text.font(12)
-            sentence = "Every channel is hidden; the menu of this panel shows them again."
-            sentence = text.elided(sentence, face, plot.width() - 16)
-            at = plot.center()
-            ink = QColor(theme.muted)
-            text.draw_text(painter, at.x(), at.y(), sentence, face=face, ink=ink, align=0.5)
+        """Draw what lies behind the curves: gaps, lines at the axes' numbers, borders of lanes."""
+        if not self.axes:
+            self._paint_invitation(painter, plot)
             return
-        canvas = self._canvas = self._canvas.cleared(plot, painter.device().devicePixelRatioF())
-        columns = self.source.columns(self._times(canvas.edges()))
-        extremes = self.source.drawn(self.source.shown, columns)
-        names = self.source.names
-        self.axes = tuple(
-            (lane, axis_of(lane, self._span([names[i] for i in lane.channels], extremes)))
-            for lane in strips
-        )
+        theme = colours()
         paint_gaps(painter, self, self.source.gaps, plot, theme)
-        paint_ground(painter, self.axes, plot, theme)
-        drawn = [
-            (i, Curve(extremes[names[i]], axis, curve_colour(i, theme), (lane.top, lane.bottom)))
-            for lane, axis in self.axes
-            for i in lane.channels
-        ]
-        if columns.samples * DOT_DISTANCE <= plot.width():
-            for i, curve in drawn:
-                canvas.draw([curve])
-                self._paint_samples(canvas, columns, i, curve)
-        else:
-            canvas.draw([curve for _, curve in drawn])
-        canvas.paint(painter)
-        glitches = self._paint_glitches(painter, theme)
-        self._paint_notes(painter, plot, columns, glitches, theme)
-
-    def gutter_shows(self) -> object:
-        return self.axes, self.source.channels
+        for (_, axis), lane_axis in zip(self.axes, self._lane_axes, strict=True):
+            painter.setPen(QPen(QColor(theme.grid), 1))
+            for value in lane_axis.numbers():
+                y = round(axis.at(value)) + 0.5
+                painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
+            if axis.start <= 0.0 <= axis.end:
+                painter.setPen(QPen(QColor(theme.frame), 1, Qt.PenStyle.DotLine))
+                y = round(axis.at(0.0)) + 0.5
+                painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
+        painter.setPen(QPen(QColor(theme.panel_edge), 1))
+        for (lane, _), (following, _) in pairwise(self.axes):
+            y = round(lane.bottom) + 0.5
+            painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
+            if following.top > lane.bottom:
+                box = QRectF(plot.left(), lane.bottom, plot.width(), following.top - lane.bottom)
+                painter.fillRect(box, QColor(theme.panel))
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
         theme = colours()
@@ -496,42 +415,40 @@ class ForcePanel(TimePanel):
         strips = [lane for lane, _ in self.axes]
         named = {lane.group: self._sensor(lane.group) for lane in strips}
         paint_groups(painter, strips, named, theme)
-        for lane, axis in self.axes:
-            taken = self._lane_texts(lane, axis).paint_names(painter)
-            paint_axis(painter, lane, axis, box.right(), taken, theme)
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
-        cursor = self.document.view.cursor
-        values, x = self.source.values_at(cursor), self.x_at(cursor)
-        for lane, axis in self.axes:
-            texts = self._lane_texts(lane, axis)
-            texts.paint_values(painter, values)
-            if texts.tagged and plot.left() <= x <= plot.right():
-                texts.paint_tag(painter, values, x, plot)
+        if not self.axes:
+            return
+        self._paint_notes(painter, plot)
+        x = self.x_at(self.document.view.cursor)
+        for axis in self._lane_axes:
+            if axis.tagged and plot.left() <= x <= plot.right():
+                axis.paint_tag(painter, x, plot)
 
     # Inside
+
+    def _values_at_cursor(self) -> dict[str, float | None]:
+        return self.source.values_at(self.document.view.cursor)
 
     @property
     def _notes_left(self) -> bool:
         """Whether notes give way to the values at the cursor."""
-        tags = bool(self.axes) and self._lane_texts(*self.axes[0]).tagged
+        tags = bool(self._lane_axes) and self._lane_axes[0].tagged
         return tags and self.x_at(self.document.view.cursor) > self.plot.right() - NOTES
-
-    def _lane_texts(self, lane: Lane, axis: Axis) -> LaneTexts:
-        return LaneTexts(lane, axis, self.source.channels, self._left, self.GUTTER, colours())
 
     def _marks_moved(self, *_: object) -> None:
         """Move the notes to the other side when the cursor comes to where they are."""
         if self._noted_left != self._notes_left:
-            self.invalidate()
+            self.update()
         super()._marks_moved()
 
-    @property
-    def _left(self) -> float:
-        return NAMES_BESIDE_BRACKET if any(lane.group for lane, _ in self.axes) else NAMES_LEFT
-
-    def _times(self, x: Real) -> Real:
-        return self.document.view.start + (x - self.GUTTER) * self.seconds_per_pixel
+    def _paint_invitation(self, painter: QPainter, plot: QRectF) -> None:
+        """Say how hidden channels come back."""
+        face = text.font(12)
+        sentence = "Every channel is hidden; the menu of this panel shows them again."
+        sentence = text.elided(sentence, face, plot.width() - 16)
+        at, ink = plot.center(), QColor(colours().muted)
+        text.draw_text(painter, at.x(), at.y(), sentence, face=face, ink=ink, align=0.5)
 
     def _sensor(self, group: str) -> str:
         return f"sensor {group}" if group.isdigit() else group
@@ -543,34 +460,13 @@ class ForcePanel(TimePanel):
             span = spanning(self.source.envelope(name).range for name in names)
         return span or spanning(span_of(extremes[name]) for name in names)
 
-    def _paint_samples(self, canvas: CurveCanvas, columns: Columns, i: int, curve: Curve) -> None:
-        """Draw a dot at each of the few samples that are visible."""
-        demonstration = self.document.demonstration
-        if demonstration is None:
-            return
-        stamps = demonstration.times[columns.around]
-        x = self.GUTTER + (stamps - self.document.view.start) / self.seconds_per_pixel
-        values = self.source.envelope(self.source.names[i]).values[columns.around]
-        inside = np.abs(x) < 2 * self.width()
-        canvas.dots(x[inside], values[inside], curve.axis, curve.colour, curve.box)
-
-    def _paint_glitches(self, painter: QPainter, theme: Colours) -> int:
-        """Draw where glitches are that the axes leave out; gives their number."""
-        document, number = self.document, 0
-        for lane, _ in self.axes:
-            for i in lane.channels:
-                name = self.source.names[i]
-                times, upwards = self.source.glitches(name, document.view.start, document.view.end)
-                x = self.GUTTER + (times - document.view.start) / self.seconds_per_pixel
-                paint_glitches(painter, x, upwards, (lane.top, lane.bottom), theme)
-                number += len(times)
-        return number
-
-    def _paint_notes(
-        self, painter: QPainter, plot: QRectF, columns: Columns, glitches: int, theme: Colours
-    ) -> None:
+    def _paint_notes(self, painter: QPainter, plot: QRectF) -> None:
         """Write how much of the data is drawn."""
-        notes = []
+        notes, view = [], self.document.view
+        columns, _ = self.extremes(column_edges(self._boxes[0], self.devicePixelRatioF())[1])
+        glitches = sum(
+            len(self.source.glitches(name, view.start, view.end)[0]) for name in self.source.shown
+        )
         if glitches:
             notes.append(
                 "1 sample is a glitch, beyond all axes"
@@ -584,7 +480,7 @@ class ForcePanel(TimePanel):
             count = f"{columns.crowd:.0f}"
             notes.append(f"min/max of {count} samples a pixel")
         self._noted_left = self._notes_left
-        paint_notes(painter, plot, notes, theme, at_left=self._noted_left)
+        paint_notes(painter, plot, notes, colours(), at_left=self._noted_left)
 
     def gutter_tip(self, x: float, y: float) -> str:
         for lane, _ in self.axes:

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import QMenu, QSizePolicy, QToolTip
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.colormap import translucent
+from forcelab.gui.kit.time_panel import TimePanel
 from forcelab.gui.label.segment_commands import zoom_to
 from forcelab.gui.label.track_gestures import (
     Drag,
@@ -47,7 +48,6 @@ from forcelab.gui.label.track_painting import (
     plate_beside,
 )
 from forcelab.gui.theme import colours
-from forcelab.gui.time_panel import TimePanel
 from forcelab.labels import MODEL_PREFIX, Segment, Segments, is_model
 from forcelab.segment_edits import index_at, overlapping
 
@@ -128,12 +128,12 @@ class TrackPanel(TimePanel):
     def minimumSizeHint(self) -> QSize:
         return QSize(self.GUTTER + 100, self.least_height(compact=self._layout.compact))
 
-    def event(self, event: QEvent) -> bool:
+    def viewportEvent(self, event: QEvent) -> bool:
         """Show a tooltip: narrow segments have no room for their names."""
         if event.type() == QEvent.Type.ToolTip and isinstance(event, QHelpEvent):
             QToolTip.showText(event.globalPos(), self.tooltip_at(QPointF(event.pos())), self)
             return True
-        return super().event(event)
+        return super().viewportEvent(event)
 
     def tooltip_at(self, position: QPointF) -> str:
         """The segment under a pixel, or the author left of the tracks; empty elsewhere."""
@@ -162,13 +162,10 @@ class TrackPanel(TimePanel):
             else:
                 painter.drawPixmap(0, 0, self._picture_of(row))
 
-    def gutter_shows(self) -> object:
-        """Authors, and where their rows are."""
-        return tuple((row.author, row.box.top(), row.box.height(), row.own) for row in self.rows())
-
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
         """Draw the authors' names, those of models marked and in italics."""
         theme = colours()
+        painter.fillRect(box, QColor(theme.background))
         for row in self.rows():
             if row.box.height() < OTHER_NAME:  # a stripe: its tooltip names it
                 continue

@@ -49,12 +49,13 @@ class Timeline(QWidget):
         super().__init__()
         self.splitter = QSplitter(Qt.Orientation.Vertical)
         self.splitter.setChildrenCollapsible(False)
-        for i, (widget, share) in enumerate(((tracks, 0), *panels.items())):
+        rows: list[tuple[QWidget, int]] = [(tracks, 0), *panels.items()]
+        for i, (widget, share) in enumerate(rows):
             self.splitter.addWidget(widget)
             self.splitter.setStretchFactor(i, share)
         self._shares = tuple(panels.values())
         self._ruler, self._tracks, self._transport = ruler, tracks, transport
-        self._optional = (*panels, overview)
+        self._optional: tuple[QWidget, ...] = (*panels, overview)
         self._switched_off: set[QWidget] = set()
         self._fitted = False
         column = QVBoxLayout(self)
@@ -81,7 +82,7 @@ class Timeline(QWidget):
 
     def minimumSizeHint(self) -> QSize:
         """Wide enough for all, high enough for what is never hidden."""
-        widgets = (self._ruler, self._tracks, self._transport, *self._optional)
+        widgets: list[QWidget] = [self._ruler, self._tracks, self._transport, *self._optional]
         width = max(_least_size(widget).width() for widget in widgets)
         return QSize(width, self._least_height(compact=True))
 
@@ -166,7 +167,8 @@ class LabelWorkspace(DockedWindow):
             self.transport,
         )
         self._splitter = self._timeline.splitter
-        for name, text, panel, _ in (("tracks", "Tracks", self.tracks, 0), *panels):
+        self._add_action("tracks", "Tracks", partial(self._timeline.set_shown, self.tracks))
+        for name, text, panel, _ in panels:
             self._add_action(name, text, partial(self._timeline.set_shown, panel))
         self._stack = QStackedWidget()
         self._stack.addWidget(self._empty_page())

@@ -1,67 +1,29 @@
-"""The base of every panel on the time axis: one mapping, one cursor, one set of gestures."""
+"""Panels on the common time axis: one mapping, one cursor, one set of gestures."""
 
 from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable
 from typing import ClassVar
 
-from PySide6.QtCore import QEvent, QLineF, QPointF, QRect, QRectF, QSize, Qt
+import pyqtgraph as pg
+from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import (
     QColor,
+    QFocusEvent,
+    QKeyEvent,
     QMouseEvent,
     QPainter,
-    QPaintEvent,
     QPen,
-    QPixmap,
-    QResizeEvent,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
+from PySide6.QtWidgets import QApplication, QSizePolicy
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.colormap import translucent
-from forcelab.gui.theme import colours, themes
-
-
-class PixmapCache:
-    """A pixmap that is drawn again when its size or what it shows has changed.
-
-    Its memory is reused: to have the system find and clear another megabyte takes longer than most
-    panels take to draw.
-    """
-
-    def __init__(self) -> None:
-        self._pixmap: QPixmap | None = None
-        self._shown: object = None
-        self._fresh = False
-
-    def forget(self) -> None:
-        """Draw it again the next time."""
-        self._fresh = False
-
-    def picture(
-        self, size: QSize, ratio: float, shown: object, draw: Callable[[QPainter], object]
-    ) -> QPixmap:
-        """The pixmap, to be used at once: the next call draws into it.
-
-        `size` is in widget pixels, `ratio` screen pixels for each. It is drawn again if `shown`,
-        all that it depends on, compares unequal; `draw` must then paint every pixel.
-        """
-        pixmap, exact = self._pixmap, size * ratio
-        if pixmap is None or pixmap.size() != exact or pixmap.devicePixelRatio() != ratio:
-            self._pixmap = pixmap = QPixmap(exact)
-            pixmap.setDevicePixelRatio(ratio)
-            self._fresh = False
-        if not self._fresh or shown != self._shown:
-            with QPainter(pixmap) as painter:
-                painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
-                draw(painter)
-            self._shown, self._fresh = shown, True
-        return pixmap
-
+from forcelab.gui.kit.plot import PlotView
+from forcelab.gui.theme import colours
 
 #: What one notch of the wheel makes of the visible span.
 ZOOM_STEP = 1.25
@@ -75,8 +37,8 @@ TimeSpan = tuple[float, float]
 FOCUS = 2
 
 
-class TimeWidget(QWidget):
-    """Shows time from left to right, between a gutter and a margin; painted from a pixmap."""
+class TimeView(PlotView):
+    """Shows time from left to right, between a gutter and a margin."""
 
     #: Pixels left of the time axis, for names and vertical axes; and right of it.
     GUTTER: ClassVar[int] = 88
@@ -86,33 +48,13 @@ class TimeWidget(QWidget):
         super().__init__()
         self.document = document
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMouseTracking(True)
-        # Every pixel is painted here; what lies below need not be.
-        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
-        self._content = PixmapCache()
         document.demonstration_changed.connect(self.invalidate)
-        themes().changed.connect(self.invalidate)
 
     @property
     def plot(self) -> QRectF:
         """The area of the time axis, in pixels of the widget."""
         width = max(self.width() - self.GUTTER - self.RIGHT, 1)
         return QRectF(self.GUTTER, 0.0, width, self.height())
-
-    def invalidate(self, *_: object) -> None:
-        """Draw the content again."""
-        self._content.forget()
-        self.update()
-
-    def changeEvent(self, event: QEvent) -> None:
-        """Draw again when fonts or the palette change."""
-        if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange):
-            self.invalidate()
-        super().changeEvent(event)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        self.invalidate()
-        super().resizeEvent(event)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom; with Shift, or by a sideways wheel, pan."""
@@ -138,11 +80,12 @@ class TimeWidget(QWidget):
         painter.drawLine(QLineF(x, 0, x, self.height()))
 
 
-class TimePanel(TimeWidget):
+class TimePanel(TimeView):
     """A panel whose horizontal axis is the document's visible span.
 
-    What is slow to draw is drawn once into a pixmap (:meth:`paint_content`, :meth:`paint_gutter`)
-    and kept until it is stale; what follows the cursor is drawn over it each time.
+    Plots are boxes whose x axis follows the span (:meth:`add_box`); others draw all they show
+    behind them (:meth:`paint_content`). Cursor, range, stroke and hint lie above, and what moves
+    with them (:meth:`paint_overlay`).
     """
 
     #: How many pixels beside the cursor what follows it is drawn, and whether the gutter, too.
@@ -152,13 +95,13 @@ class TimePanel(TimeWidget):
     def __init__(self, document: Document) -> None:
         super().__init__(document)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        self._gutter = PixmapCache()
+        self._boxes: list[pg.ViewBox] = []
         self._press: QPointF | None = None
         self._marking = False
         self._panning: QPointF | None = None
         #: The stretches of pixels that cursor, hint, range and stroke are drawn on.
         self._drawn_over: tuple[TimeSpan | None, ...] = ()
-        document.view.span_changed.connect(self.invalidate)
+        document.view.span_changed.connect(self._follow_span)
         document.view.cursor_moved.connect(self._marks_moved)
         for signal in (
             document.view.range_changed,
@@ -167,13 +110,34 @@ class TimePanel(TimeWidget):
         ):
             signal.connect(self._marks_moved)
 
+    # Boxes
+
+    def add_box(self, *, inverted: bool = False) -> pg.ViewBox:
+        """A box of a plot on the time axis; its place is the panel's to set."""
+        box = pg.ViewBox(enableMouse=False, enableMenu=False, invertY=inverted, defaultPadding=0)
+        box.disableAutoRange()
+        box.setXRange(self.document.view.start, self.document.view.end, padding=0)
+        self.addItem(box)
+        self._boxes.append(box)
+        return box
+
+    def remove_boxes(self) -> None:
+        for box in self._boxes:
+            self.removeItem(box)
+        self._boxes = []
+
+    def _follow_span(self, *_: object) -> None:
+        view = self.document.view
+        for box in self._boxes:
+            box.setXRange(view.start, view.end, padding=0)
+        self.invalidate()
+
     # Where things are
 
     @property
     def seconds_per_pixel(self) -> float:
         """How much time one pixel is."""
-        width = max(self.width() - self.GUTTER - self.RIGHT, 1)
-        return (self.document.view.end - self.document.view.start) / width
+        return (self.document.view.end - self.document.view.start) / self.plot.width()
 
     @property
     def axis(self) -> Axis:
@@ -191,52 +155,44 @@ class TimePanel(TimeWidget):
 
     # What a panel draws
 
-    @abstractmethod
     def paint_content(self, painter: QPainter, plot: QRectF) -> None:
         """Draw what only changes with span, size, theme or :meth:`invalidate`."""
 
-    def gutter_shows(self) -> object:
-        """What the gutter is drawn from, besides size and theme; equal if it looks the same.
-
-        Called after the content was drawn. By default nothing equals it.
-        """
-        return object()
-
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
-        """Draw names and axes left of the time axis; kept until :meth:`gutter_shows` changes."""
+        """Draw names left of the time axis."""
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         """Draw what changes often: above the content, below the cursor."""
+
+    def paint_background(self, painter: QPainter) -> None:
+        if self.document.demonstration is None:
+            return
+        painter.save()
+        painter.setClipRect(self.plot)
+        self.paint_content(painter, self.plot)
+        painter.restore()
+        self.paint_gutter(painter, QRectF(0, 0, self.GUTTER, self.height()))
+
+    def paint_foreground(self, painter: QPainter) -> None:
+        # All that has moved since the last time was marked for this one.
+        self._drawn_over = self._marks()
+        plot = self.plot
+        painter.save()
+        painter.setClipRect(plot)
+        self._paint_range(painter, plot)
+        painter.restore()
+        painter.save()
+        self.paint_overlay(painter, plot)
+        painter.setClipRect(plot)
+        self._paint_lines(painter, plot)
+        painter.restore()
+        if self.hasFocus():
+            painter.fillRect(QRectF(0, 0, FOCUS, self.height()), QColor(colours().accent))
 
     # Qt
 
     def sizeHint(self) -> QSize:
         return QSize(900, 120)
-
-    def changeEvent(self, event: QEvent) -> None:
-        """Draw again when fonts or the palette change."""
-        if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange):
-            self._gutter.forget()
-        super().changeEvent(event)
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the cached content, then what lies over it."""
-        content = self._content.picture(self.size(), self.devicePixelRatioF(), None, self._draw)
-        # All that has moved since the last time was marked for this one.
-        self._drawn_over = self._marks()
-        with QPainter(self) as painter:
-            painter.drawPixmap(0, 0, content)
-            plot = self.plot
-            painter.save()
-            painter.setClipRect(plot)
-            self._paint_range(painter, plot)
-            painter.restore()
-            self.paint_overlay(painter, plot)
-            painter.setClipRect(plot)
-            self._paint_lines(painter, plot)
-            if self.hasFocus():
-                painter.setClipping(False)
-                painter.fillRect(QRectF(0, 0, FOCUS, self.height()), QColor(colours().accent))
 
     def zoom_centre(self, x: float) -> float:
         return self.time_at(min(max(x, self.plot.left()), self.plot.right()))
@@ -274,25 +230,23 @@ class TimePanel(TimeWidget):
                     self.document.view.seek(self.time_at(event.position().x()))
             self._press = None
 
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """The second press is a press."""
+        self.mousePressEvent(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Keys are the window's."""
+        event.ignore()
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        super().focusInEvent(event)
+        self.update(QRect(0, 0, FOCUS, self.height()))
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        super().focusOutEvent(event)
+        self.update(QRect(0, 0, FOCUS, self.height()))
+
     # Inside
-
-    def _draw(self, painter: QPainter) -> None:
-        """Draw content and gutter."""
-        painter.fillRect(self.rect(), QColor(colours().background))
-        if self.document.demonstration is None:
-            return
-        painter.save()
-        painter.setClipRect(self.plot)
-        self.paint_content(painter, self.plot)
-        painter.restore()
-        size = QSize(self.GUTTER, self.height())
-        key, ratio = (self.gutter_shows(), colours()), self.devicePixelRatioF()
-        painter.drawPixmap(0, 0, self._gutter.picture(size, ratio, key, self._draw_gutter))
-
-    def _draw_gutter(self, painter: QPainter) -> None:
-        box = QRectF(0, 0, self.GUTTER, self.height())
-        painter.fillRect(box, QColor(colours().background))
-        self.paint_gutter(painter, box)
 
     def _paint_range(self, painter: QPainter, plot: QRectF) -> None:
         """Draw the marked range and the unfinished stroke as bands."""
