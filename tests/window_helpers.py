@@ -125,7 +125,7 @@ class PanelMouse:
 
     def press(self, time: float, modifiers=None) -> None:
         button = Qt.MouseButton.LeftButton
-        QTest.mousePress(self.panel, button, modifiers or self.none, self.at(time))
+        QTest.mousePress(self.panel.viewport(), button, modifiers or self.none, self.at(time))
 
     def move(self, time: float, modifiers=None, *, pressed: bool = True) -> None:
         where = QPointF(self.at(time))
@@ -134,11 +134,11 @@ class PanelMouse:
         modifiers = modifiers or self.none
         on_screen = QPointF(self.panel.mapToGlobal(where))
         event = QMouseEvent(QEvent.Type.MouseMove, where, on_screen, none, buttons, modifiers)
-        QApplication.sendEvent(self.panel, event)
+        QApplication.sendEvent(self.panel.viewport(), event)
 
     def release(self, time: float, modifiers=None) -> None:
         button = Qt.MouseButton.LeftButton
-        QTest.mouseRelease(self.panel, button, modifiers or self.none, self.at(time))
+        QTest.mouseRelease(self.panel.viewport(), button, modifiers or self.none, self.at(time))
 
     def click(self, time: float, modifiers=None) -> None:
         self.press(time, modifiers)

@@ -229,7 +229,7 @@ class Hand(QObject):
     def drag(self) -> None:
         widget, at = self.spot()
         if self.chance.random() < 0.6 and self.window.label.tracks.isVisible():
-            widget = self.window.label.tracks
+            widget = self.window.label.tracks.viewport()
             at = QPoint(
                 self.chance.randrange(widget.width()), self.chance.randrange(widget.height())
             )

@@ -38,10 +38,10 @@ from forcelab.gui.app import quiet_qt
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.gui.capture.live_model import RecogniserSelection
 from forcelab.gui.capture.workspace import CaptureWorkspace
+from forcelab.gui.kit.time_panel import TimePanel
 from forcelab.gui.label.overview import Overview
 from forcelab.gui.label.scalogram import LOADING_DELAY_MS, ScalogramPanel
 from forcelab.gui.qt_check import require_qt
-from forcelab.gui.time_panel import TimePanel
 from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.labels import Segment, Segments, Track
@@ -154,7 +154,8 @@ def settle(window: Window, still: float = STILL) -> None:
 def time_panels(window: Window) -> list[QWidget]:
     """All that the window shows on the time axis, and the overview."""
     inside = window.findChildren(QWidget)
-    return [w for w in inside if isinstance(w, TimePanel | Overview) and w.isVisible()]
+    panels = [w for w in inside if isinstance(w, TimePanel | Overview) and w.isVisible()]
+    return [panel.viewport() for panel in panels]
 
 
 class Painted(QObject):

@@ -142,7 +142,8 @@ class Answering(QObject):
                 point = QPointF(tracks.mapToGlobal(where))
                 held = NONE if kind == QEvent.Type.MouseButtonRelease else LEFT
                 keys = Qt.KeyboardModifier.NoModifier
-                QApplication.sendEvent(tracks, QMouseEvent(kind, where, point, button, held, keys))
+                event = QMouseEvent(kind, where, point, button, held, keys)
+                QApplication.sendEvent(tracks.viewport(), event)
             QApplication.processEvents()
             drawn = [[s.start, s.end, s.action] for s in Painted.segments]
             print(json.dumps({"number": number, "seen": drawn}), flush=True)

@@ -19,7 +19,7 @@ from factories import MEMORY_FOLDER, foam_demonstration, write_opencv_video
 from PySide6.QtCore import QEventLoop, QObject, QPoint, QPropertyAnimation, Qt, QTimer
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QAbstractScrollArea, QApplication
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration, VideoReference
@@ -111,7 +111,8 @@ def menu_at(widget) -> None:
     """Open a widget's menu as a right click does, and leave it."""
     at = QPoint(widget.width() // 2, widget.height() // 2)
     reason = QContextMenuEvent.Reason.Mouse
-    QApplication.sendEvent(widget, QContextMenuEvent(reason, at, widget.mapToGlobal(at)))
+    target = widget.viewport() if isinstance(widget, QAbstractScrollArea) else widget
+    QApplication.sendEvent(target, QContextMenuEvent(reason, at, widget.mapToGlobal(at)))
     if (menu := QApplication.activePopupWidget()) is not None:
         QTest.keyClick(menu, Qt.Key.Key_Escape)
 

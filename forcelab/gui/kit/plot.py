@@ -15,7 +15,7 @@ from PySide6.QtGui import (
     QRegion,
     QResizeEvent,
 )
-from PySide6.QtWidgets import QMenu, QMessageBox
+from PySide6.QtWidgets import QMenu, QMessageBox, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.figures import text
@@ -38,8 +38,14 @@ class PlotView(pg.GraphicsView):
     def __init__(self) -> None:
         super().__init__(background=None)
         self._complete = True
+        self.setCentralItem(None)
+        self.centralLayout = None
         self.setRenderHint(QPainter.RenderHint.TextAntialiasing)
         themes().changed.connect(self.restyle)
+
+    def close(self) -> bool:
+        """Close as any widget does: pyqtgraph's own leaves no view that could be shown again."""
+        return QWidget.close(self)
 
     # Drawing
 

@@ -101,6 +101,7 @@ class TimePanel(TimeView):
         self._panning: QPointF | None = None
         #: The stretches of pixels that cursor, hint, range and stroke are drawn on.
         self._drawn_over: tuple[TimeSpan | None, ...] = ()
+        document.demonstration_changed.connect(self._follow_span)
         document.view.span_changed.connect(self._follow_span)
         document.view.cursor_moved.connect(self._marks_moved)
         for signal in (
@@ -113,18 +114,16 @@ class TimePanel(TimeView):
     # Boxes
 
     def add_box(self, *, inverted: bool = False) -> pg.ViewBox:
-        """A box of a plot on the time axis; its place is the panel's to set."""
+        """A box of a plot on the time axis; its place is the panel's to set.
+
+        Boxes are hidden and used again, never removed: PySide trips over what is left of them.
+        """
         box = pg.ViewBox(enableMouse=False, enableMenu=False, invertY=inverted, defaultPadding=0)
         box.disableAutoRange()
         box.setXRange(self.document.view.start, self.document.view.end, padding=0)
         self.addItem(box)
         self._boxes.append(box)
         return box
-
-    def remove_boxes(self) -> None:
-        for box in self._boxes:
-            self.removeItem(box)
-        self._boxes = []
 
     def _follow_span(self, *_: object) -> None:
         view = self.document.view

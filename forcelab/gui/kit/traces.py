@@ -7,6 +7,7 @@ same columns go as lines.
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from functools import cache, lru_cache
 
@@ -18,7 +19,7 @@ from PySide6.QtGui import QColor, QImage, QPaintEngine, QPainter, QPen, QPolygon
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from forcelab.gui.figures import text
-from forcelab.gui.figures.colormap import mixed
+from forcelab.gui.figures.colormap import mixed, translucent
 from forcelab.gui.kit.plot import BoxItem
 from forcelab.gui.theme import Colours, colours
 from forcelab.signals.minmax import Extremes
@@ -36,12 +37,15 @@ READABLE_CONTRAST = 4.5
 HIGHEST = 30_000
 
 
-def fill_columns(pixels: NDArray[np.uint32], top: Real, bottom: Real, colour: QColor) -> None:
+def fill_columns(
+    pixels: NDArray[np.uint32], top: Real, bottom: Real, colour: QColor
+) -> tuple[int, int]:
     """Fill each column of an image from one height to another, in place.
 
     The image has shape (h, w) and is premultiplied by its alpha. Heights, shape (w,), are in pixels
     from the top, not necessarily inside of it; NaN leaves a column as it is, and a pixel that is
-    covered in part gets as much of the colour.
+    covered in part gets as much of the colour. Gives the rows that hold anything, from one up to
+    another.
     """
     height = len(pixels)
     drawn = ~np.isnan(top)
@@ -49,33 +53,36 @@ def fill_columns(pixels: NDArray[np.uint32], top: Real, bottom: Real, colour: QC
     top = np.clip(np.where(drawn, top, height + 1), -1, height + 1)
     bottom = np.clip(np.where(drawn, bottom, -1), -1, height + 1)
     first, last = np.ceil(top).astype(np.int16), np.floor(bottom).astype(np.int16)
-    count = np.maximum(np.minimum(last, height) - np.maximum(first, 0), 0)
-    if count.any():
-        filled = count > 0
-        begin, end = max(int(first[filled].min()), 0), min(int(last[filled].max()), height)
-        rows = np.arange(begin, end, dtype=np.uint16)[:, np.newaxis]
-        # As numbers without a sign, rows above the first are far below the last.
-        inside = rows - np.maximum(first, 0).astype(np.uint16) < count.astype(np.uint16)
-        np.copyto(pixels[begin:end], np.uint32(colour.rgba()), where=inside)
+    start = np.maximum(first, 0)
+    count = np.maximum(np.minimum(last, height) - start, 0).astype(np.uint16)
+    begin = min(max(int(first[drawn].min(initial=height)) - 1, 0), height)
+    end = max(min(int(last[drawn].max(initial=0)) + 1, height), begin)
+    rows = np.arange(begin, end, dtype=np.uint16)[:, np.newaxis]
+    # As numbers without a sign, rows above the first are far below the last.
+    inside = rows - start.astype(np.uint16) < count
+    shades = _shades(colour.rgba())
+    np.copyto(pixels[begin:end], shades[255], where=inside)
     within = last < first  # both ends in one pixel
-    _tint(pixels, first - 1, np.where(within, bottom - top, first - top), colour)
-    _tint(pixels, last, np.where(within, 0.0, bottom - last), colour)
+    _tint(pixels, first - 1, np.where(within, bottom - top, first - top), shades)
+    _tint(pixels, last, np.where(within, 0.0, bottom - last), shades)
+    return begin, end
 
 
 def _tint(
-    pixels: NDArray[np.uint32], rows: NDArray[np.int16], shares: Real, colour: QColor
+    pixels: NDArray[np.uint32], rows: NDArray[np.int16], shares: Real, shades: NDArray[np.uint32]
 ) -> None:
     """Cover a share of one pixel in each column, where nothing covers more of it."""
     columns = np.flatnonzero((rows >= 0) & (rows < len(pixels)) & (shares > 0.0))
-    rows, alpha = rows[columns], np.minimum(shares[columns] * 255.0 + 0.5, 255.0).astype(np.uint8)
-    thinner = pixels[rows, columns] >> 24 < alpha
-    pixels[rows[thinner], columns[thinner]] = _shades(colour.rgba())[alpha[thinner]]
+    rows = rows[columns]
+    shade = shades[np.minimum(shares[columns] * 255.0 + 0.5, 255.0).astype(np.uint8)]
+    thinner = pixels[rows, columns] >> 24 < shade >> 24
+    pixels[rows[thinner], columns[thinner]] = shade[thinner]
 
 
 @lru_cache(maxsize=64)
 def _shades(colour: int) -> NDArray[np.uint32]:
-    """A colour at each alpha from 0 to 255, premultiplied by it; shape (256,)."""
-    alpha = np.arange(256, dtype=np.uint32)
+    """A colour where it covers 0 to 255 parts of a pixel, premultiplied by its alpha."""
+    alpha = np.arange(256, dtype=np.uint32) * np.uint32(colour >> 24) // np.uint32(255)
     shades: NDArray[np.uint32] = alpha << np.uint32(24)
     for place in (16, 8, 0):
         shades |= (np.uint32(colour >> place & 255) * alpha // np.uint32(255)) << np.uint32(place)
@@ -99,14 +106,18 @@ def column_edges(box: pg.ViewBox, ratio: float) -> tuple[float, Real]:
 class Trace(BoxItem):
     """A curve in a box, drawn from the extremes of its columns of pixels.
 
-    The item covers its box and has pixels as coordinates.
+    The item covers its box and has pixels as coordinates. `opaque` is the curve's opacity.
     """
+
+    opaque = 1.0
 
     def __init__(self, box: pg.ViewBox, column: int) -> None:
         super().__init__(box)
         self._column = column
         self._key: object = None
         self._pixels = np.empty((0, 0), dtype=np.uint32)
+        #: Where its rows stand that hold the curve, from one up to another.
+        self._place = QPointF(), 0, 0
 
     @abstractmethod
     def extremes(self, edges: Real) -> Extremes:
@@ -129,7 +140,7 @@ class Trace(BoxItem):
     ) -> None:
         box = self.box.rect()
         (x0, x1), _ = self.box.viewRange()
-        colour = curve_colour(self._column, colours())
+        colour = translucent(curve_colour(self._column, colours()), self.opaque)
         if box.width() < 1 or box.height() < 1:
             return
         if painter.paintEngine().type() in (QPaintEngine.Type.Raster, QPaintEngine.Type.OpenGL2):
@@ -147,24 +158,28 @@ class Trace(BoxItem):
 
     def _paint_image(self, painter: QPainter, colour: QColor) -> None:
         """Draw the columns at the resolution of the screen; kept while they are the same."""
-        ratio, height = painter.device().devicePixelRatioF(), self.box.rect().height()
-        left, edges = column_edges(self.box, ratio)
-        shape = (min(max(int(np.ceil(height * ratio)), 1), HIGHEST), len(edges) - 1)
-        key = (*self.box.viewRange(), left, shape, ratio, colour.rgba(), self.version())
+        ratio, box = painter.device().devicePixelRatioF(), self.box.rect()
+        place = self.box.scenePos().x(), box.width(), box.height(), ratio
+        key = (*self.box.viewRange(), place, colour.rgba(), self.version())
         if key != self._key:
             self._key = key
+            left, edges = column_edges(self.box, ratio)
             found = self.extremes(edges)
+            shape = min(max(math.ceil(box.height() * ratio), 1), HIGHEST), len(edges) - 1
             if self._pixels.shape == shape:
                 self._pixels.fill(0)
             else:
                 self._pixels = np.zeros(shape, dtype=np.uint32)
             half = THICKNESS / 2 * ratio
             top, bottom = self._y(found.high) * ratio - half, self._y(found.low) * ratio + half
-            fill_columns(self._pixels, top, bottom, colour)
+            first, last = fill_columns(self._pixels, top, bottom, colour)
+            self._place = QPointF(left, first / ratio), first, last
+        place, first, last = self._place
+        rows = self._pixels[first:last]
         form = QImage.Format.Format_ARGB32_Premultiplied
-        image = QImage(self._pixels.data, shape[1], shape[0], 4 * shape[1], form)
+        image = QImage(rows.data, rows.shape[1], len(rows), 4 * rows.shape[1], form)
         image.setDevicePixelRatio(ratio)
-        painter.drawImage(QPointF(left, 0.0), image)
+        painter.drawImage(place, image)
 
     def _paint_lines(self, painter: QPainter, colour: QColor) -> None:
         """Draw the columns as a line from the least to the greatest value of each."""

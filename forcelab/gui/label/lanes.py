@@ -158,20 +158,21 @@ class LaneAxis(ValueAxis):
     it; where there is no room for it in the gutter, it stands at the cursor (:meth:`paint_tag`).
     """
 
-    def __init__(
-        self,
-        lane: Lane,
-        channels: Sequence[Channel],
-        width: float,
-        values: Callable[[], Values],
-    ) -> None:
+    def __init__(self, width: float, values: Callable[[], Values]) -> None:
+        self.lane = Lane((), "", "", 0.0, 0.0)
+        self._names: dict[int, str] = {}
+        self._left, self._right, self._values = NAMES_LEFT, width, values
+        super().__init__("left")
+        self.setWidth(width)
+
+    def show_lane(self, lane: Lane, channels: Sequence[Channel]) -> None:
+        """Stand beside a lane of these of a recording's channels."""
         self.lane = lane
         self._names = {column: channels[column].name for column in lane.channels}
         self._left = NAMES_BESIDE_BRACKET if lane.group else NAMES_LEFT
-        self._right, self._values = width, values
-        super().__init__("left")
-        self.setWidth(width)
-        self.setGeometry(QRectF(0, lane.top, width, lane.height))
+        self.setGeometry(QRectF(0, lane.top, self._right, lane.height))
+        self.picture = None
+        self.update()
 
     @property
     def tagged(self) -> bool:
@@ -184,14 +185,14 @@ class LaneAxis(ValueAxis):
         if specs is None:
             return None
         line, marks, numbers = specs
-        taken = [box for *_, box in self._texts({})]
+        taken = [box for *_, box in self.texts({})]
         return line, marks, [n for n in numbers if not any(n[0].intersects(box) for box in taken)]
 
     def paint(
         self, p: QPainter, opt: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
         super().paint(p, opt, widget)
-        for line, face, ink, box in self._texts(self._values()):
+        for line, face, ink, box in self.texts(self._values()):
             text.draw_text(p, box.left(), box.center().y(), line, face=face, ink=ink)
 
     def paint_tag(self, painter: QPainter, cursor: float, plot: QRectF) -> None:
@@ -212,7 +213,7 @@ class LaneAxis(ValueAxis):
             ink = curve_ink(column, colours())
             text.draw_text(painter, left + wide - 4, y, number, face=face, ink=ink, align=1.0)
 
-    def _texts(self, values: Values) -> Iterator[tuple[str, QFont, QColor, QRectF]]:
+    def texts(self, values: Values) -> Iterator[tuple[str, QFont, QColor, QRectF]]:
         """Names, unit and values with the boxes they stand in, in pixels of the axis."""
         lane, right = self.lane, self._right
         rows, line = self._lines

@@ -19,7 +19,7 @@ from forcelab.gui.kit.time_panel import TimeView
 from forcelab.gui.kit.traces import Real, Trace, column_edges
 from forcelab.gui.label.lanes import Lane, axis_of, span_of, spanning
 from forcelab.gui.label.ruler import LONGEST_IN_SECONDS, clock_time
-from forcelab.gui.label.traces import ForceChannels, ForcePanel
+from forcelab.gui.label.traces import ForcePanel
 from forcelab.gui.label.track_painting import paint_row
 from forcelab.gui.theme import colours
 from forcelab.signals.minmax import Extremes
@@ -27,6 +27,7 @@ from forcelab.signals.minmax import Extremes
 #: Height of the overview, and of the strip with the coder's track, in pixels.
 HEIGHT = 58
 TRACK_HEIGHT = 10.0
+CURVES_HEIGHT = HEIGHT - TRACK_HEIGHT - 2
 #: Milliseconds from an edit to the strip that shows it: the track itself is painted first.
 PAUSE = 40
 #: A window narrower than this is drawn so wide.
@@ -40,10 +41,18 @@ Handle = Literal["start", "end", "body", "new"]
 class WholeTrace(Trace):
     """The curve of a channel over the whole demonstration."""
 
-    def __init__(self, source: ForceChannels, box: pg.ViewBox, column: int) -> None:
+    opaque = 0.75
+
+    def __init__(self, overview: Overview, column: int) -> None:
+        box = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)
+        box.disableAutoRange()
+        overview.addItem(box)
         super().__init__(box, column)
-        self._source, self._name = source, source.names[column]
-        self.setOpacity(0.75)
+        self._source = overview.source
+
+    @property
+    def _name(self) -> str:
+        return self._source.names[self._column]
 
     def version(self) -> object:
         return self._source.revision
@@ -64,16 +73,17 @@ class Overview(TimeView):
 
     def __init__(self, document: Document, force: ForcePanel) -> None:
         super().__init__(document)
-        self._source = force.source
-        #: A box for each unit, with the columns that have it.
-        self._boxes: list[tuple[pg.ViewBox, list[int]]] = []
+        self.source = force.source
+        self._traces: list[WholeTrace] = []
+        #: What the scales were made for.
+        self._fitted: object = None
         #: The span that is being chosen.
         self._band: tuple[float, float] | None = None
         self.setAccessibleName("Overview of the whole demonstration")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setFixedHeight(HEIGHT)
-        self._source.choices_changed.connect(self.place)
-        self._source.data_read.connect(self.invalidate)
+        self.source.choices_changed.connect(self.place)
+        self.source.data_read.connect(self.invalidate)
         self._track_timer = QTimer(self, singleShot=True, interval=PAUSE)
         self._track_timer.timeout.connect(self.invalidate)
         for painted in (document.tracks_changed, document.vocabulary_changed):
@@ -107,35 +117,34 @@ class Overview(TimeView):
     # Drawing
 
     def place(self) -> None:
-        """A box for each unit, over each other, with the curves of its channels."""
-        for box, _ in self._boxes:
-            self.removeItem(box)
-        self._boxes = []
-        source, plot = self._source, self.plot
-        shown = [i for i, name in enumerate(source.names) if name in source.shown]
-        for unit in dict.fromkeys(source.channels[i].unit for i in shown):
-            columns = [i for i in shown if source.channels[i].unit == unit]
-            box = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)
-            box.disableAutoRange()
-            self.addItem(box)
-            box.setGeometry(QRectF(plot.left(), 0, plot.width(), HEIGHT - TRACK_HEIGHT - 2))
-            box.setXRange(*self.document.view.bounds, padding=0)
-            for column in columns:
-                WholeTrace(source, box, column)
-            self._boxes.append((box, columns))
+        """Lay the curves of all shown channels over each other."""
+        source, plot = self.source, self.plot
+        while len(self._traces) < len(source.channels):
+            self._traces.append(WholeTrace(self, len(self._traces)))
+        for column, trace in enumerate(self._traces):
+            shown = column < len(source.names) and source.names[column] in source.shown
+            trace.box.setVisible(shown)
+            trace.box.setGeometry(QRectF(plot.left(), 0, plot.width(), CURVES_HEIGHT))
+            trace.box.setXRange(*self.document.view.bounds, padding=0)
         self.invalidate()
 
     def _fit(self) -> None:
-        """Let the axis of each unit hold its values, as far as they are read."""
-        source, room = self._source, HEIGHT - TRACK_HEIGHT - 2
-        if self.document.demonstration is None:
+        """Let those of one unit have one scale that holds their values, as far as they are read."""
+        source = self.source
+        state = source.revision, source.shown, self.width(), self.devicePixelRatioF()
+        if self.document.demonstration is None or not self._traces or state == self._fitted:
             return
-        for box, columns in self._boxes:
-            drawn = source.columns(column_edges(box, self.devicePixelRatioF())[1])
-            extremes = (source.envelope(source.names[i]).drawn(drawn) for i in columns)
-            lane = Lane(tuple(columns), "", "", 0.0, room)
+        self._fitted = state
+        columns = source.columns(column_edges(self._traces[0].box, self.devicePixelRatioF())[1])
+        shown = [i for i, name in enumerate(source.names) if name in source.shown]
+        for unit in {source.channels[i].unit for i in shown}:
+            same = [i for i in shown if source.channels[i].unit == unit]
+            extremes = (source.envelope(source.names[i]).drawn(columns) for i in same)
+            lane = Lane(tuple(same), "", "", 0.0, CURVES_HEIGHT)
             axis = axis_of(lane, spanning(map(span_of, extremes)))
-            box.setYRange(axis.value(room), axis.value(0.0), padding=0)
+            for i in same:
+                box = self._traces[i].box
+                box.setYRange(axis.value(CURVES_HEIGHT), axis.value(0.0), padding=0)
 
     def paint_background(self, painter: QPainter) -> None:
         """Draw the coder's track, and how long the demonstration is."""

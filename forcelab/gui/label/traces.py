@@ -11,7 +11,6 @@ from collections.abc import Generator, Sequence
 from itertools import pairwise
 
 import numpy as np
-import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QLineF, QObject, QRectF, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QHelpEvent, QPainter, QPen
@@ -267,9 +266,13 @@ NOTES = 260.0
 class ChannelTrace(Trace):
     """The curve of a channel of the open demonstration."""
 
-    def __init__(self, panel: ForcePanel, box: pg.ViewBox, column: int) -> None:
-        super().__init__(box, column)
-        self._panel, self._name = panel, panel.source.names[column]
+    def __init__(self, panel: ForcePanel, column: int) -> None:
+        super().__init__(panel.add_box(), column)
+        self._panel = panel
+
+    @property
+    def _name(self) -> str:
+        return self._panel.source.names[self._column]
 
     def version(self) -> object:
         return self._panel.source.revision
@@ -303,7 +306,9 @@ class ForcePanel(TimePanel):
         self.source = ForceChannels(document, jobs, self)
         #: The lanes from top to bottom, each with its vertical axis in pixels.
         self.axes: tuple[tuple[Lane, Axis], ...] = ()
+        self._strips: tuple[Lane, ...] = ()
         self._lane_axes: list[LaneAxis] = []
+        self._traces: list[ChannelTrace] = []
         self._drawn: tuple[object, Columns, dict[str, Extremes]] | None = None
         self._noted_left = False
         self.source.choices_changed.connect(self.place)
@@ -348,36 +353,44 @@ class ForcePanel(TimePanel):
 
     def place(self) -> None:
         """Lay out a lane with its axis and its curves for each axis that there is to be."""
-        self.remove_boxes()
-        for axis in self._lane_axes:
-            self.removeItem(axis)
         source, plot = self.source, self.plot
         strips = lanes(source.channels, source.shown, plot.height(), overlaid=source.overlaid)
-        self._lane_axes = [
-            LaneAxis(lane, source.channels, self.GUTTER, self._values_at_cursor) for lane in strips
-        ]
-        for axis in self._lane_axes:
-            lane, box = axis.lane, self.add_box()
-            box.setGeometry(QRectF(plot.left(), lane.top, plot.width(), lane.height))
-            self.addItem(axis)
-            axis.linkToView(box)
+        while len(self._traces) < len(source.channels):
+            self._traces.append(ChannelTrace(self, len(self._traces)))
+        while len(self._lane_axes) < len(strips):
+            self._lane_axes.append(LaneAxis(self.GUTTER, self._values_at_cursor))
+            self.addItem(self._lane_axes[-1])
+        for trace in self._traces:
+            trace.box.hide()
+        for i, axis in enumerate(self._lane_axes):
+            axis.setVisible(i < len(strips))
+        for lane, axis in zip(strips, self._lane_axes, strict=False):
             for column in lane.channels:
-                ChannelTrace(self, box, column)
+                box = self._traces[column].box
+                box.setGeometry(QRectF(plot.left(), lane.top, plot.width(), lane.height))
+                box.show()
+            axis.linkToView(self._traces[lane.channels[0]].box)
+            axis.show_lane(lane, source.channels)
+        self._strips = strips
         self.axes = ()
         self.invalidate()
 
+    def _columns(self) -> tuple[Columns, dict[str, Extremes]]:
+        """What is drawn on the screen."""
+        return self.extremes(column_edges(self._traces[0].box, self.devicePixelRatioF())[1])
+
     def _fit(self) -> None:
         """Let each axis hold its values; before each painting, as values may have been read."""
-        if not self._boxes or self.document.demonstration is None:
+        if not self._strips or self.document.demonstration is None:
             self.axes = ()
             return
-        _, edges = column_edges(self._boxes[0], self.devicePixelRatioF())
-        _, extremes = self.extremes(edges)
+        _, extremes = self._columns()
         names, axes = self.source.names, []
-        for box, lane_axis in zip(self._boxes, self._lane_axes, strict=True):
-            lane = lane_axis.lane
+        for lane in self._strips:
             axis = axis_of(lane, self._span([names[i] for i in lane.channels], extremes))
-            box.setYRange(axis.value(lane.bottom), axis.value(lane.top), padding=0)
+            for column in lane.channels:
+                box = self._traces[column].box
+                box.setYRange(axis.value(lane.bottom), axis.value(lane.top), padding=0)
             axes.append((lane, axis))
         if self.axes != tuple(axes):
             self.axes = tuple(axes)
@@ -392,7 +405,7 @@ class ForcePanel(TimePanel):
             return
         theme = colours()
         paint_gaps(painter, self, self.source.gaps, plot, theme)
-        for (_, axis), lane_axis in zip(self.axes, self._lane_axes, strict=True):
+        for (_, axis), lane_axis in zip(self.axes, self._lane_axes, strict=False):
             painter.setPen(QPen(QColor(theme.grid), 1))
             for value in lane_axis.numbers():
                 y = round(axis.at(value)) + 0.5
@@ -421,7 +434,7 @@ class ForcePanel(TimePanel):
             return
         self._paint_notes(painter, plot)
         x = self.x_at(self.document.view.cursor)
-        for axis in self._lane_axes:
+        for axis in self._lane_axes[: len(self._strips)]:
             if axis.tagged and plot.left() <= x <= plot.right():
                 axis.paint_tag(painter, x, plot)
 
@@ -433,7 +446,7 @@ class ForcePanel(TimePanel):
     @property
     def _notes_left(self) -> bool:
         """Whether notes give way to the values at the cursor."""
-        tags = bool(self._lane_axes) and self._lane_axes[0].tagged
+        tags = bool(self._strips) and self._lane_axes[0].tagged
         return tags and self.x_at(self.document.view.cursor) > self.plot.right() - NOTES
 
     def _marks_moved(self, *_: object) -> None:
@@ -463,7 +476,7 @@ class ForcePanel(TimePanel):
     def _paint_notes(self, painter: QPainter, plot: QRectF) -> None:
         """Write how much of the data is drawn."""
         notes, view = [], self.document.view
-        columns, _ = self.extremes(column_edges(self._boxes[0], self.devicePixelRatioF())[1])
+        columns, _ = self._columns()
         glitches = sum(
             len(self.source.glitches(name, view.start, view.end)[0]) for name in self.source.shown
         )

@@ -346,7 +346,7 @@ def test_less_than_five_pixels_on_an_edge_are_a_click(document, hand):
 
 def test_a_double_click_zooms_to_the_segment(document, hand, panel):
     QTest.mouseDClick(
-        panel, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, hand.at(5.5)
+        panel.viewport(), Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, hand.at(5.5)
     )
     assert (document.view.start, document.view.end) == pytest.approx((4.75, 6.25))
     assert stored_rows(document) == TIMES
@@ -396,7 +396,7 @@ def menu_of(panel, time, y=20):
     place = PanelMouse(panel, y).at(time)
     reason = QContextMenuEvent.Reason.Mouse
     event = QContextMenuEvent(reason, place, panel.mapToGlobal(place))
-    QApplication.sendEvent(panel, event)
+    QApplication.sendEvent(panel.viewport(), event)
     found = entries(panel.menu)
     for title, action in entries(panel.menu).items():
         if action.menu() is not None:
@@ -467,7 +467,7 @@ def test_the_menu_key_opens_the_menu_of_the_cursor(document, panel):
     document.view.seek(1.5)
     where = QPoint(0, 0)
     event = QContextMenuEvent(QContextMenuEvent.Reason.Keyboard, where, where)
-    QApplication.sendEvent(panel, event)
+    QApplication.sendEvent(panel.viewport(), event)
     entries(panel.menu)["Split here"].trigger()
     assert (1.0, 1.5, "grab") in stored_rows(document)
 
