@@ -60,6 +60,8 @@ _VIEW = _group(
     ("zoom_out", "Zoom out", "Ctrl+-", "repeats"),
     ("zoom_fit", "Whole demonstration", "Ctrl+0"),
     ("zoom_selection", "Zoom to the selection", "Ctrl+E"),
+    ("show_scalogram", "Scalogram", "F6", "switch"),
+    ("segments_behind", "Segments behind the signals", "F4", "switch"),
     ("reset_layout", "Reset layout", ""),
     ("theme_light", "Light theme", "", "switch"),
     ("theme_dark", "Dark theme", "", "switch"),

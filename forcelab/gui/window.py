@@ -49,6 +49,8 @@ __all__ = ["AuthorChoice", "Window"]
 
 #: The workspaces in the order of their tabs, as the command line names them.
 WORKSPACES = ("label", "review", "capture")
+#: Panels of Label that have a key: the command, and the panel.
+PANEL_KEYS = {"show_scalogram": "scalogram", "segments_behind": "segments_behind"}
 #: The layout's version: a layout of another one is not restored.
 LAYOUT = 1
 #: Milliseconds between two looks at what other windows and processes have changed, and from an
@@ -108,7 +110,9 @@ class Window(DockedWindow):
         self._dock.setWidget(self.demonstrations)
         self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
         self._shared_out = False
-        panels = [self._dock.toggleViewAction(), *self.label.toggles.values()]
+        toggles = self.label.toggles
+        panels = [self._dock.toggleViewAction()]
+        panels += [toggles[name] for name in toggles if name not in PANEL_KEYS.values()]
         recent = RecentProjects(self.opening.open_recent, self)
         fill_menus(self, self.commands, panels, ShownTracks(self.document, self), recent)
         self.setAcceptDrops(True)
@@ -249,6 +253,9 @@ class Window(DockedWindow):
         document.demonstration_changed.connect(self._focus_tracks)
         document.tracks_changed.connect(self._listing.start)
         document.view.snapping_changed.connect(self._check_snapping)
+        for command, panel in PANEL_KEYS.items():
+            self.label.toggles[panel].toggled.connect(self.commands[command].setChecked)
+            self.commands[command].setChecked(self.label.toggles[panel].isChecked())
         self.capture.recording_changed.connect(self._recording_changed)
         self.capture.label_wanted.connect(partial(self.show_workspace, "label"))
         self.jobs.trouble.connect(partial(self._line.say, trouble=True))
@@ -292,6 +299,8 @@ class Window(DockedWindow):
             "reset_layout": self._reset_layout,
             "next_camera": self.label.cameras.show_next,
         }
+        for command, panel in PANEL_KEYS.items():
+            handlers[command] = self.label.toggles[panel].toggle
         for name in (*WORKSPACES, "tradeoff"):
             handlers[f"workspace_{name}"] = partial(self.show_workspace, name)
         choices: tuple[theme.Choice, ...] = ("light", "dark", "system")

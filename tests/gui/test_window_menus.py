@@ -195,3 +195,18 @@ def test_where_nothing_is_painted_no_dialog_asks_for_gaps(window):
     messages = status_messages(window.document)
     window.commands["fill_gaps"].trigger()  # a dialog would wait here for ever
     assert "You have no segments" in messages[-1][0]
+
+
+def test_keys_hide_the_scalogram_and_the_segments_behind_the_signals(window, until):
+    label, commands = window.label, window.commands
+    assert label.scalogram.isVisible()
+    for key, command, panel in (
+        (Qt.Key.Key_F6, "show_scalogram", "scalogram"),
+        (Qt.Key.Key_F4, "segments_behind", "segments_behind"),
+    ):
+        for shown in (False, True):
+            QTest.keyClick(label.tracks, key)
+            assert label.toggles[panel].isChecked() == shown
+            assert commands[command].isChecked() == shown
+            if panel == "scalogram":
+                assert label.scalogram.isVisible() == shown

@@ -159,8 +159,8 @@ class Trace(BoxItem):
     def _paint_image(self, painter: QPainter, colour: QColor) -> None:
         """Draw the columns at the resolution of the screen; kept while they are the same."""
         ratio, box = painter.device().devicePixelRatioF(), self.box.rect()
-        place = self.box.scenePos().x(), box.width(), box.height(), ratio
-        key = (*self.box.viewRange(), place, colour.rgba(), self.version())
+        spot = self.box.scenePos().x(), box.width(), box.height(), ratio
+        key = (*self.box.viewRange(), spot, colour.rgba(), self.version())
         if key != self._key:
             self._key = key
             left, edges = column_edges(self.box, ratio)

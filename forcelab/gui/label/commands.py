@@ -12,6 +12,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.key_events import is_typing
 from forcelab.gui.label import segment_commands
 from forcelab.gui.label.playback import Player
+from forcelab.gui.label.segment_panel import SegmentPanel
 from forcelab.gui.label.track_menus import ask_largest_gap, copy_menu
 from forcelab.gui.label.tracks import TrackPanel
 
@@ -29,7 +30,7 @@ def handlers(
 ) -> dict[str, Callable[[], object]]:
     """What commands do, by their id in the table (:mod:`forcelab.gui.commands`).
 
-    Dialogs and menus open above `window`; cancelling ends a drag in `tracks`.
+    Dialogs and menus open above `window`; cancelling ends a drag in any of its panels.
     """
     nudges: dict[str, Callable[[], object]] = {}
     for part in ("start", "end", "both"):
@@ -63,7 +64,7 @@ def handlers(
         "split": lambda: document.editor.split(document.view.cursor),
         "fill_gaps": partial(_fill_gaps, document, window),
         "copy_from": partial(_copy, document, tracks),
-        "cancel": partial(_cancel, document, tracks),
+        "cancel": partial(_cancel, document, window),
         "step_back": partial(document.view.step, -1),
         "step_forward": partial(document.view.step, 1),
         "leap_back": partial(_jump, document, -1),
@@ -75,13 +76,13 @@ def handlers(
     }
 
 
-def _cancel(document: Document, tracks: TrackPanel) -> None:
+def _cancel(document: Document, window: QWidget) -> None:
     """Cancel the last thing begun: typing, a drag, a stroke, a range, a selection, a brush."""
     field = QApplication.focusWidget()
     if field is not None and is_typing(field):
         field.clearFocus()  # where keys are text, the next one would not paint
-    elif tracks.dragging:
-        tracks.cancel_drag()
+    elif dragged := [p for p in window.findChildren(SegmentPanel) if p.dragging]:
+        dragged[0].cancel_drag()
     elif document.stroke is not None:
         document.cancel_stroke()
     elif document.view.range is not None or document.view.range_start is not None:

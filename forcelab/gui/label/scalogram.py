@@ -30,7 +30,6 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES, signed
 from forcelab.gui.jobs import Job, Jobs
-from forcelab.gui.kit.time_panel import TimePanel
 from forcelab.gui.label.scalogram_painting import (
     FOURIER_FACTOR,
     LARGEST,
@@ -45,6 +44,7 @@ from forcelab.gui.label.scalogram_painting import (
     draw_bar,
     draw_plate,
 )
+from forcelab.gui.label.segment_panel import SignalPanel
 from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.text import escape_ampersands, thousands
 from forcelab.gui.theme import colours
@@ -309,11 +309,13 @@ LEAST_ROWS, MOST_ROWS = 24, 160
 BUTTON = 24
 
 
-class ScalogramPanel(TimePanel):
+class ScalogramPanel(SignalPanel):
     """One channel's scalogram on the common time axis.
 
     `channel` is empty without a demonstration; `picture` is the newest one.
     """
+
+    pictured = True
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
         self.picture: Scalogram | None = None
@@ -448,6 +450,7 @@ class ScalogramPanel(TimePanel):
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         """Show the value under the pointer, and what was approximated or went wrong."""
+        self.paint_segments(painter, plot)
         if self._trouble:
             draw_plate(painter, plot.topLeft(), self._trouble, colours(), plot)
             return

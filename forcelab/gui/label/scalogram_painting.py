@@ -328,6 +328,7 @@ class Picture(pg.ImageItem):
 
     def __init__(self) -> None:
         super().__init__(axisOrder="row-major")
+        self.qimage: QImage | None
         self.source: Scalogram | None = None
         self.smooth = True
         self.hide()

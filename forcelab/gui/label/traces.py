@@ -22,7 +22,6 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.kit.time_panel import TimePanel
 from forcelab.gui.kit.traces import Trace, column_edges
 from forcelab.gui.label.lanes import (
     Lane,
@@ -35,6 +34,7 @@ from forcelab.gui.label.lanes import (
     span_of,
     spanning,
 )
+from forcelab.gui.label.segment_panel import SignalPanel
 from forcelab.gui.text import escape_ampersands, thousands
 from forcelab.gui.theme import colours
 from forcelab.jobs import Progress, finish
@@ -288,7 +288,7 @@ class ChannelTrace(Trace):
         return self._panel.source.glitches(self._name, start, end)
 
 
-class ForcePanel(TimePanel):
+class ForcePanel(SignalPanel):
     """All channels on the common time axis, each on its own vertical axis or one for each unit.
 
     The overview draws from `source`, too.
@@ -404,6 +404,7 @@ class ForcePanel(TimePanel):
             self._paint_invitation(painter, plot)
             return
         theme = colours()
+        self.paint_segments(painter, plot)
         paint_gaps(painter, self, self.source.gaps, plot, theme)
         for (_, axis), lane_axis in zip(self.axes, self._lane_axes, strict=False):
             painter.setPen(QPen(QColor(theme.grid), 1))

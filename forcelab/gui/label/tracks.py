@@ -10,7 +10,6 @@ from PySide6.QtGui import (
     QContextMenuEvent,
     QFont,
     QHelpEvent,
-    QKeyEvent,
     QMouseEvent,
     QPainter,
     QPixmap,
@@ -20,17 +19,14 @@ from PySide6.QtWidgets import QMenu, QSizePolicy, QToolTip
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.colormap import translucent
-from forcelab.gui.kit.time_panel import TimePanel
 from forcelab.gui.label.segment_commands import zoom_to
+from forcelab.gui.label.segment_panel import FREE, SegmentPanel
 from forcelab.gui.label.track_gestures import (
     Drag,
-    EdgeGesture,
+    Gesture,
     Hit,
-    MarkGesture,
-    MoveGesture,
     adjacent_edge,
     begin_gesture,
-    hit,
     snap,
     snap_targets,
     snapped_time,
@@ -53,18 +49,11 @@ from forcelab.segment_edits import index_at, overlapping
 
 #: Stands before the names of models, that no prediction is taken for a coder's label.
 MODEL = "\N{WHITE DIAMOND}"
-#: A press that moves less than this many pixels is a click.
-CLICK_PX = 5.0
-
-_ALT = Qt.KeyboardModifier.AltModifier
-_CTRL = Qt.KeyboardModifier.ControlModifier
-#: What moves a whole segment, and what lets nothing attract. Alt is kept for both, though many
-#: desktops take it to move windows.
-_MOVING = Qt.KeyboardModifier.ShiftModifier | _ALT
-_FREE = _CTRL | _ALT
+#: What moves a whole segment.
+MOVING = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.AltModifier
 
 
-class TrackPanel(TimePanel):
+class TrackPanel(SegmentPanel):
     """One row for each author; the coder's own, at the top, is painted on with the mouse.
 
     =========================  ====================================================================
@@ -90,7 +79,6 @@ class TrackPanel(TimePanel):
         self._layout = RowLayout(document)
         # Other authors' rows stay the same while the coder paints: their pictures are reused.
         self._pictures: dict[str, tuple[tuple[object, ...], QPixmap]] = {}
-        self._drag: Drag | None = None
         #: The menu that was opened last.
         self.menu: QMenu | None = None
         for signal in (document.tracks_changed, document.demonstration_changed):
@@ -143,7 +131,7 @@ class TrackPanel(TimePanel):
         row = self.row_at(position)
         if row is None:
             return ""
-        index = self._hit(row, self.time_at(position.x())).index
+        index = self.hit(self.time_at(position.x()), row.segments).index
         if index is None:
             return ""
         segment = row.segments[index]
@@ -285,128 +273,42 @@ class TrackPanel(TimePanel):
 
     # Mouse
 
-    def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Begin a drag on the coder's row."""
+    def gesture_at(self, event: QMouseEvent) -> Gesture | None:
         row = self.row_at(event.position())
-        if event.button() != Qt.MouseButton.LeftButton or row is None or not row.own:
-            super().mousePressEvent(event)
-            return
+        if row is None or not row.own:
+            return None
         document, time = self.document, self.time_at(event.position().x())
-        free = bool(event.modifiers() & _FREE)
+        free = bool(event.modifiers() & FREE)
         start = snapped_time(document, time, self.seconds_per_pixel, free=free)
         if not free and (edge := adjacent_edge(document, time, self.seconds_per_pixel)) is not None:
             start = edge.time
-        moving = bool(event.modifiers() & _MOVING)
-        gesture = begin_gesture(document, time, self._hit(row, time), start, moving=moving)
-        targets = snap_targets(document)
-        self._drag = Drag(gesture, event.position(), targets, self._track, document.view.range)
+        moving = bool(event.modifiers() & MOVING)
+        return begin_gesture(document, time, self.hit(time), start, moving=moving)
 
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Go on with a drag; without one, show what a press would do."""
-        drag = self._drag
-        if drag is None:
-            super().mouseMoveEvent(event)
-            if not event.buttons():
-                self._hover(event.position(), event.modifiers())
-            return
-        far = abs(event.position().x() - drag.pressed.x()) >= CLICK_PX
-        drag.live = drag.live or far
-        if drag.live:
-            self._continue_drag(drag, event)
-
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """End a drag, or a click."""
-        drag = self._drag
-        if event.button() != Qt.MouseButton.LeftButton or drag is None:
-            super().mouseReleaseEvent(event)
-            return
-        gesture = drag.gesture
-        if drag.live:
-            self._continue_drag(drag, event)
-        self._end_drag()
-        if not drag.live:
-            self._click(event)
-        elif isinstance(gesture, MarkGesture):
-            gesture.commit(self.document)
-            if self.document.view.range is not None:
-                # It stays where the menu is shut without a choice.
-                self.document.show_message(
-                    "Choose an action for the marked range, here or under Actions."
-                )
-                self.show_menu(range_menu(self, self.document), event.globalPosition().toPoint())
-        else:
-            index = self.document.selected
-            gesture.commit(self.document)
-            if isinstance(gesture, EdgeGesture | MoveGesture) and index is not None:
-                start, end = gesture.span
-                self.document.select(index_at(self.document.editor.segments, (start + end) / 2))
-        self._hover(event.position(), event.modifiers())
+    def mark(self, event: QMouseEvent) -> None:
+        """Ask what the marked range is."""
+        if self.document.view.range is not None:
+            # It stays where the menu is shut without a choice.
+            self.document.show_message(
+                "Choose an action for the marked range, here or under Actions."
+            )
+            self.show_menu(range_menu(self, self.document), event.globalPosition().toPoint())
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Zoom to the segment under the pointer."""
         row, time = self.row_at(event.position()), self.time_at(event.position().x())
         if row is None or event.button() != Qt.MouseButton.LeftButton:
             return
-        index = self._hit(row, time).index if row.own else index_at(row.segments, time)
+        index = self.hit(time, row.segments).index if row.own else index_at(row.segments, time)
         if index is not None:
             zoom_to(self.document, row.segments[index].start, row.segments[index].end)
 
-    def leaveEvent(self, event: QEvent) -> None:
-        """Offer no snap target any more."""
-        if self._drag is None:
-            self.document.view.set_hint(None)
-        super().leaveEvent(event)
-
-    @property
-    def dragging(self) -> bool:
-        """Whether a drag is on."""
-        return self._drag is not None
-
-    def cancel_drag(self) -> None:
-        """End a drag as if nothing had happened."""
-        drag = self._drag
-        self._end_drag()
-        if drag is None or not drag.live or not isinstance(drag.gesture, MarkGesture):
-            return
-        if drag.range is None:
-            self.document.view.clear_range()
-        else:
-            self.document.view.set_range(*drag.range)
-
-    @property
-    def _track(self) -> tuple[str, str, Segments]:
-        """What is dragged on: demonstration, author and segments."""
-        return self.document.id, self.document.author, self.document.editor.segments
-
-    def _hit(self, row: Row, time: float) -> Hit:
-        return hit(row.segments, time, self.seconds_per_pixel)
-
-    def _continue_drag(self, drag: Drag, event: QMouseEvent) -> None:
-        """Follow the pointer."""
-        gesture = drag.gesture
-        free = _CTRL if isinstance(gesture, MoveGesture) else _FREE
-        snapping = self.document.view.snapping and not event.modifiers() & free
-        drag.pointer = event.position().x()
-        time, scale = self.time_at(drag.pointer), 1 / self.seconds_per_pixel
-        target = gesture.follow(time, scale, drag.targets if snapping else None)
-        self.document.view.set_hint(target)
-        self.document.view.set_peek(gesture.at)
-        if isinstance(gesture, MarkGesture):
-            gesture.commit(self.document)
-        self.update()
-
-    def _end_drag(self) -> None:
-        self._drag = None
-        self.document.view.set_hint(None)
-        self.document.view.set_peek(None)
-        self.update()
-
-    def _click(self, event: QMouseEvent) -> None:
+    def click(self, event: QMouseEvent) -> None:
         """Select the segment under the pointer, and go there."""
         document, pointed = self.document, self.time_at(event.position().x())
-        target = self._hit(self.rows()[0], pointed)
+        target = self.hit(pointed)
         document.view.clear_range()
-        free = bool(event.modifiers() & _FREE)
+        free = bool(event.modifiers() & FREE)
         time = snapped_time(document, pointed, self.seconds_per_pixel, free=free)
         index = target.index if target.inside else None
         if index is not None:
@@ -416,27 +318,26 @@ class TrackPanel(TimePanel):
         document.view.seek(time)
         document.select(index)
 
-    def _hover(self, position: QPointF, modifiers: Qt.KeyboardModifier) -> None:
-        """Show by pointer and hint what a press would do."""
+    def point(self, position: QPointF, modifiers: Qt.KeyboardModifier) -> None:
         document, row = self.document, self.row_at(position)
         if row is None or not row.own:
             self.unsetCursor()
             document.view.set_hint(None)
             return
         time, pixel = self.time_at(position.x()), self.seconds_per_pixel
-        target = self._hit(row, time)
+        target = self.hit(time)
         if document.action is not None and not target.inside:
             target = Hit()  # a brush paints beside an edge
         if target.edge is not None:
             self.setCursor(Qt.CursorShape.SplitHCursor)
-        elif target.index is not None and modifiers & _MOVING:
+        elif target.index is not None and modifiers & MOVING:
             self.setCursor(Qt.CursorShape.SizeAllCursor)
         elif document.action is not None:
             self.setCursor(Qt.CursorShape.CrossCursor)
         else:
             self.unsetCursor()
         hint = None
-        if document.view.snapping and not modifiers & _FREE and target.edge is None:
+        if document.view.snapping and not modifiers & FREE and target.edge is None:
             hint = adjacent_edge(document, time, pixel)
             if hint is None:
                 hint = snap(time, 1 / pixel, snap_targets(document))
@@ -468,7 +369,7 @@ class TrackPanel(TimePanel):
 
         if not row.own:
             return other_menu(self, self.document, row.author, time, play)
-        index = self._hit(row, time).index
+        index = self.hit(time, row.segments).index
         if index is not None:
             self.document.select(index)
         return own_menu(self, self.document, time, play)
@@ -489,17 +390,6 @@ class TrackPanel(TimePanel):
             self.menu.deleteLater()
             self.menu = None
 
-    def keeps(self, event: QKeyEvent) -> bool:
-        """Esc is for the drag that is on, whatever else it is bound to."""
-        return event.key() == Qt.Key.Key_Escape and self._drag is not None
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc cancels a drag."""
-        if self.keeps(event):
-            self.cancel_drag()
-        else:
-            super().keyPressEvent(event)
-
     # The document
 
     def _marks_moved(self, *_: object) -> None:
@@ -507,9 +397,7 @@ class TrackPanel(TimePanel):
         self.update()
 
     def _tracks_changed(self) -> None:
-        """Draw anew, with room for every row; a drag ends if its track is another one now."""
-        if self._drag is not None and self._track != self._drag.track:
-            self._end_drag()
+        """Draw anew, with room for every row."""
         others = self.document.other_tracks
         self._pictures = {
             author: picture for author, picture in self._pictures.items() if author in others

@@ -170,6 +170,7 @@ class LabelWorkspace(DockedWindow):
         self._add_action("tracks", "Tracks", partial(self._timeline.set_shown, self.tracks))
         for name, text, panel, _ in panels:
             self._add_action(name, text, partial(self._timeline.set_shown, panel))
+        self._add_action("segments_behind", "Segments behind the signals", self._set_tinted)
         self._stack = QStackedWidget()
         self._stack.addWidget(self._empty_page())
         self._stack.addWidget(self._timeline)
@@ -266,6 +267,10 @@ class LabelWorkspace(DockedWindow):
             QTimer.singleShot(0, self, self.note_widths)
 
     # Inside
+
+    def _set_tinted(self, tinted: bool) -> None:
+        for panel in (self.force, self.scalogram):
+            panel.set_tinted(tinted)
 
     def _add_dock(self, name: str, text: str, content: QWidget) -> None:
         """Put a list beside the panels, with the action that shows and hides it."""
