@@ -180,7 +180,7 @@ UNNEEDED = {
         ("forcelab.cli.commands.demo", {"PySide6", "sklearn", "scipy", "cv2", "serial"}),
     ],
     "window": [
-        ("forcelab.gui.window", {"sklearn", "scipy", "cv2", "serial", "pyqtgraph", "joblib"}),
+        ("forcelab.gui.window", {"sklearn", "scipy", "cv2", "serial", "joblib"}),
         ("forcelab.gui.figures.clusters", {"sklearn", "cv2", "serial"}),
     ],
 }

@@ -110,9 +110,7 @@ class Window(DockedWindow):
         self._dock.setWidget(self.demonstrations)
         self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
         self._shared_out = False
-        toggles = self.label.toggles
-        panels = [self._dock.toggleViewAction()]
-        panels += [toggles[name] for name in toggles if name not in PANEL_KEYS.values()]
+        panels = [self._dock.toggleViewAction(), *self.label.toggles_without(PANEL_KEYS.values())]
         recent = RecentProjects(self.opening.open_recent, self)
         fill_menus(self, self.commands, panels, ShownTracks(self.document, self), recent)
         self.setAcceptDrops(True)

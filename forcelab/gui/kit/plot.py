@@ -5,6 +5,8 @@ Every plot can be copied and exported by its menu, as vectors where it has them.
 
 from __future__ import annotations
 
+from typing import Any
+
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QPoint, QRect, QRectF, QSizeF, Qt
 from PySide6.QtGui import (
@@ -159,6 +161,23 @@ class ValueAxis(pg.AxisItem):
         self.setPen(theme.frame)
         self.setTickPen(theme.frame)
         self.setTextPen(theme.muted)
+
+    def taken(self) -> list[QRectF]:
+        """Where no number may stand, in pixels of the axis."""
+        return []
+
+    def generateDrawSpecs(self, p: QPainter) -> Any:
+        """Leave out the numbers that would stand on another, or on what is there already."""
+        specs = super().generateDrawSpecs(p)
+        if specs is None:
+            return None
+        line, marks, numbers = specs
+        boxes, free = self.taken(), []
+        for number in numbers:  # the round ones come first
+            if not any(number[0].intersects(box) for box in boxes):
+                boxes.append(number[0].adjusted(-3, -1, 3, 1))
+                free.append(number)
+        return line, marks, free
 
     def numbers(self) -> list[float]:
         """The values that have numbers in any case."""

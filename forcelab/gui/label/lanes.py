@@ -7,7 +7,6 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -179,14 +178,9 @@ class LaneAxis(ValueAxis):
         """Whether the values stand at the cursor: the gutter has no room for them."""
         return self._lines[0] == 1 and not self._behind_name
 
-    def generateDrawSpecs(self, p: QPainter) -> Any:
-        """Leave out the numbers that would stand on a name or a value."""
-        specs = super().generateDrawSpecs(p)
-        if specs is None:
-            return None
-        line, marks, numbers = specs
-        taken = [box for *_, box in self.texts({})]
-        return line, marks, [n for n in numbers if not any(n[0].intersects(box) for box in taken)]
+    def taken(self) -> list[QRectF]:
+        """Where names and values stand."""
+        return [box for *_, box in self.texts({})]
 
     def paint(
         self, p: QPainter, opt: QStyleOptionGraphicsItem, widget: QWidget | None = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from functools import partial
 from itertools import accumulate
 
@@ -128,6 +128,8 @@ def _least_size(widget: QWidget) -> QSize:
     return widget.minimumSizeHint().expandedTo(widget.minimumSize())
 
 
+#: From this width on, in pixels, a video gets more than the lists need.
+LARGE = 1400
 #: The layout's version: a layout of another one is not restored.
 LAYOUT = 1
 
@@ -190,8 +192,13 @@ class LabelWorkspace(DockedWindow):
         self._standard = self.saveState(LAYOUT)
         self._before_lending = self._standard
         self._room_distributed = False
+        self._video_has_room = False  # nobody has seen one yet, or it has its place
         document.demonstration_changed.connect(self._demonstration_changed)
         self._demonstration_changed()
+
+    def toggles_without(self, names: Collection[str]) -> list[QAction]:
+        """What shows and hides the panels but for some."""
+        return [action for name, action in self.toggles.items() if name not in names]
 
     @property
     def settled(self) -> bool:
@@ -232,7 +239,7 @@ class LabelWorkspace(DockedWindow):
         state = settings.data("label/layout")
         if state and self.restoreState(QByteArray(state), LAYOUT):
             self.recall_widths(settings.strings("label/widths"))
-            self._room_distributed = True
+            self._room_distributed = self._video_has_room = True
             self._splitter.restoreState(QByteArray(settings.data("label/panels")))
         for name in settings.strings("label/hidden"):
             if name in self.toggles:
@@ -307,9 +314,14 @@ class LabelWorkspace(DockedWindow):
         segments.raise_()
 
     def _distribute_room(self) -> None:
-        """Give the lists a quarter of the width, the video a picture's shape, tracks their rows."""
+        """Give the lists a quarter of the width, the video a picture's shape, tracks their rows.
+
+        On a large screen a video gets more than that: it is what the coder looks at most.
+        """
         video, actions, segments, *_ = self._docks.values()
         width = min(max(self.width() // 4, 230), 420)
+        if self.video.has_video and self.width() >= LARGE:
+            width = min(self.width() * 3 // 8, 720)
         # All of them: one that is hidden, as the video may be, has no say.
         self.set_widths([video, actions, segments], width)
         rest = max(self.height() - width * 3 // 4, 2)
@@ -339,6 +351,9 @@ class LabelWorkspace(DockedWindow):
         is_open = self.document.demonstration is not None
         self._stack.setCurrentIndex(1 if is_open else 0)
         self._show_docks()
+        if self.video.has_video and not self._video_has_room:
+            self._video_has_room = True
+            QTimer.singleShot(0, self, self._distribute_room)
         demonstration = self.document.demonstration
         if self._contacts_of == self.document.id:
             return

@@ -90,7 +90,7 @@ def test_segments_are_seen_as_the_track_is_now_and_not_once_switched_off(documen
     before = seen(4.0)
     assert np.abs(seen(2.5) - colour).sum() < np.abs(before - colour).sum()
     document.editor.paint(3.5, 4.5, "hold")
-    until(lambda: (seen(4.0) == seen(2.5)).all())
+    until(lambda: np.array_equal(seen(4.0), seen(2.5)))
     panel.set_tinted(False)
     assert (seen(2.5) != seen(4.0)).sum() == 0 or not panel.pictured
     assert np.abs(seen(4.0) - before).max() <= 60

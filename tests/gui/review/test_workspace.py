@@ -276,7 +276,7 @@ print(json.dumps([list(sys.modules), threads, shown]))
     )
     assert done.returncode == 0, done.stderr
     loaded, threads, shown = json.loads(done.stdout)
-    never = {"cv2", "sklearn", "serial", "pyqtgraph", "joblib", "scipy.signal", "scipy.optimize"}
+    never = {"cv2", "sklearn", "serial", "joblib", "scipy.signal", "scipy.optimize"}
     unseen = {"forcelab.gui.review.workspace", "forcelab.review.explanation"}
     assert not (never | unseen) & set(loaded)
     assert not [name for name in threads if "video" in name or "decod" in name]
