@@ -397,11 +397,6 @@ class ScalogramPanel(SignalPanel):
         super().hideEvent(event)
         self._loader.stop()
 
-    def add_picture_entries(self, menu: QMenu) -> None:
-        """The plot's entries below those of the button, which is the plot's menu, too."""
-        menu.addSeparator()
-        super().add_picture_entries(menu)
-
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         self._button.menu().popup(event.globalPos())
 
@@ -504,6 +499,9 @@ class ScalogramPanel(SignalPanel):
     def _update_button(self) -> None:
         """Show the channel on the button, and mark in its menu what is chosen."""
         self._button.set_choices(self.channels, self.channel, self._phase, self._steady)
+        menu = self._button.menu()  # that of the panel, too
+        menu.addSeparator()
+        self.add_picture_entries(menu)
 
     def _request_picture(self, *_: object) -> None:
         """Request a picture of the visible span, once it has come to rest."""
