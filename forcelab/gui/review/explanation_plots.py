@@ -31,7 +31,7 @@ from PySide6.QtWidgets import (
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
-from forcelab.gui.label.lanes import curve_colour
+from forcelab.gui.kit.traces import curve_colour
 from forcelab.gui.label.scalogram_painting import oklch_to_srgb
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.review.reviewed_run import reviewed_vocabulary
