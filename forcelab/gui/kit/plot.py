@@ -242,6 +242,11 @@ class ValueAxis(pg.AxisItem):
         inwards = QPointF(3, 0) if self.orientation == "left" else QPointF(0, -3)
         self.label.setPos(self.label.pos() + inwards)  # it would be cut at the edge of the view
 
+    def boundingRect(self) -> QRectF:
+        """With room for numbers at the ends, which pyqtgraph leaves out beside a grid."""
+        rect = super().boundingRect()
+        return rect.adjusted(-NUMBER, -NUMBER, NUMBER, NUMBER) if self.grid else rect
+
     def paint(
         self, p: QPainter, opt: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
@@ -274,16 +279,21 @@ class ValueAxis(pg.AxisItem):
     def logTickValues(
         self, minVal: float, maxVal: float, size: float, stdTicks: object
     ) -> list[tuple[float, list[float]]]:
-        """1, 2 and 5 times powers of ten, or fewer where these crowd."""
+        """Whole multiples of powers of ten, or 1, 2 and 5 times these, or fewer as they crowd."""
         decade = size / max(maxVal - minVal, 1e-9)
         room = NUMBER * (1.6 if self.orientation in ("left", "right") else 4.0)
-        digits = (1, 2, 5) if decade * math.log10(2) >= room else (1,)
+        choices = ((range(1, 10), 10 / 9), ((1, 2, 5), 2.0))
+        digits = next(
+            (digits for digits, step in choices if decade * math.log10(step) >= room), (1,)
+        )
         stride = max(math.ceil(room / decade), 1)
         powers = range(math.floor(minVal), math.ceil(maxVal) + 1)
         values = [p + math.log10(d) for p in powers if p % stride == 0 for d in digits]
         return [(1.0, [value for value in values if minVal <= value <= maxVal])]
 
 
+#: How strong the lines of a grid are, of 255.
+GRID = 70
 #: Pixels between the pointer and its readout, and around the readout's text.
 READOUT = 12.0
 PADDING = 4.0
@@ -299,7 +309,9 @@ class Plot(PlotView):
     #: Pixels left of the box, above, right and below; there is no axis where there is no room.
     MARGINS: ClassVar[tuple[float, float, float, float]] = (58.0, 12.0, 14.0, 38.0)
 
-    def __init__(self, left: str = "", bottom: str = "", *, zooms: bool = False) -> None:
+    def __init__(
+        self, left: str = "", bottom: str = "", *, zooms: bool = False, grid: bool = False
+    ) -> None:
         super().__init__()
         self.box = pg.ViewBox(enableMouse=zooms, enableMenu=False, defaultPadding=0)
         self.box.disableAutoRange()
@@ -307,12 +319,13 @@ class Plot(PlotView):
         self.left, self.bottom = ValueAxis("left", left), ValueAxis("bottom", bottom)
         self.zooms, self.zoomed = zooms, False
         self._whole = QRectF(0, 0, 1, 1)
-        self._sentence = ""
+        self.sentence = ""
         self._readout: tuple[QPointF, str] | None = None
         self.addItem(self.box)
         for axis in (self.left, self.bottom):
             axis.setZValue(-1)
             axis.setStyle(tickLength=4, hideOverlappingLabels=False)
+            axis.setGrid(GRID if grid else False)
             axis.linkToView(self.box)
             self.addItem(axis)
         self.legend = pg.LegendItem(labelTextSize="11px", verSpacing=-4)
@@ -365,7 +378,7 @@ class Plot(PlotView):
 
     def say(self, sentence: str) -> None:
         """Show a sentence in place of the plot, or the plot."""
-        self._sentence = sentence
+        self.sentence = sentence
         for item in (self.box, self.left, self.bottom):
             item.setVisible(not sentence)
         self.place()
@@ -384,30 +397,30 @@ class Plot(PlotView):
     def place(self) -> None:
         area, (left, _, _, bottom) = self.area, self.MARGINS
         self.box.setGeometry(area)
-        self.left.setVisible(bool(left) and not self._sentence)
+        self.left.setVisible(bool(left) and not self.sentence)
         self.left.setWidth(left)
         self.left.setGeometry(QRectF(0, area.top(), left, area.height()))
-        self.bottom.setVisible(bool(bottom) and not self._sentence)
+        self.bottom.setVisible(bool(bottom) and not self.sentence)
         self.bottom.setHeight(bottom)
         self.bottom.setGeometry(QRectF(area.left(), area.bottom(), area.width(), bottom))
 
     def paint_background(self, painter: QPainter) -> None:
-        if self._sentence:
+        if self.sentence:
             painter.setPen(QColor(colours().muted))
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-            painter.drawText(QRectF(self.rect()).adjusted(16, 8, -16, -8), flags, self._sentence)
+            painter.drawText(QRectF(self.rect()).adjusted(16, 8, -16, -8), flags, self.sentence)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the plot, and above it what is in no file: readout and focus."""
         super().paintEvent(event)
         with QPainter(self.viewport()) as painter:
             if self._readout is not None:
-                self._paint_readout(painter, *self._readout)
+                self.paint_readout(painter, *self._readout)
             if self.hasFocus():
                 painter.setPen(QPen(QColor(colours().accent), 1.0))
                 painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
 
-    def _paint_readout(self, painter: QPainter, pointer: QPointF, sentence: str) -> None:
+    def paint_readout(self, painter: QPainter, pointer: QPointF, sentence: str) -> None:
         """Write beside the pointer, at its other side where there is more room."""
         face = text.font(NUMBER)
         wide, high = text.width(sentence, face) + 2 * PADDING, NUMBER + 2 * PADDING
@@ -453,7 +466,7 @@ class Plot(PlotView):
         self.update()
 
     def _read(self, pointer: QPointF | None) -> None:
-        sentence = "" if pointer is None or self._sentence else self.readout(pointer)
+        sentence = "" if pointer is None or self.sentence else self.readout(pointer)
         before, self._readout = self._readout, (pointer, sentence) if pointer and sentence else None
         if self._readout != before:
             self.update()
