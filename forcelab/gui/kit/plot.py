@@ -302,21 +302,29 @@ PADDING = 4.0
 class Plot(PlotView):
     """A box for curves, points, bars and pictures between a left and a bottom axis.
 
-    Where it zooms, the wheel zooms at the pointer, dragging pans and a double click shows
-    everything again. What :meth:`say` says stands in its place while there is nothing to show.
+    An axis whose title is None is not shown. Where the plot zooms, the wheel zooms at the pointer,
+    dragging pans and a double click shows everything again. What :meth:`say` says stands in its
+    place while there is nothing to show.
     """
 
-    #: Pixels left of the box, above, right and below; there is no axis where there is no room.
+    #: Pixels left of the box, above, right and below, for the axes' numbers and titles.
     MARGINS: ClassVar[tuple[float, float, float, float]] = (58.0, 12.0, 14.0, 38.0)
 
     def __init__(
-        self, left: str = "", bottom: str = "", *, zooms: bool = False, grid: bool = False
+        self,
+        left: str | None = "",
+        bottom: str | None = "",
+        *,
+        zooms: bool = False,
+        grid: bool = False,
     ) -> None:
         super().__init__()
         self.box = pg.ViewBox(enableMouse=zooms, enableMenu=False, defaultPadding=0)
         self.box.disableAutoRange()
         self.box.sigRangeChangedManually.connect(self._zoomed_by_hand)
-        self.left, self.bottom = ValueAxis("left", left), ValueAxis("bottom", bottom)
+        self.left, self.bottom = ValueAxis("left", left or ""), ValueAxis("bottom", bottom or "")
+        titled = ((self.left, left), (self.bottom, bottom))
+        self._shown = [self.box, *(axis for axis, title in titled if title is not None)]
         self.zooms, self.zoomed = zooms, False
         self._whole = QRectF(0, 0, 1, 1)
         self.sentence = ""
@@ -328,10 +336,11 @@ class Plot(PlotView):
             axis.setGrid(GRID if grid else False)
             axis.linkToView(self.box)
             self.addItem(axis)
+            axis.setVisible(axis in self._shown)
         self.legend = pg.LegendItem(labelTextSize="11px", verSpacing=-4)
         self.legend.setFlag(pg.LegendItem.GraphicsItemFlag.ItemIgnoresTransformations, False)
-        self.legend.setParentItem(self.box)
-        self.legend.anchor((1, 0), (1, 0), offset=(-4, 2))
+        self._shown.append(self.legend)
+        self.addItem(self.legend)
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
 
@@ -357,6 +366,12 @@ class Plot(PlotView):
         if name:
             self.legend.setLabelTextColor(colours().text)
             self.legend.addItem(item, name)
+            self.place_legend()
+
+    def place_legend(self) -> None:
+        """Put the legend into the corner at the upper right."""
+        area = self.area
+        self.legend.setPos(area.right() - self.legend.width() - PADDING, area.top())
 
     def show_all_of(self, across: Sequence[float], up: Sequence[float]) -> None:
         """Let the axes go from the first to the second value; no further by wheel or drag."""
@@ -376,12 +391,16 @@ class Plot(PlotView):
         place = QPointF(self.bottom.places(x), self.left.places(y))
         return QPointF(self.box.mapFromView(place)) + self.area.topLeft()
 
+    def value_at(self, pixel: QPointF) -> QPointF:
+        """The place of a pixel in the units of the box."""
+        place = self.box.mapToView(pixel - self.area.topLeft())
+        return QPointF(place.x(), place.y())
+
     def say(self, sentence: str) -> None:
         """Show a sentence in place of the plot, or the plot."""
         self.sentence = sentence
-        for item in (self.box, self.left, self.bottom):
+        for item in self._shown:
             item.setVisible(not sentence)
-        self.place()
         self.invalidate()
 
     def readout(self, pointer: QPointF) -> str:
@@ -397,10 +416,9 @@ class Plot(PlotView):
     def place(self) -> None:
         area, (left, _, _, bottom) = self.area, self.MARGINS
         self.box.setGeometry(area)
-        self.left.setVisible(bool(left) and not self.sentence)
+        self.place_legend()
         self.left.setWidth(left)
         self.left.setGeometry(QRectF(0, area.top(), left, area.height()))
-        self.bottom.setVisible(bool(bottom) and not self.sentence)
         self.bottom.setHeight(bottom)
         self.bottom.setGeometry(QRectF(area.left(), area.bottom(), area.width(), bottom))
 
