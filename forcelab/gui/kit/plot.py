@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 import pyqtgraph as pg
@@ -46,6 +46,8 @@ from forcelab.gui.theme import colours, themes
 # Moves of the mouse come as often as the system sends them: a cursor is dragged by them.
 pg.setConfigOptions(mouseRateLimit=-1)
 
+#: How opaque a plot is that is disabled.
+FAINT = 0.35
 #: Height of an axis' numbers, in pixels.
 NUMBER = 10.0
 
@@ -53,6 +55,8 @@ NUMBER = 10.0
 class PlotView(pg.GraphicsView):
     """A view that plots are put into; what lies behind and above them is drawn by subclasses."""
 
+    #: The theme's colour of what lies behind the plots.
+    ground: ClassVar[Literal["background", "panel"]] = "background"
     _complete = False
 
     def __init__(self) -> None:
@@ -90,6 +94,10 @@ class PlotView(pg.GraphicsView):
         styled = event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange)
         if styled and self._complete:  # its own constructor sets a palette
             self.invalidate()
+        elif event.type() == QEvent.Type.EnabledChange:
+            for item in self.scene().items():
+                if item.parentItem() is None:
+                    item.setOpacity(1.0 if self.isEnabled() else FAINT)
         super().changeEvent(event)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
@@ -112,10 +120,11 @@ class PlotView(pg.GraphicsView):
             super().render(painter, *area)
 
     def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
-        painter.fillRect(rect, QColor(colours().background))
+        painter.fillRect(rect, QColor(getattr(colours(), self.ground)))
         self.paint_background(painter)
 
     def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
+        painter.setOpacity(1.0 if self.isEnabled() else FAINT)
         self.paint_foreground(painter)
 
     def paint_background(self, painter: QPainter) -> None:
@@ -307,7 +316,6 @@ class Plot(PlotView):
     place while there is nothing to show.
     """
 
-    #: Pixels left of the box, above, right and below, for the axes' numbers and titles.
     MARGINS: ClassVar[tuple[float, float, float, float]] = (58.0, 12.0, 14.0, 38.0)
 
     def __init__(
@@ -347,9 +355,14 @@ class Plot(PlotView):
     # What is shown
 
     @property
+    def margins(self) -> tuple[float, float, float, float]:
+        """Pixels left of the box, above, right and below, for the axes' numbers and titles."""
+        return self.MARGINS
+
+    @property
     def area(self) -> QRectF:
         """Where the box is, in pixels."""
-        left, top, right, bottom = self.MARGINS
+        left, top, right, bottom = self.margins
         width, height = self.width() - left - right, self.height() - top - bottom
         return QRectF(left, top, max(width, 1.0), max(height, 1.0))
 
@@ -414,7 +427,7 @@ class Plot(PlotView):
         super().restyle()
 
     def place(self) -> None:
-        area, (left, _, _, bottom) = self.area, self.MARGINS
+        area, (left, _, _, bottom) = self.area, self.margins
         self.box.setGeometry(area)
         self.place_legend()
         self.left.setWidth(left)
@@ -491,6 +504,13 @@ class Plot(PlotView):
 
     def _zoomed_by_hand(self, *_: object) -> None:
         self.zoomed = True
+
+
+class Bars(pg.BarGraphItem):
+    """Bars of several colours; pyqtgraph's are pictures, which are scaled in files."""
+
+    def paint(self, p: QPainter, *args: object) -> None:
+        self._render(p)
 
 
 class BoxItem(pg.GraphicsObject):
