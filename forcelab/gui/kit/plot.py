@@ -125,6 +125,7 @@ class PlotView(pg.GraphicsView):
 
     def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
         painter.setOpacity(1.0 if self.isEnabled() else FAINT)
+        painter.setFont(self.font())
         self.paint_foreground(painter)
 
     def paint_background(self, painter: QPainter) -> None:
@@ -437,6 +438,7 @@ class Plot(PlotView):
 
     def paint_background(self, painter: QPainter) -> None:
         if self.sentence:
+            painter.setFont(self.font())
             painter.setPen(QColor(colours().muted))
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
             painter.drawText(QRectF(self.rect()).adjusted(16, 8, -16, -8), flags, self.sentence)
@@ -453,14 +455,20 @@ class Plot(PlotView):
 
     def paint_readout(self, painter: QPainter, pointer: QPointF, sentence: str) -> None:
         """Write beside the pointer, at its other side where there is more room."""
-        face = text.font(NUMBER)
-        wide, high = text.width(sentence, face) + 2 * PADDING, NUMBER + 2 * PADDING
-        right = pointer.x() + READOUT + wide <= self.width()
-        left = max(pointer.x() + READOUT if right else pointer.x() - READOUT - wide, 0.0)
-        top = min(max(pointer.y() - high, 0.0), self.height() - high)
-        painter.fillRect(QRectF(left, top, wide, high), translucent(colours().panel, 0.92))
-        ink, middle = QColor(colours().text), top + high / 2
-        text.draw_text(painter, left + PADDING, middle, sentence, face=face, ink=ink)
+        painter.setFont(text.font(NUMBER))
+        room = QRectF(0, 0, self.width() - 2 * PADDING, self.height())
+        box = painter.boundingRect(room, Qt.TextFlag.TextWordWrap, sentence)
+        box = box.adjusted(0, 0, 2 * PADDING, 2 * PADDING)
+        beside, most = pointer.x() + READOUT, self.width() - box.width()
+        left = beside if beside <= most else pointer.x() - READOUT - box.width()
+        top = min(max(pointer.y() - box.height(), 0.0), self.height() - box.height())
+        box.moveTo(min(max(left, 0.0), most), top)
+        painter.setPen(QColor(colours().frame))
+        painter.setBrush(translucent(colours().panel, 0.92))
+        painter.drawRect(box.adjusted(0.5, 0.5, -0.5, -0.5))
+        painter.setPen(QColor(colours().text))
+        text_box = box.adjusted(PADDING, PADDING, -PADDING, -PADDING)
+        painter.drawText(text_box, Qt.TextFlag.TextWordWrap, sentence)
 
     # Pointer and keys
 
