@@ -152,9 +152,13 @@ class PlotView(pg.GraphicsView):
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(event.globalPos())
 
+    def as_figure(self) -> Figure:
+        """What is copied and exported: the plot as it is shown."""
+        return ViewFigure(self)
+
     def copy(self) -> None:
         """Put a picture of the plot on the clipboard."""
-        QGuiApplication.clipboard().setImage(ViewFigure(self).image())
+        QGuiApplication.clipboard().setImage(self.as_figure().image())
 
     def ask_export(self) -> None:
         """Ask for a file and save a picture of the plot in it."""
@@ -163,7 +167,7 @@ class PlotView(pg.GraphicsView):
         if path is None:
             return
         try:
-            ViewFigure(self).save(path)
+            self.as_figure().save(path)
         except ForcelabError as error:
             QMessageBox.warning(self, "Export as picture", str(error))
 
