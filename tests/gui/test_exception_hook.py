@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication, QLabel, QPlainTextEdit, QPushButton,
 from forcelab.errors import InputError
 from forcelab.gui import exception_hook
 from forcelab.gui.exception_hook import FaultDialog
-from forcelab.gui.review.loss_plot import LossCurves
+from forcelab.gui.label.picture_view import PictureView
 
 
 @pytest.fixture
@@ -115,17 +115,20 @@ def test_an_error_while_drawing_fills_neither_screen_nor_disk(watching, shown, u
 
 def test_a_painter_ends_where_drawing_fails_though_the_error_is_kept(watching, until):
     """Qt crashes if one ends when what it drew on is no longer being drawn."""
-    curves, painters = LossCurves(None), []
+    painters = []
 
-    def fail(painter):
-        painters.append(painter)
-        raise LookupError("a fault")
+    class Failing(PictureView):
+        message = "nothing"
 
-    curves._paint_empty = fail
-    curves.show()
+        def _paint_message(self, painter, *_):
+            painters.append(painter)
+            raise LookupError("a fault")
+
+    view = Failing()
+    view.show()
     until(lambda: painters)
     assert not painters[0].isActive()
-    curves.hide()
+    view.hide()
 
 
 def test_another_error_while_one_is_shown_opens_nothing(watching, shown):

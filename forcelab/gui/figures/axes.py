@@ -240,6 +240,17 @@ def place_labels(
         yield QRectF(x, y, wide, high)
 
 
+def free_place(
+    spot: QPointF, label: str, face: QFont, box: QRectF, mark: float, taken: list[QRectF]
+) -> QRectF | None:
+    """The best box of a label that covers nothing, which is taken from then on."""
+    places = place_labels(spot, label, face, box, mark)
+    place = next((place for place in places if not covered_area(place, taken)), None)
+    if place is not None:
+        taken.append(place)
+    return place
+
+
 def place_along(line: Sequence[QPointF]) -> Iterator[QRectF]:
     """Small boxes that cover a polyline, so that no label is written across it."""
     for start, end in pairwise(line):

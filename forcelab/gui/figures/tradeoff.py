@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 from PySide6.QtCore import QLineF, QPointF, QRectF, QSizeF
-from PySide6.QtGui import QColor, QFont, QPainter, QPen, QPolygonF
+from PySide6.QtGui import QColor, QFont, QPainter, QPainterPath, QPen, QPolygonF, QTransform
 
 from forcelab.errors import InputError
 from forcelab.gui.figures import text
@@ -19,6 +19,7 @@ from forcelab.gui.figures.axes import (
     curve_pen,
     draw_bottom,
     draw_left,
+    free_place,
     place_along,
     place_labels,
 )
@@ -163,7 +164,8 @@ class Tradeoff(Figure):
         """Draw a mark: filled on the front, hollow elsewhere."""
         painter.setPen(curve_pen(mark.colour, 1.6))
         painter.setBrush(mark.colour if mark.row.pareto else QColor(self.theme.background))
-        paint_mark(painter, mark.spot, mark.shape, MARK)
+        to_spot = QTransform.fromTranslate(mark.spot.x(), mark.spot.y()).scale(2 * MARK, 2 * MARK)
+        painter.drawPath(to_spot.map(mark_path(mark.shape)))
 
     def _paint_labels(
         self, painter: QPainter, box: QRectF, marks: Sequence[Mark], line: Sequence[QRectF]
@@ -188,11 +190,8 @@ class Tradeoff(Figure):
         small, muted = text.font(9), QColor(self.theme.muted)
         for mark in sorted(marks, key=lambda mark: not mark.row.pareto):
             label = text.elided_name(mark.row.setting, small, box.width() / 3)
-            near = list(place_labels(mark.spot, label, small, box, MARK))
-            free = [place for place in near if not covered_area(place, taken)]
-            if free:
-                taken.append(free[0])
-                _write(painter, free[0], label, small, muted)
+            if place := free_place(mark.spot, label, small, box, MARK, taken):
+                _write(painter, place, label, small, muted)
 
 
 def mark_style(number: int, colours: Sequence[str]) -> tuple[QColor, int]:
@@ -201,12 +200,16 @@ def mark_style(number: int, colours: Sequence[str]) -> tuple[QColor, int]:
     return QColor(colours[i]), (i + turn) % len(SHAPES)
 
 
-def paint_mark(painter: QPainter, spot: QPointF, shape: int, half: float) -> None:
-    """Draw a mark of this half width, in pixels, with the painter's pen and brush."""
+@cache
+def mark_path(shape: int) -> QPainterPath:
+    """The outline of a mark as wide as a pixel. Shared: not to be changed."""
+    path = QPainterPath()
     if corners := SHAPES[shape]:
-        painter.drawPolygon([spot + QPointF(x, y) * half for x, y in corners])
+        path.addPolygon(QPolygonF([QPointF(x, y) / 2 for x, y in corners]))
+        path.closeSubpath()
     else:
-        painter.drawEllipse(spot, half, half)
+        path.addEllipse(QRectF(-0.5, -0.5, 1, 1))
+    return path
 
 
 def _decades(values: Sequence[float]) -> tuple[float, float]:

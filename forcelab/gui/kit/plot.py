@@ -5,22 +5,40 @@ Every plot can be copied and exported by its menu, as vectors where it has them.
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, ClassVar, Literal
 
+import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QPoint, QRect, QRectF, QSizeF, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, QRectF, QSizeF, Qt
 from PySide6.QtGui import (
     QColor,
     QContextMenuEvent,
+    QFocusEvent,
     QGuiApplication,
+    QKeyEvent,
+    QMouseEvent,
     QPainter,
+    QPaintEvent,
+    QPen,
     QRegion,
     QResizeEvent,
+    QWheelEvent,
 )
-from PySide6.QtWidgets import QMenu, QMessageBox, QWidget
+from PySide6.QtWidgets import (
+    QGraphicsScene,
+    QGraphicsSceneResizeEvent,
+    QMenu,
+    QMessageBox,
+    QStyleOptionGraphicsItem,
+    QWidget,
+)
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.figures import text
+from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.figure import Figure
 from forcelab.gui.file_dialogs import ask_picture
 from forcelab.gui.theme import colours, themes
@@ -28,6 +46,8 @@ from forcelab.gui.theme import colours, themes
 # Moves of the mouse come as often as the system sends them: a cursor is dragged by them.
 pg.setConfigOptions(mouseRateLimit=-1)
 
+#: How opaque a plot is that is disabled.
+FAINT = 0.35
 #: Height of an axis' numbers, in pixels.
 NUMBER = 10.0
 
@@ -35,6 +55,8 @@ NUMBER = 10.0
 class PlotView(pg.GraphicsView):
     """A view that plots are put into; what lies behind and above them is drawn by subclasses."""
 
+    #: The theme's colour of what lies behind the plots.
+    ground: ClassVar[Literal["background", "panel"]] = "background"
     _complete = False
 
     def __init__(self) -> None:
@@ -72,6 +94,10 @@ class PlotView(pg.GraphicsView):
         styled = event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange)
         if styled and self._complete:  # its own constructor sets a palette
             self.invalidate()
+        elif event.type() == QEvent.Type.EnabledChange:
+            for item in self.scene().items():
+                if item.parentItem() is None:
+                    item.setOpacity(1.0 if self.isEnabled() else FAINT)
         super().changeEvent(event)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
@@ -83,11 +109,23 @@ class PlotView(pg.GraphicsView):
     def place(self) -> None:
         """Put the plots where they belong in a view of this size."""
 
+    def paintEvent(self, event: QPaintEvent) -> None:
+        with scaled_lines(self.scene(), self.devicePixelRatioF(), 1.0):
+            super().paintEvent(event)
+
+    def render(self, painter: QPainter, *area: Any) -> None:
+        """Draw into an image or a file."""
+        scale = painter.worldTransform().m11()
+        with scaled_lines(self.scene(), scale * painter.device().devicePixelRatioF(), scale):
+            super().render(painter, *area)
+
     def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
-        painter.fillRect(rect, QColor(colours().background))
+        painter.fillRect(rect, QColor(getattr(colours(), self.ground)))
         self.paint_background(painter)
 
     def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
+        painter.setOpacity(1.0 if self.isEnabled() else FAINT)
+        painter.setFont(self.font())
         self.paint_foreground(painter)
 
     def paint_background(self, painter: QPainter) -> None:
@@ -114,9 +152,13 @@ class PlotView(pg.GraphicsView):
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(event.globalPos())
 
+    def as_figure(self) -> Figure:
+        """What is copied and exported: the plot as it is shown."""
+        return ViewFigure(self)
+
     def copy(self) -> None:
         """Put a picture of the plot on the clipboard."""
-        QGuiApplication.clipboard().setImage(ViewFigure(self).image())
+        QGuiApplication.clipboard().setImage(self.as_figure().image())
 
     def ask_export(self) -> None:
         """Ask for a file and save a picture of the plot in it."""
@@ -125,7 +167,7 @@ class PlotView(pg.GraphicsView):
         if path is None:
             return
         try:
-            ViewFigure(self).save(path)
+            self.as_figure().save(path)
         except ForcelabError as error:
             QMessageBox.warning(self, "Export as picture", str(error))
 
@@ -145,11 +187,41 @@ class ViewFigure(Figure):
         self._view.render(painter, QRectF(QPoint(0, 0), self.size))
 
 
+@contextmanager
+def scaled_lines(scene: QGraphicsScene, width: float, size: float) -> Iterator[None]:
+    """Lines so much wider, and marks so much larger: pyqtgraph has them in pixels of the device."""
+    if width == size == 1.0:
+        yield
+        return
+    pens: list[object] = []
+    marks = [item for item in scene.items() if isinstance(item, pg.ScatterPlotItem)]
+    for item in scene.items():
+        if isinstance(item, pg.PlotCurveItem):
+            pens.append(item.opts["pen"])
+        elif isinstance(item, pg.InfiniteLine):
+            pens.append(item.pen)
+    for item in marks:
+        pens += [item.opts["pen"], *item.data["pen"]]
+        item.setExportMode(True, {"resolutionScale": size})
+    widths = {id(pen): (pen, pen.widthF()) for pen in pens if isinstance(pen, QPen)}
+    try:
+        for pen, before in widths.values():
+            pen.setWidthF(before * width)
+        yield
+    finally:
+        for pen, before in widths.values():
+            pen.setWidthF(before)
+        for item in marks:
+            item.setExportMode(False)
+
+
 class ValueAxis(pg.AxisItem):
     """An axis with the window's fonts, colours and minus signs."""
 
     def __init__(self, side: str, title: str = "") -> None:
-        super().__init__(side, text=title)
+        super().__init__(side)
+        self.setLabel(title)
+        self.label.setFont(text.font(NUMBER))
         self.enableAutoSIPrefix(False)
         self.setStyle(
             tickFont=text.font(NUMBER), tickTextOffset=3, hideOverlappingLabels=True, maxTickLevel=1
@@ -158,8 +230,8 @@ class ValueAxis(pg.AxisItem):
 
     def restyle(self) -> None:
         theme = colours()
-        self.setPen(theme.frame)
-        self.setTickPen(theme.frame)
+        self.setPen(theme.frame, cosmetic=False)
+        self.setTickPen(theme.frame, cosmetic=False)
         self.setTextPen(theme.muted)
 
     def taken(self) -> list[QRectF]:
@@ -179,14 +251,278 @@ class ValueAxis(pg.AxisItem):
                 free.append(number)
         return line, marks, free
 
+    def resizeEvent(self, ev: QGraphicsSceneResizeEvent | None = None) -> None:
+        super().resizeEvent(ev)
+        inwards = QPointF(3, 0) if self.orientation == "left" else QPointF(0, -3)
+        self.label.setPos(self.label.pos() + inwards)  # it would be cut at the edge of the view
+
+    def boundingRect(self) -> QRectF:
+        """With room for numbers at the ends, which pyqtgraph leaves out beside a grid."""
+        rect = super().boundingRect()
+        return rect.adjusted(-NUMBER, -NUMBER, NUMBER, NUMBER) if self.grid else rect
+
+    def paint(
+        self, p: QPainter, opt: QStyleOptionGraphicsItem, widget: QWidget | None = None
+    ) -> None:
+        if widget is not None:
+            super().paint(p, opt, widget)
+            return
+        # The picture that it keeps for the screen would be scaled by the dots per inch of a file.
+        p.save()
+        p.setFont(self.style["tickFont"])
+        if (specs := self.generateDrawSpecs(p)) is not None:
+            self.drawPicture(p, *specs)
+        p.restore()
+
+    def places(self, values: Any) -> Any:
+        """Where values are in the units of the box: their logarithms on a logarithmic axis."""
+        return np.log10(values) if self.logMode else np.asarray(values, dtype=np.float64)
+
     def numbers(self) -> list[float]:
         """The values that have numbers in any case."""
         low, high = self.range
-        levels = self.tickValues(low, high, self.size().height() or 1.0)
+        size, upright = self.size(), self.orientation in ("left", "right")
+        levels = self.tickValues(low, high, (size.height() if upright else size.width()) or 1.0)
         return list(levels[0][1]) if levels else []
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
+        if self.logMode:
+            return [f"{10**value:g}" for value in values]
         return [text.signed(label) for label in super().tickStrings(values, scale, spacing)]
+
+    def logTickValues(
+        self, minVal: float, maxVal: float, size: float, stdTicks: object
+    ) -> list[tuple[float, list[float]]]:
+        """Whole multiples of powers of ten, or 1, 2 and 5 times these, or fewer as they crowd."""
+        decade = size / max(maxVal - minVal, 1e-9)
+        room = NUMBER * (1.6 if self.orientation in ("left", "right") else 4.0)
+        choices = ((range(1, 10), 10 / 9), ((1, 2, 5), 2.0))
+        digits = next(
+            (digits for digits, step in choices if decade * math.log10(step) >= room), (1,)
+        )
+        stride = max(math.ceil(room / decade), 1)
+        powers = range(math.floor(minVal), math.ceil(maxVal) + 1)
+        values = [p + math.log10(d) for p in powers if p % stride == 0 for d in digits]
+        return [(1.0, [value for value in values if minVal <= value <= maxVal])]
+
+
+#: How strong the lines of a grid are, of 255.
+GRID = 70
+#: Pixels between the pointer and its readout, and around the readout's text.
+READOUT = 12.0
+PADDING = 4.0
+
+
+class Plot(PlotView):
+    """A box for curves, points, bars and pictures between a left and a bottom axis.
+
+    An axis whose title is None is not shown. Where the plot zooms, the wheel zooms at the pointer,
+    dragging pans and a double click shows everything again. What :meth:`say` says stands in its
+    place while there is nothing to show.
+    """
+
+    MARGINS: ClassVar[tuple[float, float, float, float]] = (58.0, 12.0, 14.0, 38.0)
+
+    def __init__(
+        self,
+        left: str | None = "",
+        bottom: str | None = "",
+        *,
+        zooms: bool = False,
+        grid: bool = False,
+    ) -> None:
+        super().__init__()
+        self.box = pg.ViewBox(enableMouse=zooms, enableMenu=False, defaultPadding=0)
+        self.box.disableAutoRange()
+        self.box.sigRangeChangedManually.connect(self._zoomed_by_hand)
+        self.left, self.bottom = ValueAxis("left", left or ""), ValueAxis("bottom", bottom or "")
+        titled = ((self.left, left), (self.bottom, bottom))
+        self._shown = [self.box, *(axis for axis, title in titled if title is not None)]
+        self.zooms, self.zoomed = zooms, False
+        self._whole = QRectF(0, 0, 1, 1)
+        self.sentence = ""
+        self._readout: tuple[QPointF, str] | None = None
+        self.addItem(self.box)
+        for axis in (self.left, self.bottom):
+            axis.setZValue(-1)
+            axis.setStyle(tickLength=4, hideOverlappingLabels=False)
+            axis.setGrid(GRID if grid else False)
+            axis.linkToView(self.box)
+            self.addItem(axis)
+            axis.setVisible(axis in self._shown)
+        self.legend = pg.LegendItem(labelTextSize="11px", verSpacing=-4)
+        self.legend.setFlag(pg.LegendItem.GraphicsItemFlag.ItemIgnoresTransformations, False)
+        self._shown.append(self.legend)
+        self.addItem(self.legend)
+        self.setMouseTracking(True)
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+
+    # What is shown
+
+    @property
+    def margins(self) -> tuple[float, float, float, float]:
+        """Pixels left of the box, above, right and below, for the axes' numbers and titles."""
+        return self.MARGINS
+
+    @property
+    def area(self) -> QRectF:
+        """Where the box is, in pixels."""
+        left, top, right, bottom = self.margins
+        width, height = self.width() - left - right, self.height() - top - bottom
+        return QRectF(left, top, max(width, 1.0), max(height, 1.0))
+
+    def redraw(self) -> None:
+        """Put the items in, in the theme's colours, in place of those that were there."""
+
+    def clear(self) -> None:
+        self.box.clear()
+        self.legend.clear()
+
+    def add(self, item: pg.GraphicsObject, name: str = "") -> None:
+        """Add an item whose coordinates are those of the box; what is named is in the legend."""
+        self.box.addItem(item)
+        if name:
+            self.legend.setLabelTextColor(colours().text)
+            self.legend.addItem(item, name)
+            self.place_legend()
+
+    def place_legend(self) -> None:
+        """Put the legend into the corner at the upper right."""
+        area = self.area
+        self.legend.setPos(area.right() - self.legend.width() - PADDING, area.top())
+
+    def show_all_of(self, across: Sequence[float], up: Sequence[float]) -> None:
+        """Let the axes go from the first to the second value; no further by wheel or drag."""
+        (x0, x1), (y0, y1) = self.bottom.places(across), self.left.places(up)
+        self._whole = QRectF(x0, y0, x1 - x0, y1 - y0)
+        self.box.setLimits(xMin=x0, xMax=x1, yMin=y0, yMax=y1)
+        if not self.zoomed:
+            self.show_all()
+
+    def show_all(self) -> None:
+        """Show everything again."""
+        self.box.setRange(self._whole, padding=0)
+        self.zoomed = False
+
+    def spot(self, x: float, y: float) -> QPointF:
+        """The pixel of a value on either axis."""
+        place = QPointF(self.bottom.places(x), self.left.places(y))
+        return QPointF(self.box.mapFromView(place)) + self.area.topLeft()
+
+    def value_at(self, pixel: QPointF) -> QPointF:
+        """The place of a pixel in the units of the box."""
+        place = self.box.mapToView(pixel - self.area.topLeft())
+        return QPointF(place.x(), place.y())
+
+    def say(self, sentence: str) -> None:
+        """Show a sentence in place of the plot, or the plot."""
+        self.sentence = sentence
+        for item in self._shown:
+            item.setVisible(not sentence)
+        self.invalidate()
+
+    def readout(self, pointer: QPointF) -> str:
+        """What is to be read at a pixel; empty where there is nothing."""
+        return ""
+
+    # Drawing
+
+    def restyle(self) -> None:
+        self.redraw()
+        super().restyle()
+
+    def place(self) -> None:
+        area, (left, _, _, bottom) = self.area, self.margins
+        self.box.setGeometry(area)
+        self.place_legend()
+        self.left.setWidth(left)
+        self.left.setGeometry(QRectF(0, area.top(), left, area.height()))
+        self.bottom.setHeight(bottom)
+        self.bottom.setGeometry(QRectF(area.left(), area.bottom(), area.width(), bottom))
+
+    def paint_background(self, painter: QPainter) -> None:
+        if self.sentence:
+            painter.setFont(self.font())
+            painter.setPen(QColor(colours().muted))
+            flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+            painter.drawText(QRectF(self.rect()).adjusted(16, 8, -16, -8), flags, self.sentence)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the plot, and above it what is in no file: readout and focus."""
+        super().paintEvent(event)
+        with QPainter(self.viewport()) as painter:
+            if self._readout is not None:
+                self.paint_readout(painter, *self._readout)
+            if self.hasFocus():
+                painter.setPen(QPen(QColor(colours().accent), 1.0))
+                painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
+
+    def paint_readout(self, painter: QPainter, pointer: QPointF, sentence: str) -> None:
+        """Write beside the pointer, at its other side where there is more room."""
+        painter.setFont(text.font(NUMBER))
+        room = QRectF(0, 0, self.width() - 2 * PADDING, self.height())
+        box = painter.boundingRect(room, Qt.TextFlag.TextWordWrap, sentence)
+        box = box.adjusted(0, 0, 2 * PADDING, 2 * PADDING)
+        beside, most = pointer.x() + READOUT, self.width() - box.width()
+        left = beside if beside <= most else pointer.x() - READOUT - box.width()
+        top = min(max(pointer.y() - box.height(), 0.0), self.height() - box.height())
+        box.moveTo(min(max(left, 0.0), most), top)
+        painter.setPen(QColor(colours().frame))
+        painter.setBrush(translucent(colours().panel, 0.92))
+        painter.drawRect(box.adjusted(0.5, 0.5, -0.5, -0.5))
+        painter.setPen(QColor(colours().text))
+        text_box = box.adjusted(PADDING, PADDING, -PADDING, -PADDING)
+        painter.drawText(text_box, Qt.TextFlag.TextWordWrap, sentence)
+
+    # Pointer and keys
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        if self.zooms:
+            super().wheelEvent(event)
+        else:
+            event.ignore()  # what it lies in scrolls
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        if self.zooms and event.button() == Qt.MouseButton.LeftButton:
+            self.show_all()
+        else:
+            self.mousePressEvent(event)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        super().mouseMoveEvent(event)
+        self._read(event.position())
+
+    def leaveEvent(self, event: QEvent) -> None:
+        super().leaveEvent(event)
+        self._read(None)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Keys are the window's."""
+        event.ignore()
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        super().focusInEvent(event)
+        self.update()
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        super().focusOutEvent(event)
+        self.update()
+
+    def _read(self, pointer: QPointF | None) -> None:
+        sentence = "" if pointer is None or self.sentence else self.readout(pointer)
+        before, self._readout = self._readout, (pointer, sentence) if pointer and sentence else None
+        if self._readout != before:
+            self.update()
+
+    def _zoomed_by_hand(self, *_: object) -> None:
+        self.zoomed = True
+
+
+class Bars(pg.BarGraphItem):
+    """Bars of several colours; pyqtgraph's are pictures, which are scaled in files."""
+
+    def paint(self, p: QPainter, *args: object) -> None:
+        self._render(p)
 
 
 class BoxItem(pg.GraphicsObject):

@@ -7,19 +7,12 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, QSignalBlocker, QSize, Qt
-from PySide6.QtGui import (
-    QCloseEvent,
-    QColor,
-    QImage,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QPen,
-    QPolygonF,
-)
+from PySide6.QtCore import QEvent, QPointF, QSignalBlocker, QSize, Qt
+from PySide6.QtGui import QCloseEvent, QImage, QMouseEvent
 from PySide6.QtWidgets import (
+    QApplication,
     QCheckBox,
     QDialog,
     QDialogButtonBox,
@@ -42,41 +35,41 @@ from PySide6.QtWidgets import (
 from forcelab.clock import ClockMap, fit_clock
 from forcelab.errors import InputError
 from forcelab.gui.document import Document
-from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.text import signed
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.kit.plot import Plot
 from forcelab.gui.label.picture_view import PictureView
 from forcelab.gui.label.video_frames import VideoFrames
 from forcelab.gui.layout import set_enabled_with_reason, whole_rows
-from forcelab.gui.theme import colours, themes
+from forcelab.gui.theme import colours
 from forcelab.jobs import Progress
 from forcelab.project.media import name_video
 from forcelab.signals.sync import Proposal, propose_clock_for
 from forcelab.video.index import SAME
 
-#: Height of the times below the curves, in pixels.
-NUMBER = 12.0
 
-
-class AlignmentPlot(QWidget):
+class AlignmentPlot(Plot):
     """Motion upwards and change of force downwards from a line between them, on the force clock.
 
     Where the clock is right their peaks meet. A click moves the cursor.
     """
 
+    MARGINS = (12.0, 24.0, 12.0, 36.0)
+
     def __init__(self, document: Document) -> None:
-        super().__init__()
+        super().__init__(None, "force time (s)", zooms=True)
         self.document = document
         self._proposal: Proposal | None = None
         self._clock = ClockMap()
         self._taps: tuple[float, ...] = ()
-        self._note = ""
+        self._cursor = pg.InfiniteLine()
+        self._press: QPointF | None = None
         self.setAccessibleName("Motion of the video and change of the force")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        document.view.cursor_moved.connect(self._repaint)
-        themes().changed.connect(self._repaint)
+        self.box.setMouseEnabled(y=False)
+        self.legend.setColumnCount(3)
+        document.view.cursor_moved.connect(self._show_cursor)
 
     def sizeHint(self) -> QSize:
         return QSize(480, 9 * self.fontMetrics().height())
@@ -86,126 +79,70 @@ class AlignmentPlot(QWidget):
 
     def show_signals(self, proposal: Proposal | None, note: str = "") -> None:
         """Show the compared signals, or a note in their place."""
-        self._proposal, self._note = proposal, note
-        self.update()
+        self._proposal = proposal
+        self.say(note)
+        self.redraw()
 
     def show_clock(self, clock: ClockMap, taps: tuple[float, ...]) -> None:
         """Map the motion by this clock; `taps` are marked at their force times (s)."""
         self._clock, self._taps = clock, taps
-        self.update()
+        self.redraw()
+
+    def redraw(self) -> None:
+        self.clear()
+        if self._proposal is None:
+            return
+        theme, motion, force = colours(), self._proposal.motion, self._proposal.force
+        self.show_all_of(self.document.view.bounds, (-1.05, 1.05))
+        for times, values, colour, name in (
+            (
+                self._clock.to_force(motion[0]),
+                motion[1],
+                theme.curves[0],
+                "up: motion in the video",
+            ),
+            (force[0], -force[1], theme.curves[1], "down: change of the force"),
+        ):
+            brush = pg.mkBrush(translucent(colour, 0.43))
+            curve = pg.PlotDataItem(times, values, pen=colour, fillLevel=0.0, fillBrush=brush)
+            self.add(curve, name)
+            curve.setDownsampling(auto=True, method="peak")
+            curve.setClipToView(True)
+        self.add(pg.InfiniteLine(0.0, angle=0, pen=theme.frame))
+        dashed = pg.mkPen(theme.hint, width=2.0, style=Qt.PenStyle.DashLine)
+        self.add(pg.PlotCurveItem(pen=dashed), "dashed: taps")
+        for tap in self._taps:
+            self.add(pg.InfiniteLine(tap, pen=dashed))
+        self._cursor = pg.InfiniteLine(self.document.view.cursor, pen=theme.cursor)
+        self.add(self._cursor)
+
+    def place_legend(self) -> None:
+        """Put the legend above the curves."""
+        self.legend.setPos(self.area.left(), -1.0)
+
+    def readout(self, pointer: QPointF) -> str:
+        return f"{self.value_at(pointer).x():.3f} s" if self.area.contains(pointer) else ""
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        if event.button() == Qt.MouseButton.LeftButton and self._proposal is not None:
-            self.document.view.seek(self._axis(self._box()).value(event.position().x()))
+        self._press = event.position()
+        super().mousePressEvent(event)
 
-    def paintEvent(self, event: QPaintEvent) -> None:
-        c = colours()
-        with QPainter(self) as painter:
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            box = self._box()
-            painter.fillRect(self.rect(), QColor(c.panel))
-            painter.fillRect(box, QColor(c.background))
-            if self._proposal is None:
-                painter.setPen(QColor(c.muted))
-                flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-                painter.drawText(box.adjusted(12, 4, -12, -4), int(flags), self._note)
-            else:
-                self._paint_signals(painter, box, self._proposal)
-            painter.setPen(QPen(QColor(c.frame), 1))
-            painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.drawRect(box)
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Move the cursor to where it was clicked, not at the end of a drag."""
+        super().mouseReleaseEvent(event)
+        start, self._press = self._press, None
+        if event.button() != Qt.MouseButton.LeftButton or start is None or self._proposal is None:
+            return
+        if (event.position() - start).manhattanLength() < QApplication.startDragDistance():
+            self.document.view.seek(self.value_at(event.position()).x())
 
     def changeEvent(self, event: QEvent) -> None:
         if event.type() == QEvent.Type.FontChange:
             self.updateGeometry()
         super().changeEvent(event)
 
-    def _repaint(self) -> None:
-        self.update()
-
-    def _box(self) -> QRectF:
-        """The area of the curves; the names stand above it, the axis below."""
-        line = self.fontMetrics().height()
-        return QRectF(0.5, line + 6.5, self.width() - 1.0, self.height() - 2.0 * line - 11.0)
-
-    def _paint_signals(self, painter: QPainter, box: QRectF, proposal: Proposal) -> None:
-        c, axis = colours(), self._axis(box)
-        middle, high = box.center().y(), box.height() / 2.0 - 4.0
-        self._paint_times(painter, box, axis)
-        painter.save()
-        painter.setClipRect(box)
-        painter.setPen(QPen(QColor(c.frame), 1))
-        painter.drawLine(QLineF(box.left(), middle, box.right(), middle))
-        motion, force = proposal.motion, proposal.force
-        motion_times = self._clock.to_force(motion[0])
-        for times, values, colour, sign in (
-            (motion_times, motion[1], c.curves[0], -1.0),
-            (force[0], force[1], c.curves[1], 1.0),
-        ):
-            painter.setPen(QPen(QColor(colour), 1))
-            painter.setBrush(translucent(colour, 0.43))
-            painter.drawPolygon(_outline(times, values, axis, middle, sign * high))
-        painter.setPen(QPen(QColor(c.hint), 1.5, Qt.PenStyle.DashLine))
-        for tap in self._taps:
-            x = axis.at(tap)
-            painter.drawLine(QLineF(x, box.top(), x, box.bottom()))
-        painter.setPen(QPen(QColor(c.cursor), 1))
-        x = axis.at(self.document.view.cursor)
-        painter.drawLine(QLineF(x, box.top(), x, box.bottom()))
-        painter.restore()
-        left = box.left() + 2.0
-        for name, colour in (
-            ("up: motion in the video", c.curves[0]),
-            ("down: change of the force", c.curves[1]),
-            ("dashed: taps", c.hint),
-        ):
-            left = self._paint_name(painter, left, name, colour)
-
-    def _paint_name(self, painter: QPainter, left: float, name: str, colour: str) -> float:
-        """A name with its colour above the curves; gives where the next one stands."""
-        metrics = self.fontMetrics()
-        side = 0.6 * metrics.ascent()
-        painter.fillRect(QRectF(left, 2 + metrics.ascent() - side, side, side), QColor(colour))
-        painter.setPen(QColor(colours().text))
-        painter.drawText(QPointF(left + 1.6 * side, 2 + metrics.ascent()), name)
-        return left + 1.6 * side + metrics.horizontalAdvance(name) + 2.5 * side
-
-    def _paint_times(self, painter: QPainter, box: QRectF, axis: Axis) -> None:
-        """Times below, with thin lines upwards."""
-        c, face = colours(), text.font(NUMBER)
-        y = box.bottom() + 2 + self.fontMetrics().height() / 2
-        for time, number in axis.marks(NUMBER, upright=False):
-            x = axis.at(time)
-            painter.setPen(QPen(QColor(c.grid), 1))
-            painter.drawLine(QLineF(x, box.top(), x, box.bottom()))
-            label = f"{number} s"
-            half = text.width(label, face) / 2  # at the ends they move inwards, not to be cut
-            x = min(max(x, half), self.width() - half)
-            text.draw_text(painter, x, y, label, face=face, ink=QColor(c.muted), align=0.5)
-
-    def _axis(self, box: QRectF) -> Axis:
-        return Axis(*self.document.view.bounds, box.left(), max(box.right(), box.left() + 1.0))
-
-
-def _outline(
-    times: NDArray[np.float64], values: NDArray[np.float64], axis: Axis, middle: float, high: float
-) -> QPolygonF:
-    """The largest value of each pixel as the edge of an area that stands on the middle line."""
-    wide = max(int(axis.finish - axis.begin), 1)
-    share = (times - axis.start) / (axis.end - axis.start)
-    pixel = np.floor(share * wide).astype(np.int64)
-    inside = (pixel >= 0) & (pixel < wide)
-    tops = np.zeros(wide)
-    np.maximum.at(tops, pixel[inside], values[inside])
-    places = np.arange(wide)
-    if inside.any():  # a curve drawn with fewer points than pixels has no holes
-        outlined = np.unique(pixel[inside])
-        tops = np.interp(places, outlined, tops[outlined], left=0.0, right=0.0)
-    edge = [
-        QPointF(axis.begin + x + 0.5, middle + high * y)
-        for x, y in zip(places.tolist(), tops.tolist(), strict=True)
-    ]
-    return QPolygonF([QPointF(axis.begin, middle), *edge, QPointF(axis.finish, middle)])
+    def _show_cursor(self) -> None:
+        self._cursor.setValue(self.document.view.cursor)
 
 
 class VideoPreview(QWidget):

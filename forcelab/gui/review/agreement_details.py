@@ -6,18 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import (
-    QColor,
-    QFont,
-    QKeyEvent,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QPalette,
-    QPen,
-)
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QFont, QKeyEvent, QMouseEvent, QPainter, QPalette, QPen
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -25,21 +17,20 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QLabel,
     QSizePolicy,
-    QToolTip,
     QVBoxLayout,
     QWidget,
 )
 
 from forcelab.gui.document import Document
-from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.colormap import colormap_colour
 from forcelab.gui.figures.text import NAMES, ink_on
 from forcelab.gui.figures.tracks import LabelStyle
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable
+from forcelab.gui.kit.plot import Bars, Plot
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.layout import copyable, emphasise
 from forcelab.gui.review.trainer import task_text
-from forcelab.gui.theme import colours, themes
+from forcelab.gui.theme import colours
 from forcelab.gui.widgets import ARROW_STEPS, combo_box, is_plain
 from forcelab.labels import Interval
 from forcelab.review.agreement import WINDOW, Agreement, Consistency, PairAgreement, landis_koch
@@ -131,21 +122,22 @@ def histogram_bins(offsets: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDA
     return np.bincount(numbers, minlength=2 * half), edges
 
 
-class OffsetHistogram(QWidget):
+class OffsetHistogram(Plot):
     """How much later than the first coder, in ms, the second puts the boundaries."""
 
+    ground = "panel"
+
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(None, "ms")
         self.offsets: NDArray[np.float64] = np.empty(0)
         self._second = ""
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName("Histogram of boundary offsets")
-        themes().changed.connect(self.update)
 
     def show_offsets(self, offsets: NDArray[np.float64], second: str) -> None:
         """Show by how many ms the second of two coders is later."""
         self.offsets, self._second = offsets, second
-        self.update()
+        self.redraw()
 
     def sizeHint(self) -> QSize:
         return QSize(320, 9 * self.fontMetrics().height())
@@ -153,71 +145,66 @@ class OffsetHistogram(QWidget):
     def minimumSizeHint(self) -> QSize:
         return QSize(160, self.sizeHint().height())
 
-    def paintEvent(self, event: QPaintEvent) -> None:
+    @property
+    def margins(self) -> tuple[float, float, float, float]:
+        return 2.0 * CHART_MARGIN, 1.2 * self.fontMetrics().height(), 2.0 * CHART_MARGIN, 36.0
+
+    def redraw(self) -> None:
+        self.clear()
         if not len(self.offsets):
             return
-        with QPainter(self) as painter:
-            theme, line = colours(), self.fontMetrics().height()
-            box = QRectF(self.rect()).adjusted(CHART_MARGIN, 1.2 * line, -CHART_MARGIN, -2.6 * line)
-            counts, edges = histogram_bins(self.offsets)
-            axis = Axis(float(edges[0]), float(edges[-1]), box.left(), box.right())
-            for count, left, right in zip(counts, edges, edges[1:], strict=False):
-                if count:
-                    high = box.height() * float(count / counts.max())
-                    x, end = axis.at(float(left)), axis.at(float(right))
-                    bar = QRectF(x, box.bottom() - high, max(end - x - 1, 1), high)
-                    painter.fillRect(bar, QColor(theme.curves[0]))
-            painter.setPen(QPen(QColor(theme.frame), 1))
-            painter.drawLine(QLineF(box.bottomLeft(), box.bottomRight()))
-            self._paint_axis(painter, axis, box)
-            self._paint_median(painter, axis, box)
+        theme, (counts, edges) = colours(), histogram_bins(self.offsets)
+        self.show_all_of((edges[0], edges[-1]), (0.0, counts.max()))
+        gap = pg.mkPen(theme.panel)
+        bars = {"x0": edges[:-1], "x1": edges[1:], "height": counts}
+        self.add(pg.BarGraphItem(**bars, brush=theme.curves[0], pen=gap))
+        dashed = pg.mkPen(theme.frame, style=Qt.PenStyle.DashLine)
+        self.add(pg.InfiniteLine(0.0, pen=dashed))
+        self.add(pg.InfiniteLine(np.median(self.offsets), pen=pg.mkPen(theme.cursor, width=2)))
 
-    def _paint_axis(self, painter: QPainter, axis: Axis, box: QRectF) -> None:
-        theme, metrics = colours(), self.fontMetrics()
-        line, middle = metrics.height(), Qt.AlignmentFlag.AlignHCenter
-        for value, number in axis.marks(line, upright=False):
-            x = axis.at(value)
-            painter.setPen(QPen(QColor(theme.frame), 1))
-            painter.drawLine(QLineF(x, box.bottom(), x, box.bottom() + 4))
-            painter.setPen(QColor(theme.muted))
-            wide = metrics.horizontalAdvance(number) + 2
-            left = min(max(x - wide / 2, 0.0), self.width() - wide)
-            painter.drawText(QRectF(left, box.bottom() + 4, wide, line), middle, number)
-        painter.setPen(QPen(QColor(theme.frame), 1, Qt.PenStyle.DashLine))
-        painter.drawLine(QLineF(axis.at(0.0), box.top(), axis.at(0.0), box.bottom()))
-        below = QRectF(box.left(), box.bottom() + 4 + 1.2 * line, box.width(), line)
-        half = int(below.width() / 2 - line)
-        painter.setPen(QColor(theme.muted))
+    def readout(self, pointer: QPointF) -> str:
+        """How many offsets are in the bin under the pointer."""
+        if not len(self.offsets) or not self.area.contains(pointer):
+            return ""
+        counts, edges = histogram_bins(self.offsets)
+        number = int(np.searchsorted(edges, self.value_at(pointer).x(), side="right")) - 1
+        number = min(max(number, 0), len(counts) - 1)
+        start, end = _signed_ms(edges[number]), _signed_ms(edges[number + 1])
+        return f"{start} to {end} ms: {counts[number]}"
+
+    def paint_foreground(self, painter: QPainter) -> None:
+        """Write the median, and what either side means."""
+        if not len(self.offsets):
+            return
+        area, metrics = self.area, self.fontMetrics()
+        line, median = metrics.height(), float(np.median(self.offsets))
+        label = f"median {_signed_ms(median)} ms"
+        wide = metrics.horizontalAdvance(label) + 2
+        left = min(max(self.spot(median, 0).x() - wide / 2, 0.0), self.width() - wide)
+        painter.setPen(QColor(colours().cursor))
+        painter.drawText(QRectF(left, 0, wide, line), Qt.AlignmentFlag.AlignHCenter, label)
+        below = QRectF(area.left(), self.height() - line, area.width(), line)
+        painter.setPen(QColor(colours().muted))
         for text, side in (
             (f"{self._second} earlier", Qt.AlignmentFlag.AlignLeft),
             (f"{self._second} later", Qt.AlignmentFlag.AlignRight),
         ):
-            painter.drawText(below, side, metrics.elidedText(text, NAMES, half))
-        painter.drawText(below, middle, "ms")
-
-    def _paint_median(self, painter: QPainter, axis: Axis, box: QRectF) -> None:
-        median = float(np.median(self.offsets))
-        x, line = axis.at(median), self.fontMetrics().height()
-        painter.setPen(QPen(QColor(colours().cursor), 2))
-        painter.drawLine(QLineF(x, box.top() - 2, x, box.bottom()))
-        text = f"median {_signed_ms(median)} ms"
-        wide = self.fontMetrics().horizontalAdvance(text) + 2
-        left = min(max(x - wide / 2, 0.0), self.width() - wide)
-        painter.drawText(
-            QRectF(left, box.top() - 1.2 * line, wide, line), Qt.AlignmentFlag.AlignHCenter, text
-        )
+            room = int(area.width() / 2 - line)
+            painter.drawText(below, side, metrics.elidedText(text, NAMES, room))
 
 
-class ActionBars(QWidget):
+class ActionBars(Plot):
     """A bar for the agreement on each action, from 0 to 100 %."""
 
+    ground = "panel"
+
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(None, None)
         self.shares: dict[str, float | None] = {}
         self._styles: dict[str, LabelStyle] = {}
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName("Agreement on each action")
-        themes().changed.connect(self.update)
+        self.box.invertY()
 
     def show_shares(self, shares: Mapping[str, float | None], vocabulary: Vocabulary) -> None:
         """Show a share, 0 to 1, for each action; None where there is none."""
@@ -227,47 +214,55 @@ class ActionBars(QWidget):
             ", ".join(f"{name} {_whole_percent(share)}" for name, share in shares.items())
         )
         self.updateGeometry()
-        self.update()
+        self.redraw()
+        self.place()
 
     def sizeHint(self) -> QSize:
-        return QSize(320, round(len(self.shares) * self._line) + 2)
+        return QSize(320, round(len(self.shares) * 1.5 * self.fontMetrics().height()) + 2)
 
     def minimumSizeHint(self) -> QSize:
         return QSize(160, self.sizeHint().height())
 
     @property
-    def _line(self) -> float:
-        return 1.5 * self.fontMetrics().height()
+    def _side(self) -> float:
+        """Of a swatch."""
+        return 0.8 * self.fontMetrics().height()
 
-    def paintEvent(self, event: QPaintEvent) -> None:
-        with QPainter(self) as painter:
-            theme, metrics = colours(), self.fontMetrics()
-            line, side = self._line, metrics.height() * 0.8
-            numbers = metrics.horizontalAdvance("100 %") + CHART_MARGIN
-            widest = max((metrics.horizontalAdvance(name) for name in self.shares), default=0)
-            names = min(widest, round(0.35 * self.width()))
-            left = side + 2 * CHART_MARGIN + names + CHART_MARGIN
-            room = max(self.width() - left - numbers - CHART_MARGIN, 1.0)
-            upright = Qt.AlignmentFlag.AlignVCenter
-            for row, (name, share) in enumerate(self.shares.items()):
-                top = row * line
-                swatch = QRectF(CHART_MARGIN, top + (line - side) / 2, side, side)
-                paint_swatch(painter, swatch, self._styles[name])
-                painter.setPen(QColor(theme.text))
-                elided = metrics.elidedText(name, NAMES, names)
-                painter.drawText(QRectF(side + 2 * CHART_MARGIN, top, names, line), upright, elided)
-                bar = QRectF(left, top + 0.25 * line, room, 0.5 * line)
-                painter.fillRect(bar, QColor(theme.panel_edge))
-                if share is not None:
-                    painter.fillRect(
-                        QRectF(bar.left(), bar.top(), share * room, bar.height()),
-                        QColor(theme.curves[0]),
-                    )
-                painter.setPen(QColor(theme.text if share is not None else theme.muted))
-                number = QRectF(left + room, top, numbers, line)
-                painter.drawText(
-                    number, upright | Qt.AlignmentFlag.AlignRight, _whole_percent(share)
-                )
+    @property
+    def margins(self) -> tuple[float, float, float, float]:
+        metrics = self.fontMetrics()
+        widest = max((metrics.horizontalAdvance(name) for name in self.shares), default=0)
+        names = min(widest, round(0.35 * self.width()))
+        right = metrics.horizontalAdvance("100 %") + 2 * CHART_MARGIN
+        return self._side + names + 3 * CHART_MARGIN, 0.0, right, 0.0
+
+    def redraw(self) -> None:
+        self.clear()
+        if not self.shares:
+            return
+        self.show_all_of((0.0, 1.0), (0, len(self.shares)))
+        rows, shares = np.arange(len(self.shares)) + 0.5, list(self.shares.values())
+        for ends, colour in (
+            (np.ones(len(rows)), colours().panel_edge),
+            (np.array([share or 0.0 for share in shares]), colours().curves[0]),
+        ):
+            self.add(pg.BarGraphItem(x0=0, width=ends, y=rows, height=0.5, brush=colour, pen=None))
+
+    def paint_foreground(self, painter: QPainter) -> None:
+        theme, metrics, area, side = colours(), self.fontMetrics(), self.area, self._side
+        left = side + 2 * CHART_MARGIN
+        upright, high = Qt.AlignmentFlag.AlignVCenter, area.height() / max(len(self.shares), 1)
+        for row, (name, share) in enumerate(self.shares.items()):
+            top = area.top() + row * high
+            swatch = QRectF(CHART_MARGIN, top + (high - side) / 2, side, side)
+            paint_swatch(painter, swatch, self._styles[name])
+            painter.setPen(QColor(theme.text))
+            names = QRectF(left, top, area.left() - CHART_MARGIN - left, high)
+            painter.drawText(names, upright, metrics.elidedText(name, NAMES, int(names.width())))
+            painter.setPen(QColor(theme.text if share is not None else theme.muted))
+            number = QRectF(area.right(), top, self.width() - area.right() - CHART_MARGIN, high)
+            right = upright | Qt.AlignmentFlag.AlignRight
+            painter.drawText(number, right, _whole_percent(share))
 
 
 def _whole_percent(share: float | None) -> str:
@@ -284,21 +279,21 @@ NARROWEST_CELL, WIDEST_CELL, CELL_LINES, CELL_PADDING = 6.5, 18.0, 2.5, 6
 LIGHTEST_KAPPA = 0.0
 
 
-class CoderMatrix(QWidget):
+class CoderMatrix(Plot):
     """Coders against coders: kappa and its word; the darker, the better they agree."""
 
+    ground = "panel"
     chosen = Signal(object)
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(None, None)
         self.authors: tuple[str, ...] = ()
         self.at = (0, 1)
         self._agreement: Agreement | None = None
         self.setAccessibleName("Kappa of every two coders")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setMouseTracking(True)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        themes().changed.connect(self.update)
+        self.box.invertY()
 
     def show_agreement(self, agreement: Agreement) -> None:
         """Show an agreement, and keep the chosen pair if it is still in it."""
@@ -309,6 +304,8 @@ class CoderMatrix(QWidget):
         same = [self._cell_of(p) for p in agreement.pairs if (p.a, p.b) == names]
         self.at = (*same, *cells, (0, 1))[0]
         self.updateGeometry()
+        self.redraw()
+        self.place()
         self._tell()
 
     @property
@@ -322,8 +319,7 @@ class CoderMatrix(QWidget):
             self._tell()
 
     def cell(self, row: int, column: int) -> QRectF:
-        left, top, wide, high = self._layout()
-        return QRectF(left + column * wide, top + row * high, wide, high)
+        return QRectF(self.spot(column, row), self.spot(column + 1, row + 1))
 
     def sizeHint(self) -> QSize:
         high = round((len(self.authors) * CELL_LINES + 1.8) * self.fontMetrics().height())
@@ -332,6 +328,18 @@ class CoderMatrix(QWidget):
     def minimumSizeHint(self) -> QSize:
         """As high as it is; names are elided."""
         return QSize(160, self.sizeHint().height())
+
+    @property
+    def margins(self) -> tuple[float, float, float, float]:
+        metrics, count = self.fontMetrics(), max(len(self.authors), 1)
+        digit = metrics.horizontalAdvance("0")
+        names = max((metrics.horizontalAdvance(name) for name in self.authors), default=0)
+        left, top = min(names + 2 * CELL_PADDING, 0.3 * self.width()), 1.6 * metrics.height()
+        wide = max((self.width() - left - 1) / count, NARROWEST_CELL * digit)
+        wide, high = count * min(wide, WIDEST_CELL * digit), count * CELL_LINES * metrics.height()
+        return left, top, self.width() - left - wide, self.height() - top - high
+
+    # Keys and pointer
 
     def keeps(self, event: QKeyEvent) -> bool:
         """Whether a key is an arrow, which the window uses too."""
@@ -348,86 +356,77 @@ class CoderMatrix(QWidget):
         self.choose(row, column)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        if (spot := self._cell_at_point(event.position())) is not None:
-            self.choose(*spot)
+        if (cell := self._cell_at(event.position())) is not None:
+            self.choose(*cell)
 
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Show the cell in words, as names may be elided."""
-        spot = self._cell_at_point(event.position())
-        self.setToolTip("" if spot is None else self._cell_text(*spot))
-        if spot is None:
-            QToolTip.hideText()
+    def readout(self, pointer: QPointF) -> str:
+        """The cell in words, as names may be elided."""
+        cell = self._cell_at(pointer)
+        return "" if cell is None else self._cell_text(*cell)
 
-    def paintEvent(self, event: QPaintEvent) -> None:
-        with QPainter(self) as painter:
-            theme, metrics = colours(), self.fontMetrics()
-            left, top, wide, high = self._layout()
-            middle = Qt.AlignmentFlag.AlignCenter
-            for i, name in enumerate(self.authors):
-                painter.setPen(QColor(theme.text))
-                row = QRectF(0, top + i * high, left - CELL_PADDING, high)
-                elided = metrics.elidedText(name, NAMES, int(row.width()))
-                painter.drawText(
-                    row, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight, elided
-                )
-                head = QRectF(left + i * wide, 0, wide, top)
-                room = int(wide - CELL_PADDING)
-                painter.drawText(head, middle, metrics.elidedText(name, NAMES, room))
-            for row_number in range(len(self.authors)):
-                for column in range(len(self.authors)):
-                    self._paint_cell(painter, row_number, column)
-            if self.pair is not None:
-                painter.setPen(QPen(QColor(theme.text), 3 if self.hasFocus() else 2))
-                painter.setBrush(Qt.BrushStyle.NoBrush)
-                painter.drawRect(self.cell(*self.at).adjusted(1, 1, -1, -1))
+    def _cell_at(self, where: QPointF) -> tuple[int, int] | None:
+        at = self.value_at(where)
+        return (int(at.y()), int(at.x())) if self.authors and self.area.contains(where) else None
+
+    # Drawing
+
+    def redraw(self) -> None:
+        self.clear()
+        count = len(self.authors)
+        if not count:
+            return
+        self.show_all_of((0, count), (0, count))
+        rows, columns = (places.ravel() for places in np.indices((count, count)))
+        fills = [self._ground(*cell) for cell in zip(rows.tolist(), columns.tolist(), strict=True)]
+        gap = pg.mkPen(colours().panel, width=2)
+        self.add(Bars(x0=columns, y0=rows, width=1, height=1, brushes=fills, pen=gap))
+
+    def paint_foreground(self, painter: QPainter) -> None:
+        """Write names, kappas and their words, and frame the chosen pair."""
+        theme, metrics, area = colours(), self.fontMetrics(), self.area
+        middle = Qt.AlignmentFlag.AlignCenter
+        right = Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight
+        for i, name in enumerate(self.authors):
+            painter.setPen(QColor(theme.text))
+            box = self.cell(i, i)
+            row = QRectF(0, box.top(), area.left() - CELL_PADDING, box.height())
+            painter.drawText(row, right, metrics.elidedText(name, NAMES, int(row.width())))
+            head, room = QRectF(box.left(), 0, box.width(), area.top()), box.width() - CELL_PADDING
+            painter.drawText(head, middle, metrics.elidedText(name, NAMES, int(room)))
+            for column in range(len(self.authors)):
+                self._paint_cell(painter, i, column)
+        if self.pair is not None:
+            painter.setPen(QPen(QColor(theme.text), 3 if self.hasFocus() else 2))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawRect(self.cell(*self.at).adjusted(1, 1, -1, -1))
+
+    def _ground(self, row: int, column: int) -> QColor:
+        pair = self._pair_at(row, column)
+        if pair is None or pair.kappa is None:
+            return QColor(colours().panel)
+        return colormap_colour(max(pair.kappa, LIGHTEST_KAPPA))
 
     def _paint_cell(self, painter: QPainter, row: int, column: int) -> None:
-        """Kappa and its word; on the diagonal how much the coder labelled."""
-        theme, box = colours(), self.cell(row, column).adjusted(1, 1, -1, -1)
-        middle = Qt.AlignmentFlag.AlignCenter
-        pair = self._pair_at(row, column)
-        kappa = None if pair is None else pair.kappa
-        if kappa is None:
-            painter.fillRect(box, QColor(theme.panel))
-            painter.setPen(QColor(theme.muted))
+        """Write kappa and its word; on the diagonal how much the coder labelled."""
+        box, pair = self.cell(row, column).adjusted(3, 2, -3, -2), self._pair_at(row, column)
+        middle, cut = Qt.AlignmentFlag.AlignCenter, Qt.TextElideMode.ElideRight
+        metrics, room = self.fontMetrics(), int(box.width())
+        if pair is None or pair.kappa is None:
+            painter.setPen(QColor(colours().muted))
             count = self._labelled(self.authors[row]) if row == column else None
-            text = "–" if count is None else f"{count} coded"
-            room = int(box.width())
-            cut = self.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, room)
-            painter.drawText(box, middle, cut)
+            label = "–" if count is None else f"{count} coded"
+            painter.drawText(box, middle, metrics.elidedText(label, cut, room))
             return
-        ground = colormap_colour(max(kappa, LIGHTEST_KAPPA))
-        painter.fillRect(box, ground)
-        painter.setPen(ink_on(ground))
-        bold = QFont(self.font())
-        bold.setBold(True)
-        painter.setFont(bold)
-        upper = QRectF(box.left(), box.top() + 2, box.width(), box.height() / 2)
-        painter.drawText(upper, middle, f"{kappa:.2f}".replace("-", "\N{MINUS SIGN}"))
+        painter.setPen(ink_on(self._ground(row, column)))
+        face = QFont(self.font())
+        face.setBold(True)
+        half = box.height() / 2
+        kappa = f"{pair.kappa:.2f}".replace("-", "\N{MINUS SIGN}")
+        painter.setFont(face)
+        painter.drawText(box.adjusted(0, 0, 0, -half), middle, kappa)
         painter.setFont(self.font())
-        lower = QRectF(box.left(), box.center().y() - 1, box.width(), box.height() / 2)
-        room = int(box.width() - 4)
-        elided = self.fontMetrics().elidedText(
-            landis_koch(kappa), Qt.TextElideMode.ElideRight, room
-        )
-        painter.drawText(lower, middle, elided)
-
-    def _layout(self) -> tuple[float, float, float, float]:
-        """Left and top of the cells, their width and height, in pixels."""
-        metrics, count = self.fontMetrics(), max(len(self.authors), 1)
-        digit = metrics.horizontalAdvance("0")
-        names = max((metrics.horizontalAdvance(name) for name in self.authors), default=0)
-        left = min(names + 2 * CELL_PADDING, 0.3 * self.width())
-        wide = min(
-            max((self.width() - left - 1) / count, NARROWEST_CELL * digit), WIDEST_CELL * digit
-        )
-        return left, 1.6 * metrics.height(), wide, CELL_LINES * metrics.height()
-
-    def _cell_at_point(self, where: QPointF) -> tuple[int, int] | None:
-        left, top, wide, high = self._layout()
-        row, column = int((where.y() - top) // high), int((where.x() - left) // wide)
-        count = len(self.authors)
-        return (row, column) if 0 <= row < count and 0 <= column < count else None
+        word = metrics.elidedText(landis_koch(pair.kappa), cut, room)
+        painter.drawText(box.adjusted(0, half, 0, 0), middle, word)
 
     def _pair_at(self, row: int, column: int) -> PairAgreement | None:
         if self._agreement is None or row == column:
@@ -506,8 +505,9 @@ class PairDetails(QWidget):
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(4)
-        shown: tuple[QWidget, ...] = (self.title, self.frames, self.alone, self.each, self.bars)
-        for widget in (*shown, self.offsets, self.histogram, self.segments):
+        parts: list[QWidget] = [self.title, self.frames, self.alone, self.each, self.bars]
+        parts += [self.offsets, self.histogram, self.segments]
+        for widget in parts:
             column.addSpacing(4 if widget in (self.each, self.offsets, self.segments) else 0)
             column.addWidget(widget)
         row = QHBoxLayout()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
@@ -19,9 +19,9 @@ from PySide6.QtGui import (
     QPaintEvent,
     QPalette,
     QPen,
-    QPixmap,
     QResizeEvent,
     QShowEvent,
+    QWheelEvent,
 )
 from PySide6.QtWidgets import (
     QBoxLayout,
@@ -39,10 +39,11 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.confusion import MATRIX, ConfusionMatrix, MatrixLabels
-from forcelab.gui.figures.figure import LIGHT
+from forcelab.gui.figures.figure import LIGHT, Figure
 from forcelab.gui.file_dialogs import ask_picture, save_picture
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, as_tsv, copy_text
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.kit.plot import PlotView
 from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, scroll_area
 from forcelab.gui.review.reviewed_run import visible_run
 from forcelab.gui.theme import colours, themes
@@ -202,25 +203,27 @@ FIT_TOLERANCE = 2
 Cell = tuple[int, int]
 
 
-class MatrixCanvas(QWidget):
-    """Draws a matrix and tells which cell is pointed at, focused and chosen, as (row, column)."""
+class MatrixCanvas(PlotView):
+    """Draws a matrix and tells which cell is pointed at, focused and chosen, as (row, column).
+
+    Copied and exported is what `headed` gives, the matrix with its title.
+    """
 
     #: The cell that is pointed at or focused, as (row, column); None for none.
     pointed = Signal(object)
     #: A cell was clicked, or Enter was pressed on it: row, column, and whether by key.
     picked = Signal(int, int, bool)
 
-    def __init__(self) -> None:
+    def __init__(self, headed: Callable[[], Figure | None]) -> None:
         super().__init__()
+        self._headed = headed
         self.figure: ConfusionMatrix | None = None
         self.focus: Cell = (0, 0)
         self.chosen: Cell | None = None
         self._hovered: Cell | None = None
-        self._drawn: QPixmap | None = None
         self.setAccessibleName("Confusion matrix")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
-        themes().changed.connect(self._invalidate)
 
     def show_figure(self, figure: ConfusionMatrix | None) -> None:
         """Draw this matrix from now on; a focus that it lacks returns to the first cell."""
@@ -231,7 +234,10 @@ class MatrixCanvas(QWidget):
         if figure is not None:
             size = figure.size
             self.setFixedSize(QSize(int(size.width()), int(size.height())))
-        self._invalidate()
+        self.invalidate()
+
+    def as_figure(self) -> Figure:
+        return self._headed() or super().as_figure()
 
     # Qt
 
@@ -281,15 +287,19 @@ class MatrixCanvas(QWidget):
         super().focusOutEvent(event)
         self.update()
 
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        event.ignore()  # what it lies in scrolls
+
+    def paint_background(self, painter: QPainter) -> None:
+        if self.figure is not None:
+            self.figure.draw(painter)
+
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the figure, kept as a picture, and the frames of cells over it."""
-        with QPainter(self) as painter:
-            if self.figure is None:
-                return
-            ratio = self.devicePixelRatioF()
-            if self._drawn is None or self._drawn.devicePixelRatio() != ratio:
-                self._drawn = self._picture(self.figure, ratio)
-            painter.drawPixmap(0, 0, self._drawn)
+        """Draw the figure, and the frames of cells over it."""
+        super().paintEvent(event)
+        if self.figure is None:
+            return
+        with QPainter(self.viewport()) as painter:
             if self._hovered is not None:
                 self._frame(painter, self.figure.box(*self._hovered), 1.0)
             if self.chosen is not None:
@@ -322,18 +332,6 @@ class MatrixCanvas(QWidget):
         if isinstance(area, QScrollArea) and self.figure is not None:
             spot = self.figure.box(*self.focus).center()
             area.ensureVisible(int(spot.x()), int(spot.y()), 40, 40)
-
-    def _invalidate(self) -> None:
-        self._drawn = None
-        self.update()
-
-    def _picture(self, figure: ConfusionMatrix, ratio: float) -> QPixmap:
-        pixmap = QPixmap(self.size() * ratio)
-        pixmap.setDevicePixelRatio(ratio)
-        pixmap.fill(QColor(figure.theme.background))
-        with QPainter(pixmap) as painter:
-            figure.draw(painter)
-        return pixmap
 
     def _frame(self, painter: QPainter, box: QRectF, width: float, *, dashed: bool = False) -> None:
         """A frame around a cell, between two lines that show it on light and on dark cells."""
@@ -476,7 +474,7 @@ class ConfusionView(QWidget):
         self._run: RunResult | None = None
         self._requested_cell: tuple[tuple[str, ...], str] = ((), "")
         self.switches = DisplayOptions()
-        self.canvas = MatrixCanvas()
+        self.canvas = MatrixCanvas(lambda: self.figure)
         self.sentence = QLabel(wordWrap=True, textFormat=Qt.TextFormat.PlainText)
         self.sentence.setAccessibleName("The cell")
         self.sentence.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)

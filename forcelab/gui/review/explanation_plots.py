@@ -2,36 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import (
-    QColor,
-    QHelpEvent,
-    QImage,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QPen,
-    QPolygonF,
-)
-from PySide6.QtWidgets import (
-    QAbstractButton,
-    QGridLayout,
-    QLabel,
-    QSizePolicy,
-    QToolTip,
-    QWidget,
-)
+from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QAbstractButton, QGridLayout, QLabel, QSizePolicy, QWidget
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import Axis
-from forcelab.gui.label.lanes import curve_colour
+from forcelab.gui.figures.colormap import translucent
+from forcelab.gui.kit.plot import FAINT, Bars, Plot
+from forcelab.gui.kit.traces import curve_colour
 from forcelab.gui.label.scalogram_painting import oklch_to_srgb
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.review.reviewed_run import reviewed_vocabulary
@@ -133,7 +120,7 @@ def held_out_progress(progress: Progress, name: str, elapsed: float, run: RunRes
 
 
 #: Pixels around the plot: for its numbers, for the actions' names, and for the time below.
-CHART_LEFT, CHART_RIGHT, CHART_TOP, CHART_BOTTOM = 30.0, 40.0, 6.0, 18.0
+CHART_LEFT, CHART_RIGHT, CHART_TOP, CHART_BOTTOM = 30.0, 40.0, 6.0, 20.0
 CHART_FONT = 10.0
 #: Names take at most this share of the width; a line that stands out less than this has an edge.
 NAME_SHARE, FAINT_CONTRAST = 0.35, 2.0
@@ -143,24 +130,28 @@ NAMED_PROBABILITY, NAME_SPACING = 0.05, 13.0
 LEAST_CONTEXT, CONTEXT_SHARE = 0.5, 1.0
 
 
-class ProbabilityChart(QWidget):
+class ProbabilityChart(Plot):
     """Probabilities over time; a click moves the cursor there."""
+
+    ground = "panel"
 
     def __init__(self, document: Document) -> None:
         super().__init__()
         self.document = document
+        self.left.setTicks([[(0.0, "0"), (0.5, "0.5"), (1.0, "1")]])
         self.setAccessibleName("Probability of each action")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setFixedHeight(self.sizeHint().height())
         self.probability_trace: ProbabilityTrace | None = None
-        self.place: Interval | None = None
+        self.interval: Interval | None = None
         self.threshold: float | None = None
         self.missing = ""
-        self._names = 0.0
-        document.view.cursor_moved.connect(self._cursor_moved)
+        #: Actions whose names stand at the right ends of their lines, with the last values.
+        self._named: list[tuple[float, str]] = []
+        self._cursor = pg.InfiniteLine()
         self._vocabulary = Vocabulary()
-        document.vocabulary_changed.connect(self._recolour)
-        themes().changed.connect(self.update)
+        document.view.cursor_moved.connect(self._show_cursor)
+        document.vocabulary_changed.connect(self.redraw)
 
     def sizeHint(self) -> QSize:
         return QSize(320, 126)
@@ -173,116 +164,78 @@ class ProbabilityChart(QWidget):
         missing: str = "",
     ) -> None:
         """Show the probabilities around an interval, the filter's threshold or what is missing."""
-        self.place, self.probability_trace, self.threshold = place, certainty, threshold
-        self.missing = missing
-        actions = () if certainty is None else certainty.actions
-        self._names = text.widest(actions, text.font(CHART_FONT))
-        self._recolour()
+        self.interval, self.probability_trace = place, certainty
+        self.threshold, self.missing = threshold, missing
+        self.redraw()
+        self.place()
 
     @property
-    def plot(self) -> QRectF:
-        width = max(self.width() - CHART_LEFT - CHART_RIGHT - self._room, 1.0)
-        return QRectF(CHART_LEFT, CHART_TOP, width, self.height() - CHART_TOP - CHART_BOTTOM)
+    def margins(self) -> tuple[float, float, float, float]:
+        return CHART_LEFT, CHART_TOP, CHART_RIGHT + self._room, CHART_BOTTOM
 
     @property
     def _room(self) -> float:
-        return min(self._names, NAME_SHARE * self.width() - CHART_RIGHT)
+        actions = () if self.probability_trace is None else self.probability_trace.actions
+        names = text.widest(actions, text.font(CHART_FONT))
+        return min(names, NAME_SHARE * self.width() - CHART_RIGHT)
 
-    @property
-    def axis(self) -> Axis | None:
-        """From seconds to pixels; None without an interval."""
-        if self.place is None:
-            return None
-        margin = max(CONTEXT_SHARE * self.place.duration, LEAST_CONTEXT)
-        box = self.plot
-        start, end = self.place.start - margin, self.place.end + margin
-        return Axis(start, end, box.left(), box.right())
+    # Drawing
 
-    def mousePressEvent(self, event: QMouseEvent) -> None:
-        axis, x = self.axis, event.position().x()
-        if axis is None or self.place is None or not CHART_LEFT <= x <= self.plot.right():
+    def redraw(self) -> None:
+        self.clear()
+        self._named = []
+        theme, place, certainty = colours(), self.interval, self.probability_trace
+        self.box.setBackgroundColor(theme.unlabelled)
+        if place is None:
             return
-        is_open = self.document.id == self.place.demonstration
-        if is_open and event.button() == Qt.MouseButton.LeftButton:
-            self.document.view.seek(axis.value(x))
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        with QPainter(self) as painter:
-            axis = self.axis
-            if axis is not None and self.place is not None:
-                self._paint_ground(painter, axis, self.place)
-                if self.probability_trace is None:
-                    face, ink = text.font(CHART_FONT), QColor(colours().on_unlabelled)
-                    box = self.plot
-                    message = text.elided(self.missing, face, box.width() - 8)
-                    x, y = box.center().x(), self._y(0.25)
-                    text.draw_text(painter, x, y, message, face=face, ink=ink, align=0.5)
-                else:
-                    self._paint_lines(painter, axis, self.probability_trace)
-                self._paint_cursor(painter, axis, self.place)
-
-    # Inside
-
-    def _paint_ground(self, painter: QPainter, axis: Axis, place: Interval) -> None:
-        theme, box, face = colours(), self.plot, text.font(CHART_FONT)
-        painter.fillRect(box, QColor(theme.unlabelled))
-        shade = QColor(theme.range)
-        shade.setAlpha(38)
-        left, right = axis.at(place.start), axis.at(place.end)
-        painter.fillRect(QRectF(left, box.top(), right - left, box.height()), shade)
-        ink = QColor(theme.muted)
+        margin = max(CONTEXT_SHARE * place.duration, LEAST_CONTEXT)
+        span = place.start - margin, place.end + margin
+        self.show_all_of(span, (-0.01, 1.02))
+        shade = pg.mkBrush(translucent(theme.range, 0.15))
+        ends = (place.start, place.end)
+        self.add(pg.LinearRegionItem(ends, movable=False, brush=shade, pen=pg.mkPen(None)))
         for value in (0.0, 0.5, 1.0):
-            y = self._y(value)
-            painter.setPen(QPen(QColor(theme.frame), 0.6))
-            painter.drawLine(QLineF(box.left(), y, box.right(), y))
-            text.draw_text(painter, CHART_LEFT - 6, y, f"{value:g}", face=face, ink=ink, align=1.0)
+            self.add(pg.InfiniteLine(value, angle=0, pen=theme.frame))
         if self.threshold is not None:
-            painter.setPen(QPen(QColor(theme.on_unlabelled), 0.8, Qt.PenStyle.DotLine))
-            y = self._y(self.threshold)
-            painter.drawLine(QLineF(box.left(), y, box.right(), y))
-        for value, label in axis.marks(CHART_FONT, upright=False):
-            x = axis.at(value)
-            painter.setPen(QPen(QColor(theme.frame), 0.6))
-            painter.drawLine(QLineF(x, box.bottom(), x, box.bottom() + 3))
-            text.draw_text(painter, x, box.bottom() + 10, label, face=face, ink=ink, align=0.5)
-        second = "s"
-        text.draw_text(painter, box.right() + 8, box.bottom() + 10, second, face=face, ink=ink)
+            dotted = pg.mkPen(theme.on_unlabelled, style=Qt.PenStyle.DotLine)
+            self.add(pg.InfiniteLine(self.threshold, angle=0, pen=dotted))
+        if certainty is not None:
+            self._vocabulary = reviewed_vocabulary(self.document)
+            self._add_lines(certainty, span)
+        self._cursor = pg.InfiniteLine(self.document.view.cursor, pen=theme.cursor)
+        self._cursor.setVisible(self.document.id == place.demonstration)
+        self.add(self._cursor)
 
-    def _y(self, probability: float) -> float:
-        box = self.plot.adjusted(0, 2, 0, -1)
-        return box.bottom() - probability * box.height()
-
-    def _paint_lines(self, painter: QPainter, axis: Axis, certainty: ProbabilityTrace) -> None:
-        """A line for each action, the most probable ones on top; names at their right ends."""
-        times = certainty.times
-        first, last = np.searchsorted(times, (axis.start, axis.end))
-        values = certainty.values[max(first - 1, 0) : last + 1] / 255.0
-        times = times[max(first - 1, 0) : last + 1]
+    def _add_lines(self, certainty: ProbabilityTrace, span: tuple[float, float]) -> None:
+        """Add a line for each action, the most probable ones on top."""
+        first, last = np.searchsorted(certainty.times, span)
+        around = slice(max(int(first) - 1, 0), int(last) + 1)
+        times, values = certainty.times[around], certainty.values[around] / 255.0
         if not len(times):
             return
-        xs = [axis.at(time) for time in times.tolist()]
-        painter.save()
-        painter.setClipRect(self.plot)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        named = []
+        ground = QColor(colours().unlabelled)
         for column in np.argsort(values.max(axis=0), kind="stable").tolist():
-            style = style_of(self._vocabulary, certainty.actions[column])
-            ys = [self._y(value) for value in values[:, column].tolist()]
-            line = QPolygonF([QPointF(x, y) for x, y in zip(xs, ys, strict=True)])
-            if text.contrast(style.colour, QColor(colours().unlabelled)) < FAINT_CONTRAST:
-                painter.setPen(QPen(QColor(colours().on_unlabelled), 2.8))
-                painter.drawPolyline(line)
-            painter.setPen(QPen(style.colour, 1.8))
-            painter.drawPolyline(line)
-            if values[:, column].max() >= NAMED_PROBABILITY:
-                named.append((ys[-1], certainty.actions[column]))
-        painter.restore()
-        self._paint_names(painter, named)
+            line, action = values[:, column], certainty.actions[column]
+            colour = style_of(self._vocabulary, action).colour
+            pens = [pg.mkPen(colour, width=1.8)]
+            if text.contrast(colour, ground) < FAINT_CONTRAST:
+                pens.insert(0, pg.mkPen(colours().on_unlabelled, width=2.8))
+            for pen in pens:
+                self.add(pg.PlotCurveItem(times, line, pen=pen, antialias=True))
+            if line.max() >= NAMED_PROBABILITY:
+                self._named.append((float(line[-1]), action))
 
-    def _paint_names(self, painter: QPainter, named: list[tuple[float, str]]) -> None:
-        """Names beside the ends of their lines, moved apart where they would overlap."""
-        face, theme, box = text.font(CHART_FONT), colours(), self.plot
-        named = sorted(named)[: max(int(box.height() // NAME_SPACING) + 1, 1)]
+    def paint_foreground(self, painter: QPainter) -> None:
+        """Write the unit, what is missing, and names moved apart where they would overlap."""
+        face, theme, box = text.font(CHART_FONT), colours(), self.area
+        x, y, ink = box.right() + 8, box.bottom() + 12, QColor(theme.muted)
+        text.draw_text(painter, x, y, "s", face=face, ink=ink)
+        if self.probability_trace is None:
+            message = text.elided(self.missing, face, box.width() - 8)
+            x, y, ink = box.center().x(), self.spot(0, 0.25).y(), QColor(theme.on_unlabelled)
+            text.draw_text(painter, x, y, message, face=face, ink=ink, align=0.5)
+        named = sorted((self.spot(0, value).y(), action) for value, action in self._named)
+        named = named[: max(int(box.height() // NAME_SPACING) + 1, 1)]
         heights: list[float] = []
         for y, _ in named:
             heights.append(max(y, heights[-1] + NAME_SPACING) if heights else y)
@@ -295,26 +248,35 @@ class ProbabilityChart(QWidget):
             painter.setPen(QPen(QColor(theme.frame), 0.8))
             painter.drawLine(QLineF(box.right(), y, swatch.left() - 2, height))
             paint_swatch(painter, swatch, style_of(self._vocabulary, action))
-            name = text.elided_name(action, face, self._room + 8)
-            ink = QColor(theme.text)
+            name, ink = text.elided_name(action, face, self._room + 8), QColor(theme.text)
             text.draw_text(painter, swatch.right() + 4, height, name, face=face, ink=ink)
 
-    def _paint_cursor(self, painter: QPainter, axis: Axis, place: Interval) -> None:
-        cursor = self.document.view.cursor
-        if self.document.id == place.demonstration and axis.start <= cursor <= axis.end:
-            painter.setPen(QPen(QColor(colours().cursor), 1.4))
-            x = axis.at(cursor)
-            painter.drawLine(QLineF(x, self.plot.top(), x, self.plot.bottom()))
+    # Pointer
 
-    def _recolour(self) -> None:
-        if self.probability_trace is not None:
-            self._vocabulary = reviewed_vocabulary(self.document)
-        self.update()
+    def readout(self, pointer: QPointF) -> str:
+        """The most probable actions at the pointer's time."""
+        certainty, time = self.probability_trace, self.value_at(pointer).x()
+        if certainty is None or not self.area.contains(pointer):
+            return ""
+        at = int(np.searchsorted(certainty.times, time))
+        if not 0 < at < len(certainty.times):
+            return ""
+        values = certainty.values[at - 1] / 255.0
+        best = [i for i in np.argsort(-values).tolist() if values[i] >= NAMED_PROBABILITY]
+        shares = ", ".join(f"{certainty.actions[i]} {values[i]:.2f}" for i in best[:3])
+        return f"{time:.2f} s: {shares}"
 
-    def _cursor_moved(self, *_: object) -> None:
-        """Follow the cursor, where it can be seen."""
-        if self.isVisible() and self.place is not None:
-            self.update()
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        place, where = self.interval, event.position()
+        if place is not None and self.area.left() <= where.x() <= self.area.right():
+            is_open = self.document.id == place.demonstration
+            if is_open and event.button() == Qt.MouseButton.LeftButton:
+                self.document.view.seek(self.value_at(where).x())
+
+    def _show_cursor(self) -> None:
+        place = self.interval
+        self._cursor.setVisible(place is not None and self.document.id == place.demonstration)
+        self._cursor.setValue(self.document.view.cursor)
 
 
 #: Heights of fonts; room for the numbers of Hz, for the legend, names and bars, in pixels.
@@ -352,25 +314,31 @@ def balance_colour(share: float, dark: bool) -> QColor:
     return QColor(red, green, blue)
 
 
-class BandMap(QWidget):
+class BandMap(Plot):
     """A map of weights: a column for each channel, a row for each scale, with Hz at the left.
 
     Below each column stands a bar for the channel as a whole; with its number everything can be
     read without colours.
     """
 
+    ground = "panel"
+
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(bottom=None)
         self.setAccessibleName("Bands that speak for and against")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.why: Explanation | None = None
-        themes().changed.connect(self.update)
+        self.box.invertY()
+        self._bars = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)
+        self._bars.disableAutoRange()
+        self.addItem(self._bars)
 
     def set_why(self, why: Explanation | None) -> None:
         self.why = why
         self.setAccessibleDescription("" if why is None else strongest_bands(why))
         self.setFixedHeight(self.sizeHint().height())
-        self.update()
+        self.redraw()
+        self.place()
 
     def sizeHint(self) -> QSize:
         rows = 8 if self.why is None else len(self.why.hertz)
@@ -379,11 +347,8 @@ class BandMap(QWidget):
     # Where things are
 
     @property
-    def map(self) -> QRectF:
-        width = max(self.width() - MAP_LEFT - self._legend, 1.0)
-        return QRectF(
-            MAP_LEFT, HEAD_HEIGHT, width, max(self.height() - HEAD_HEIGHT - BARS_HEIGHT, 1.0)
-        )
+    def margins(self) -> tuple[float, float, float, float]:
+        return MAP_LEFT, HEAD_HEIGHT, self._legend, BARS_HEIGHT
 
     @property
     def _legend(self) -> float:
@@ -392,121 +357,96 @@ class BandMap(QWidget):
         needed = text.widest(texts, text.font(MAP_FONT)) + 14
         return min(max(needed, LEGEND_WIDTH), max(BAR_SHARE * self.width(), LEGEND_WIDTH))
 
-    def cell(self, channel: int, scale: int) -> QRectF:
-        assert self.why is not None
-        box, (q, k) = self.map, self.why.attribution.bands.shape
-        width, height = box.width() / q, box.height() / k
-        left, top = box.left() + channel * width, box.top() + scale * height
-        return QRectF(left, top, width, height)
+    def place(self) -> None:
+        super().place()
+        area = self.area
+        self._bars.setGeometry(area.left(), area.bottom() + 6, area.width(), BARS_HEIGHT - 22)
 
-    def event(self, event: QEvent) -> bool:
-        if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
-            sentence = self.band_text(QPointF(event.pos()))
-            QToolTip.showText(event.globalPos(), sentence, self)
-            return True
-        return super().event(event)
+    def cell(self, channel: int, scale: int) -> QRectF:
+        return QRectF(self.spot(channel, scale), self.spot(channel + 1, scale + 1))
 
     def band_text(self, where: QPointF) -> str:
         """The sentence of the band at a point; empty where there is none."""
-        if self.why is None or not self.map.contains(where):
+        if self.why is None or not self.area.contains(where):
             return ""
-        attribution, box = self.why.attribution, self.map
-        q, k = attribution.bands.shape
-        i = min(int((where.x() - box.left()) / box.width() * q), q - 1)
-        j = min(int((where.y() - box.top()) / box.height() * k), k - 1)
         from forcelab.review.explanation import Band
 
+        attribution, at = self.why.attribution, self.value_at(where)
+        i, j = (
+            min(int(at.x()), len(self.why.channels) - 1),
+            min(int(at.y()), len(self.why.hertz) - 1),
+        )
         weight, error = float(attribution.bands[i, j]), float(attribution.bands_error[i, j])
         band = Band(self.why.channels[i], float(self.why.hertz[j]), weight, error)
         return band_sentence(band, self.why)
 
-    # Painting
+    def readout(self, pointer: QPointF) -> str:
+        return self.band_text(pointer)
 
-    def paintEvent(self, event: QPaintEvent) -> None:
-        with QPainter(self) as painter:
-            if self.why is not None:
-                painter.setOpacity(1.0 if self.isEnabled() else 0.35)
-                painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
-                self._paint_cells(painter, self.why)
-                self._paint_axis(painter, self.why)
-                self._paint_bars(painter, self.why)
-                self._paint_legend(painter, self.why)
+    # Drawing
 
-    def _paint_cells(self, painter: QPainter, why: Explanation) -> None:
-        """One cell for each band, with its number where there is room."""
-        theme, weights = colours(), why.attribution.bands
-        largest = float(np.abs(weights).max()) or 1.0
-        face = text.font(NUMBER_FONT)
-        head = text.font(MAP_FONT, bold=True)
-        marked = {(band.channel, band.hertz) for band in why.strongest() if band.weight}
-        rings = []
-        for i, channel in enumerate(why.channels):
-            for j, hertz in enumerate(why.hertz.tolist()):
-                box, weight = self.cell(i, j), float(weights[i, j])
-                colour = balance_colour(weight / largest, theme.dark)
-                painter.fillRect(box.adjusted(0, 0, -1, -1), colour)
-                if (channel, hertz) in marked:
-                    rings.append(box.adjusted(0.5, 0.5, -1.5, -1.5))
-                if box.width() >= NUMBER_CELL_WIDTH and box.height() >= NUMBER_CELL_HEIGHT:
-                    number, centre = signed_log_odds(weight), box.center()
-                    ink = text.ink_on(colour)
-                    text.draw_text(
-                        painter, centre.x(), centre.y(), number, face=face, ink=ink, align=0.5
-                    )
-            box = self.cell(i, 0)
-            name = text.elided_name(channel, head, box.width() - 4)
-            ink = QColor(theme.text)
-            text.draw_text(
-                painter, box.center().x(), HEAD_HEIGHT / 2, name, face=head, ink=ink, align=0.5
-            )
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QPen(QColor(theme.text), 1.6))
-        for ring in rings:
-            painter.drawRect(ring)
-
-    def _paint_axis(self, painter: QPainter, why: Explanation) -> None:
-        theme, face = colours(), text.font(MAP_FONT)
-        height = self.map.height() / len(why.hertz)
-        stride = max(1, -int(-(MAP_FONT + 3) // height))
-        for j in range(0, len(why.hertz), stride):
-            middle = self.cell(0, j).center().y()
-            label = f"{why.hertz[j]:.3g}"
-            if j == 0:
-                label = f"{label} Hz"
-            ink = QColor(theme.muted)
-            text.draw_text(painter, MAP_LEFT - 6, middle, label, face=face, ink=ink, align=1.0)
-
-    def _paint_bars(self, painter: QPainter, why: Explanation) -> None:
-        """A bar for each channel: up where it speaks for, down where it speaks against."""
-        theme, face = colours(), text.font(MAP_FONT)
+    def redraw(self) -> None:
+        self.clear()
+        self._bars.clear()
+        why, theme = self.why, colours()
+        if why is None:
+            return
+        q, k = why.attribution.bands.shape
+        self.show_all_of((0, q), (0, k))
+        height = (self.height() - HEAD_HEIGHT - BARS_HEIGHT) / k
+        step = max(1, math.ceil((MAP_FONT + 3) / height))
+        hertz = [(j + 0.5, f"{why.hertz[j]:.3g}{'' if j else ' Hz'}") for j in range(0, k, step)]
+        self.left.setTicks([hertz])
+        columns, rows = (places.ravel() for places in np.indices((q, k)))
+        shares = (why.attribution.bands / (np.abs(why.attribution.bands).max() or 1.0)).ravel()
+        fills = [balance_colour(share, theme.dark) for share in shares.tolist()]
+        gap = pg.mkPen(theme.panel)
+        self.add(Bars(x0=columns, y0=rows, width=1, height=1, brushes=fills, pen=gap))
         weights, errors = why.attribution.channels, why.attribution.channels_error
         largest = float((np.abs(weights) + errors).max()) or 1.0
-        box = self.map
-        top, bottom = box.bottom() + 6, self.height() - 16.0
         most, least = max(float(weights.max()), 0.0), min(float(weights.min()), 0.0)
-        unit = (bottom - top) / max(most - least, largest)
-        zero = top + most * unit if most - least >= largest else (top if most == 0 else bottom)
-        for i, weight in enumerate(weights.tolist()):
-            column = self.cell(i, 0)
-            wide = min(column.width() * 0.5, 40.0)
-            left = column.center().x() - wide / 2
-            bar = QRectF(left, zero - weight * unit, wide, weight * unit).normalized()
-            painter.fillRect(bar, balance_colour(np.sign(weight) * 0.8, theme.dark))
-            ink, at = QColor(theme.text), column.center().x()
-            number = signed_log_odds(weight)
-            text.draw_text(painter, at, self.height() - 7.0, number, face=face, ink=ink, align=0.5)
-        painter.setPen(QPen(QColor(theme.frame), 1))
-        painter.drawLine(QPointF(box.left(), zero), QPointF(box.right() - 1, zero))
-        ink = QColor(theme.muted)
-        label = "in all"
-        text.draw_text(
-            painter, MAP_LEFT - 6, self.height() - 7.0, label, face=face, ink=ink, align=1.0
-        )
+        missing = max(largest - (most - least), 0.0)  # of the room, which is on the emptier side
+        low, high = (least - missing, most) if most else (least, most + missing)
+        self._bars.setRange(xRange=(0, q), yRange=(low, high), padding=0)
+        fills = [balance_colour(sign * 0.8, theme.dark) for sign in np.sign(weights).tolist()]
+        middles = np.arange(q) + 0.5
+        self._bars.addItem(Bars(x=middles, height=weights, width=0.5, brushes=fills, pen=None))
+        self._bars.addItem(pg.InfiniteLine(0.0, angle=0, pen=theme.frame))
+
+    def paint_foreground(self, painter: QPainter) -> None:
+        """Write names and numbers, and frame the strongest bands."""
+        why, theme = self.why, colours()
+        if why is None:
+            return
+        painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
+        face, small = text.font(MAP_FONT), text.font(NUMBER_FONT)
+        head, ink, muted = text.font(MAP_FONT, bold=True), QColor(theme.text), QColor(theme.muted)
+        largest = float(np.abs(why.attribution.bands).max()) or 1.0
+        marked = {(band.channel, band.hertz) for band in why.strongest() if band.weight}
+        foot = self.height() - 7.0
+        text.draw_text(painter, MAP_LEFT - 6, foot, "in all", face=face, ink=muted, align=1.0)
+        for i, channel in enumerate(why.channels):
+            for j, hertz in enumerate(why.hertz.tolist()):
+                box, weight = self.cell(i, j), float(why.attribution.bands[i, j])
+                if box.width() >= NUMBER_CELL_WIDTH and box.height() >= NUMBER_CELL_HEIGHT:
+                    number, at = signed_log_odds(weight), box.center()
+                    on = text.ink_on(balance_colour(weight / largest, theme.dark))
+                    text.draw_text(painter, at.x(), at.y(), number, face=small, ink=on, align=0.5)
+                if (channel, hertz) in marked:
+                    painter.setBrush(Qt.BrushStyle.NoBrush)
+                    painter.setPen(QPen(ink, 1.6))
+                    painter.drawRect(box.adjusted(0.5, 0.5, -0.5, -0.5))
+            box = self.cell(i, 0)
+            x, name = box.center().x(), text.elided_name(channel, head, box.width() - 4)
+            text.draw_text(painter, x, HEAD_HEIGHT / 2, name, face=head, ink=ink, align=0.5)
+            number = signed_log_odds(float(why.attribution.channels[i]))
+            text.draw_text(painter, x, foot, number, face=face, ink=ink, align=0.5)
+        self._paint_legend(painter, why)
 
     def _paint_legend(self, painter: QPainter, why: Explanation) -> None:
         """From the strongest for to the strongest against, with both actions' names."""
         theme, face = colours(), text.font(MAP_FONT)
-        box, left = self.map, self.map.right() + 10
+        box, left = self.area, self.area.right() + 10
         largest = float(np.abs(why.attribution.bands).max())
         steps = 40
         lower, upper = box.top() + MAP_FONT + 6, box.bottom() - MAP_FONT - 6
@@ -575,7 +515,7 @@ class SegmentCard(QAbstractButton):
             lit = self.underMouse() and self.isEnabled()
             painter.setBrush(QColor(theme.panel_edge if lit else theme.background))
             painter.drawRoundedRect(QRectF(self.rect()).adjusted(1, 1, -1, -1), 4, 4)
-            painter.setOpacity(1.0 if self.isEnabled() else 0.35)
+            painter.setOpacity(1.0 if self.isEnabled() else FAINT)
             inside = QRectF(self.rect()).adjusted(
                 CARD_PADDING, CARD_PADDING, -CARD_PADDING, -CARD_PADDING
             )
@@ -615,15 +555,14 @@ class SegmentCard(QAbstractButton):
         low, high = span
         unit = box.height() / ((high - low) or 1.0)
         columns, channels = trace.low.shape
-        xs = box.left() + box.width() * np.arange(columns) / max(columns - 1, 1)
+        xs = np.repeat(box.left() + box.width() * np.arange(columns) / max(columns - 1, 1), 2)
         painter.setClipRect(box.adjusted(0, -1, 0, 1))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
         for channel in range(channels):
             painter.setPen(QPen(curve_colour(channel, colours()), 1.1))
             ends = np.stack([trace.low[:, channel], trace.high[:, channel]], axis=1).ravel()
-            ys = box.bottom() - (ends - low) * unit
-            finite = np.isfinite(ys)
-            pieces = zip(np.repeat(xs, 2)[finite].tolist(), ys[finite].tolist(), strict=True)
-            painter.drawPolyline(QPolygonF([QPointF(x, y) for x, y in pieces]))
+            line = pg.arrayToQPath(xs, box.bottom() - (ends - low) * unit, connect="finite")
+            painter.drawPath(line)
         painter.setClipping(False)
 
 
@@ -644,7 +583,7 @@ class ColumnHeading(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         theme = colours()
         with QPainter(self) as painter:
-            painter.setOpacity(1.0 if self.isEnabled() else 0.35)
+            painter.setOpacity(1.0 if self.isEnabled() else FAINT)
             paint_swatch(painter, QRectF(1, 4, 12, 12), self._style)
             face, small = text.font(CARD_NAME_FONT, bold=True), text.font(CARD_FONT)
             name = text.elided_name(self.action, face, max(self.width() - 18, 20))

@@ -6,22 +6,15 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt, QTimer
-from PySide6.QtGui import (
-    QColor,
-    QFont,
-    QHideEvent,
-    QPainter,
-    QPaintEvent,
-    QPen,
-    QPolygonF,
-    QShowEvent,
-)
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QLineF, QPointF, QSize, Qt, QTimer
+from PySide6.QtGui import QColor, QHideEvent, QShowEvent
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
-from forcelab.gui.figures.axes import Axis, LogAxis, draw_bottom, draw_left
+from forcelab.gui.kit.plot import Plot
 from forcelab.gui.layout import muted_label, set_tone
 from forcelab.gui.review.reviewed_run import visible_run
 from forcelab.gui.review.trainer import Trainer
@@ -36,6 +29,8 @@ if TYPE_CHECKING:
 LOG_RATIO = 30.0
 #: Newly come losses are drawn once in so many ms.
 REFRESH_DELAY = 50
+#: How near to a point of a curve the pointer reads it, in pixels.
+REACH = 30.0
 
 #: Of one fold: whether it is the final fit, its number, and its (epoch, loss).
 Curve = tuple[bool, int, list[tuple[int, float]]]
@@ -51,11 +46,11 @@ def loss_curves(steps: Sequence[TrainingStep]) -> tuple[Curve, ...]:
     return tuple((final, fold, points) for (final, fold), points in curves.items())
 
 
-class LossCurves(QWidget):
+class LossCurves(Plot):
     """The curves themselves: the fold at work is bold, the final fit has the range's blue."""
 
     def __init__(self, trainer: Trainer) -> None:
-        super().__init__()
+        super().__init__("loss", "epoch", zooms=True)
         self._trainer = trainer
         self.curves: tuple[Curve, ...] = ()
         self.setAccessibleName("Loss of each fold")
@@ -73,7 +68,7 @@ class LossCurves(QWidget):
         self.setAccessibleDescription(
             "" if last is None else f"Loss {last[1]:.3g} after epoch {last[0]}"
         )
-        self.update()
+        self.redraw()
 
     @property
     def logarithmic(self) -> bool:
@@ -81,79 +76,44 @@ class LossCurves(QWidget):
         values = [loss for _, _, points in self.curves for _, loss in points]
         return bool(values) and min(values) > 0 and max(values) / min(values) > LOG_RATIO
 
-    def paintEvent(self, event: QPaintEvent) -> None:
-        theme = colours()
-        with QPainter(self) as painter:
-            painter.fillRect(self.rect(), QColor(theme.background))
-            if not self.curves:
-                self._paint_empty(painter)
-                return
-            plot = QRectF(self.rect()).adjusted(58, 12, -14, -38)
-            epochs = [epoch for _, _, points in self.curves for epoch, _ in points]
-            values = [loss for _, _, points in self.curves for _, loss in points]
-            right = max(*epochs, 2)
-            across = Axis(1.0 if min(epochs) else 0.0, right, plot.left(), plot.right())
-            up = self._loss_axis(values, plot)
-            draw_bottom(painter, across, plot.bottom(), "epoch", theme)
-            draw_left(painter, up, plot.left(), "loss", theme)
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            working = self._trainer.training
-            for number, (final, _, points) in enumerate(self.curves):
-                current = working and number == len(self.curves) - 1
-                ink = QColor(theme.range if final else theme.text if current else theme.muted)
-                if not (final or current):
-                    ink.setAlphaF(0.7)
-                width = 2.5 if current else 2.0 if final else 1.0
-                painter.setPen(QPen(ink, width))
-                spots = [QPointF(across.at(e), up.at(v)) for e, v in points]
-                if len(spots) == 1:
-                    painter.setBrush(ink)
-                    painter.drawEllipse(spots[0], 2, 2)
-                else:
-                    painter.drawPolyline(QPolygonF(spots))
-            self._paint_legend(painter, plot)
-
-    def _loss_axis(self, values: list[float], plot: QRectF) -> Axis | LogAxis:
-        high, low = max(values), min(values)
-        if self.logarithmic:
-            return LogAxis(low / 1.2, high * 1.2, plot.bottom(), plot.top())
-        top = high * 1.05 if high > 0 else 1.0
-        return Axis(min(0.0, low), top, plot.bottom(), plot.top())
-
-    def _paint_legend(self, painter: QPainter, plot: QRectF) -> None:
-        """The legend, top right, where curves that fall are not."""
-        theme = colours()
-        texts = []
-        if self._trainer.training:
-            texts.append(("now", theme.text))
-        if any(not final for final, _, _ in self.curves):
-            texts.append(("folds", theme.muted))
-        if any(final for final, _, _ in self.curves):
-            texts.append(("final fit", theme.range))
-        face = QFont(self.font())
-        face.setPixelSize(11)
-        painter.setFont(face)
-        top = plot.top()
-        for line_text, ink in texts:
-            box = QRectF(plot.right() - 120, top, 96, 14)
-            painter.setPen(QColor(ink))
-            painter.drawText(
-                box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, line_text
-            )
-            painter.setPen(QPen(QColor(ink), 2.0))
-            painter.drawLine(
-                QPointF(plot.right() - 18, box.center().y()),
-                QPointF(plot.right() - 2, box.center().y()),
-            )
-            top += 15
-
-    def _paint_empty(self, painter: QPainter) -> None:
-        painter.setPen(QColor(colours().muted))
-        painter.drawText(
-            QRectF(self.rect()).adjusted(16, 8, -16, -8),
-            Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap,
-            self.empty_text(),
+    def redraw(self) -> None:
+        self.clear()
+        self.say("" if self.curves else self.empty_text())
+        if not self.curves:
+            return
+        epochs = [epoch for _, _, points in self.curves for epoch, _ in points]
+        values = [loss for _, _, points in self.curves for _, loss in points]
+        low, high = min(values), max(values)
+        self.left.setLogMode(self.logarithmic)
+        up = (min(0.0, low), high * 1.05 if high > 0 else 1.0)
+        self.show_all_of(
+            (1.0 if min(epochs) else 0.0, max(*epochs, 5)),
+            (low / 1.2, high * 1.2) if self.logarithmic else up,
         )
+        theme, names = colours(), {"now", "folds", "final fit"}
+        for number, (final, _, points) in enumerate(self.curves):
+            current = self._trainer.training and number == len(self.curves) - 1
+            ink = QColor(theme.range if final else theme.text if current else theme.muted)
+            if not (final or current):
+                ink.setAlphaF(0.7)
+            pen = pg.mkPen(ink, width=2.5 if current else 2.0 if final else 1.0)
+            x, y = np.array(points, dtype=np.float64).T
+            y = self.left.places(y)
+            curve = pg.PlotCurveItem(x, y, pen=pen, antialias=True)
+            name = "final fit" if final else "now" if current else "folds"
+            self.add(curve, name if name in names else "")
+            names.discard(name)
+            if len(points) == 1:
+                self.add(pg.ScatterPlotItem(x, y, size=4, pen=None, brush=ink))
+
+    def readout(self, pointer: QPointF) -> str:
+        """The loss that is nearest to the pointer."""
+        points = [(final, fold, *point) for final, fold, curve in self.curves for point in curve]
+        spots = [QLineF(self.spot(epoch, loss), pointer).length() for *_, epoch, loss in points]
+        if not spots or min(spots) > REACH:
+            return ""
+        final, fold, epoch, loss = points[spots.index(min(spots))]
+        return f"{'final fit' if final else f'fold {fold}'}, epoch {epoch}: loss {loss:.3g}"
 
     def empty_text(self) -> str:
         """Why there is no curve."""

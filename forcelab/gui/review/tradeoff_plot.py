@@ -4,49 +4,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+import pyqtgraph as pg
 from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import (
-    QColor,
-    QFont,
-    QKeyEvent,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QPen,
-    QPolygonF,
-    QResizeEvent,
-)
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtGui import QColor, QFont, QKeyEvent, QMouseEvent, QPainter
+from PySide6.QtWidgets import QSizePolicy
 
 from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import (
-    Axis,
-    LogAxis,
-    covered_area,
-    curve_pen,
-    draw_bottom,
-    draw_left,
-    place_along,
-    place_labels,
-)
+from forcelab.gui.figures.axes import free_place, place_along
 from forcelab.gui.figures.colormap import translucent
-from forcelab.gui.figures.tradeoff import mark_style, paint_mark
-from forcelab.gui.theme import colours, themes
+from forcelab.gui.figures.tradeoff import mark_path, mark_style
+from forcelab.gui.kit.plot import Plot
+from forcelab.gui.theme import colours
 from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, is_plain
 
 #: Half the width of a mark, and the radius of the ring around what is in use, in pixels.
 MARK, RING = 5.0, 9.5
-#: Room for the numbers and names of the axes, and at the other sides, in pixels.
-LEFT, TOP, RIGHT, BOTTOM = 62.0, 14.0, 18.0, 44.0
 #: What is left free beyond the outermost points, as a share of the axis.
 FREE = 0.06
 #: How near the pointer must be to a point, in pixels.
 REACH = 12.0
-#: Pixels of names and of axes.
-NAME, AXIS = 11.0, 10.5
+#: Pixels of names.
+NAME = 11.0
 
 
 class Point(NamedTuple):
@@ -60,88 +41,30 @@ class Point(NamedTuple):
     front: bool
 
 
-@dataclass(frozen=True)
-class PlotLayout:
-    """Where everything lies, in pixels; points by their rows, and the names that have room."""
-
-    box: QRectF
-    across: LogAxis
-    up: Axis
-    spots: dict[int, QPointF]
-    names: dict[int, QRectF]
-
-    def row_at(self, position: QPointF) -> int | None:
-        """The row whose mark is in reach of the pointer, or whose name is under it."""
-        distances = {row: QLineF(spot, position).length() for row, spot in self.spots.items()}
-        nearest = min(distances, key=distances.__getitem__, default=None)
-        if nearest is not None and distances[nearest] <= REACH:
-            return nearest
-        return next((row for row, name in self.names.items() if name.contains(position)), None)
-
-
-def lay_out(points: Sequence[Point], room: QRectF, current: int | None) -> PlotLayout:
-    """Lay out at least one point; the row in use, the front and presets get their names first."""
-    box = room.adjusted(LEFT, TOP, -RIGHT, -BOTTOM)
-    across = _time_axis([point.seconds for point in points], box)
-    highest = max(point.error for point in points)
-    up = Axis(0.0, highest * (1 + FREE) or 1.0, box.bottom(), box.top())
-    spots = {p.row: QPointF(across.at(p.seconds), up.at(p.error)) for p in points}
-    radii = {row: RING if row == current else MARK for row in spots}
-    taken = [
-        QRectF(spot.x() - radii[row], spot.y() - radii[row], 2 * radii[row], 2 * radii[row])
-        for row, spot in spots.items()
-    ]
-    taken += place_along([spots[point.row] for point in _front(points)])
-    names: dict[int, QRectF] = {}
-    for p in sorted(points, key=lambda p: (p.row != current, not p.front, p.kind != "preset")):
-        for place in place_labels(spots[p.row], p.text, _font(p), box, radii[p.row]):
-            if not covered_area(place, taken):
-                names[p.row] = place
-                taken.append(place)
-                break
-    return PlotLayout(box, across, up, spots, names)
-
-
-def _front(points: Sequence[Point]) -> list[Point]:
-    """The points that no other beats, from left to right."""
-    return sorted((point for point in points if point.front), key=lambda point: point.seconds)
-
-
-def _font(point: Point) -> QFont:
-    """The font of a name; presets are bold."""
-    return text.font(NAME, bold=point.kind == "preset")
-
-
-def _time_axis(seconds: Sequence[float], box: QRectF) -> LogAxis:
-    """A logarithmic axis with all times inside, and at least a factor of four."""
-    low, high = math.log10(min(seconds)), math.log10(max(seconds))
-    free = max(FREE * (high - low), 0.3 - (high - low) / 2, 0.05)
-    return LogAxis(10 ** (low - free), 10 ** (high + free), box.left(), box.right())
-
-
-class TradeoffPlot(QWidget):
+class TradeoffPlot(Plot):
     """Points, a line through the best of them, and a ring around the row in use.
 
     Left and Right go from point to point by time, Up and Down by error; Enter adopts.
     """
 
+    MARGINS = (62.0, 14.0, 18.0, 44.0)
     #: The row of the point that is highlighted by pointer or keys.
     highlight_changed = Signal(int)
     #: The row that was clicked, or entered.
     activated = Signal(int)
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(zooms=True, grid=True)
+        self.bottom.setLogMode(True)
         self.points: tuple[Point, ...] = ()
         self.current: int | None = None
         self.highlighted: int | None = None
-        self._titles = ("", "")
-        self._layout: PlotLayout | None = None
+        self._names: dict[int, QRectF] | None = None
         self.setAccessibleName("Error against run time")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setMouseTracking(True)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        themes().changed.connect(self.update)
+        for moved in (self.box.sigRangeChanged, self.box.sigResized):
+            moved.connect(self._forget_names)
 
     def sizeHint(self) -> QSize:
         """Enough for most names."""
@@ -155,118 +78,120 @@ class TradeoffPlot(QWidget):
         self, points: Sequence[Point], current: int | None, error: str, time: str
     ) -> None:
         """Draw other points; `current` is the row in use, the texts name the axes."""
+        if [point[3:5] for point in points] != [point[3:5] for point in self.points]:
+            self.zoomed = False
         self.points, self.current = tuple(points), current
-        self._titles = (time, error)
-        self._layout = None
+        self.bottom.setLabel(time)
+        self.left.setLabel(error)
         if self.highlighted not in [point.row for point in points]:
             self.highlighted = None
-        self.update()
+        if points:
+            low = math.log10(min(point.seconds for point in points))
+            high = math.log10(max(point.seconds for point in points))
+            # At least a factor of four.
+            free = max(FREE * (high - low), 0.3 - (high - low) / 2, 0.05)
+            top = max(point.error for point in points) * (1 + FREE) or 1.0
+            self.show_all_of((10 ** (low - free), 10 ** (high + free)), (0.0, top))
+        self.redraw()
 
     def highlight(self, row: int | None) -> None:
         """Mark the point of a row that is selected elsewhere."""
         if row != self.highlighted:
             self.highlighted = row
-            self.update()
+            self.redraw()
 
-    def layout_of_points(self) -> PlotLayout | None:
-        """Where everything lies; None where there is nothing."""
-        if self._layout is None and self.points:
-            self._layout = lay_out(self.points, QRectF(self.rect()), self.current)
-        return self._layout
+    @property
+    def spots(self) -> dict[int, QPointF]:
+        """Where the points lie, in pixels, by their rows."""
+        return {point.row: self.spot(point.seconds, point.error) for point in self.points}
+
+    @property
+    def names(self) -> dict[int, QRectF]:
+        """Where there is room for names; the row in use, the front and presets get it first."""
+        if self._names is None:
+            self._names, spots = {}, self.spots
+            radii = {row: RING if row == self.current else MARK for row in spots}
+            taken = [
+                QRectF(spot.x() - radii[row], spot.y() - radii[row], 2 * radii[row], 2 * radii[row])
+                for row, spot in spots.items()
+            ]
+            taken += place_along([spots[point.row] for point in self._front])
+            for p in sorted(
+                self.points, key=lambda p: (p.row != self.current, not p.front, p.kind != "preset")
+            ):
+                spot, radius = spots[p.row], radii[p.row]
+                if self.area.contains(spot):
+                    place = free_place(spot, p.text, _font(p), self.area, radius, taken)
+                    if place is not None:
+                        self._names[p.row] = place
+        return self._names
+
+    @property
+    def _front(self) -> list[Point]:
+        """The points that no other beats, from left to right."""
+        return sorted((point for point in self.points if point.front), key=lambda p: p.seconds)
 
     # Painting
 
-    def paintEvent(self, event: QPaintEvent) -> None:
-        theme = colours()
-        with QPainter(self) as painter:
-            painter.fillRect(self.rect(), QColor(theme.background))
-            layout = self.layout_of_points()
-            if layout is None:
-                return
-            self._paint_axes(painter, layout)
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            painter.setPen(curve_pen(QColor(theme.frame), 2.0))
-            painter.drawPolyline(QPolygonF([layout.spots[p.row] for p in _front(self.points)]))
-            marked = (self.current, self.highlighted)
-            for point in sorted(self.points, key=lambda point: point.row in marked):  # last on top
-                self._paint_point(painter, point, layout.spots[point.row])
-            for point in sorted(self.points, key=lambda point: point.row not in layout.names):
-                if point.row in layout.names:
-                    self._paint_name(painter, point, layout.names[point.row])
-                elif point.row == self.highlighted:
-                    self._paint_name_over(painter, point, layout.spots[point.row])
-            if self.hasFocus():
-                painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
-                painter.setPen(QPen(QColor(theme.accent), 1.0))
-                painter.setBrush(Qt.BrushStyle.NoBrush)
-                painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
-
-    def _paint_axes(self, painter: QPainter, layout: PlotLayout) -> None:
-        """Grid and axes."""
-        theme, box = colours(), layout.box
-        painter.setPen(QPen(QColor(theme.grid), 1.0))
-        for value, _ in layout.across.marks(AXIS, upright=False):
-            x = layout.across.at(value)
-            painter.drawLine(QLineF(x, box.top(), x, box.bottom()))
-        for value, _ in layout.up.marks(AXIS, upright=True):
-            y = layout.up.at(value)
-            painter.drawLine(QLineF(box.left(), y, box.right(), y))
-        time, error = self._titles
-        draw_bottom(painter, layout.across, box.bottom(), time, theme, size=AXIS)
-        draw_left(painter, layout.up, box.left(), error, theme, size=AXIS)
-
-    def _paint_point(self, painter: QPainter, point: Point, spot: QPointF) -> None:
-        """A mark: filled on the front, hollow elsewhere."""
+    def redraw(self) -> None:
+        self.clear()
+        self.say("" if self.points else "No setting was measured for both axes.")
+        self._forget_names()
         theme = colours()
         kinds = list(dict.fromkeys(point.kind for point in self.points))
-        ink, shape = mark_style(kinds.index(point.kind), theme.curves)
-        if point.row == self.highlighted:
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(translucent(ink, 0.3))
-            painter.drawEllipse(spot, RING + 3, RING + 3)
-        if point.row == self.current:
-            painter.setPen(QPen(QColor(theme.accent), 2.0))
-            painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.drawEllipse(spot, RING, RING)
-        painter.setPen(curve_pen(ink, 1.8))
-        painter.setBrush(ink if point.front else QColor(theme.background))
-        paint_mark(painter, spot, shape, MARK)
+        pen = pg.mkPen(theme.frame, width=2.0)
+        self.add(pg.PlotCurveItem(*self._places(self._front), pen=pen, antialias=True))
+        marked = (self.current, self.highlighted)
+        for point in sorted(self.points, key=lambda point: point.row in marked):  # last on top
+            ink, shape = mark_style(kinds.index(point.kind), theme.curves)
+            if point.row == self.highlighted:
+                self._add_mark(point, "o", RING + 3, None, translucent(ink, 0.3))
+            if point.row == self.current:
+                self._add_mark(point, "o", RING, pg.mkPen(theme.accent, width=2.0), None)
+            ground = ink if point.front else QColor(theme.background)
+            self._add_mark(point, mark_path(shape), MARK, pg.mkPen(ink, width=1.8), ground)
+        self.update()
 
-    def _paint_name(self, painter: QPainter, point: Point, place: QRectF) -> None:
+    def paint_foreground(self, painter: QPainter) -> None:
         theme = colours()
-        strong = point.front or point.row in (self.current, self.highlighted)
-        ink = QColor(theme.text if strong else theme.muted)
-        middle = place.center().y()
-        text.draw_text(painter, place.left(), middle, point.text, face=_font(point), ink=ink)
+        for point in self.points:
+            if point.row in self.names:
+                place, face = self.names[point.row], _font(point)
+                strong = point.front or point.row in (self.current, self.highlighted)
+                ink, y = QColor(theme.text if strong else theme.muted), place.center().y()
+                text.draw_text(painter, place.left(), y, point.text, face=face, ink=ink)
+            elif point.row == self.highlighted:
+                self.paint_readout(painter, self.spots[point.row], point.text)
 
-    def _paint_name_over(self, painter: QPainter, point: Point, spot: QPointF) -> None:
-        """The name of the highlighted point, which had no room, over what is drawn there."""
-        face = _font(point)
-        wide = text.width(point.text, face)
-        x = spot.x() + RING + 5
-        if x + wide > self.width() - 4:
-            x = max(spot.x() - RING - 5 - wide, 4.0)
-        high = face.pixelSize() + 4.0
-        ground = translucent(colours().background, 0.9)
-        painter.fillRect(QRectF(x - 3, spot.y() - high / 2, wide + 6, high), ground)
-        self._paint_name(painter, point, QRectF(x, spot.y() - high / 2, wide, high))
+    def _add_mark(
+        self, point: Point, symbol: object, radius: float, pen: object, brush: object
+    ) -> None:
+        place = self._places([point])
+        size = 2 * radius
+        self.add(pg.ScatterPlotItem(*place, symbol=symbol, size=size, pen=pen, brush=brush))
+
+    def _places(self, points: Sequence[Point]) -> tuple[object, object]:
+        seconds = np.array([point.seconds for point in points])
+        return self.bottom.places(seconds), np.array([point.error for point in points])
+
+    def _forget_names(self, *_: object) -> None:
+        self._names = None
 
     # Pointer and keys
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        self._layout = None
-        super().resizeEvent(event)
-
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        row = self._row_under(event)
+        super().mouseMoveEvent(event)
+        row = self._row_at(event.position())
         shape = Qt.CursorShape.ArrowCursor if row is None else Qt.CursorShape.PointingHandCursor
         self.setCursor(shape)
-        if row is not None:
+        if row is not None and not event.buttons():
             self._highlight(row)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        row = self._row_under(event)
-        if event.button() == Qt.MouseButton.LeftButton and row is not None:
+        row = self._row_at(event.position())
+        if event.button() != Qt.MouseButton.LeftButton or row is None:
+            super().mousePressEvent(event)
+        else:
             self._highlight(row)
             self.activated.emit(row)
 
@@ -293,13 +218,21 @@ class TradeoffPlot(QWidget):
             at = rows.index(self.current) if self.current in rows else 0
         self._highlight(rows[at])
 
-    def _row_under(self, event: QMouseEvent) -> int | None:
-        """The row of the point under the pointer."""
-        layout = self.layout_of_points()
-        return None if layout is None else layout.row_at(event.position())
+    def _row_at(self, position: QPointF) -> int | None:
+        """The row whose mark is in reach of the pointer, or whose name is under it."""
+        distances = {row: QLineF(spot, position).length() for row, spot in self.spots.items()}
+        nearest = min(distances, key=distances.__getitem__, default=None)
+        if nearest is not None and distances[nearest] <= REACH:
+            return nearest
+        return next((row for row, name in self.names.items() if name.contains(position)), None)
 
     def _highlight(self, row: int) -> None:
         """Highlight a row and emit it."""
         if row != self.highlighted:
             self.highlight(row)
             self.highlight_changed.emit(row)
+
+
+def _font(point: Point) -> QFont:
+    """The font of a name; presets are bold."""
+    return text.font(NAME, bold=point.kind == "preset")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from factories import VIDEO_OFFSET, VIDEO_TAPS, demonstration_with_video
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
 from forcelab.clock import ClockMap, fit_clock
@@ -185,8 +185,14 @@ def test_a_click_into_the_curves_moves_the_cursor(document, dialog, until):
     press(dialog.propose_button)
     until(lambda: dialog.proposal is not None)
     plot = dialog.plot
-    QTest.mouseClick(plot, Qt.MouseButton.LeftButton, pos=plot.rect().center())
+    view, left, middle = plot.viewport(), Qt.MouseButton.LeftButton, plot.rect().center()
+    QTest.mouseClick(view, left, pos=middle)
     assert document.view.cursor == pytest.approx(3.0, abs=0.05)
+    QTest.mousePress(view, left, pos=middle)
+    for x in (40, 80):
+        QTest.mouseMove(view, middle + QPoint(x, 0))
+    QTest.mouseRelease(view, left, pos=middle + QPoint(80, 0))
+    assert document.view.cursor == pytest.approx(3.0, abs=0.05)  # a drag moves no cursor
 
 
 def test_a_video_that_is_gone_is_told_and_marks_no_frame(document, jobs, until):

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from factories import MEMORY_FOLDER
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QMessageBox
 from window_helpers import status_messages
@@ -102,13 +102,16 @@ def test_the_matrix_leads_to_the_figures_and_to_the_places(app, until):
         assert "2 demonstrations" in view.pair.title.text()
         assert "foam 2" in view.counts.text()
         QTest.mouseClick(
-            view.matrix,
+            view.matrix.viewport(),
             Qt.MouseButton.LeftButton,
             pos=view.matrix.cell(1, 2).center().toPoint(),
         )
         assert view.pair.title.text() == "Ben and Cleo, 1 demonstration"
         QTest.keyClick(view.matrix, Qt.Key.Key_Left)  # over the diagonal
         assert view.matrix.at == (1, 0)
+        spot = view.matrix.cell(0, 1).center()
+        assert view.matrix.readout(spot).startswith(f"Ann and Ben: kappa {pair.kappa:.3f}")
+        assert view.matrix.readout(QPointF(1, 1)) == ""
         table = view.pair.places
         first = table.rows[0].place
         assert first.duration == max(p.duration for p in (*pair.apart, *pair.alone))
@@ -131,6 +134,16 @@ def test_the_consensus_is_of_the_pair_that_was_looked_at(app, until):
         app.processEvents()
         b.view.matrix.choose(0, 1)
         assert choice.coders == ("Ann", "Cleo")
+
+
+def test_the_histogram_reads_how_many_boundaries_are_in_a_bin(app, until):
+    with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
+        plot, pair = b.view.pair.histogram, b.view.result.pair("Ann", "Ben")
+        counts, edges = histogram_bins(pair.offsets)
+        number = int(counts.argmax())
+        spot = plot.spot((edges[number] + edges[number + 1]) / 2, counts.max() / 2)
+        assert plot.readout(spot).endswith(f" ms: {counts[number]}")
+        assert plot.readout(QPointF(0, 0)) == ""
 
 
 def test_kinds_of_places_are_listed_apart(app, until):

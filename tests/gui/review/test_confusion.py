@@ -45,7 +45,7 @@ def small(document):
 
 def click(view, row, column):
     spot = view.canvas.figure.box(row, column).center().toPoint()
-    QTest.mouseClick(view.canvas, Qt.MouseButton.LeftButton, pos=spot)
+    QTest.mouseClick(view.canvas.viewport(), Qt.MouseButton.LeftButton, pos=spot)
 
 
 def listed(view):
@@ -62,7 +62,8 @@ def test_the_matrix_is_the_time_that_the_scores_count(view, document):
 def test_hovering_a_cell_says_what_it_holds(view, until):
     def hovered(row, column, sentence):
         # The matrix may yet be given its final room.
-        QTest.mouseMove(view.canvas, view.canvas.figure.box(row, column).center().toPoint())
+        spot = view.canvas.figure.box(row, column).center().toPoint()
+        QTest.mouseMove(view.canvas.viewport(), spot)
         return view.sentence.text() == sentence
 
     sentence = "grab seen as hold: 2.5 s, 50 % of grab, in 2 places"
@@ -143,6 +144,13 @@ def test_copied_text_is_what_is_shown(view):
     view.switches.copy.click()
     lines = [line.split("\t") for line in QGuiApplication.clipboard().text().splitlines()]
     assert lines[2] == ["hold", "0.000", "2.000", "0.000", "1.000"]
+
+
+def test_the_menu_of_the_matrix_copies_it_with_its_title(view):
+    menu = view.canvas.plot_menu()
+    copy = next(action for action in menu.actions() if action.text() == "Copy as picture")
+    copy.trigger()
+    assert QGuiApplication.clipboard().image() == view.figure.image()
 
 
 @pytest.mark.parametrize(
@@ -249,7 +257,7 @@ def test_in_a_narrow_list_no_switch_is_cut_off(view, app):
 def test_where_there_is_little_room_the_matrix_is_seen_and_a_click_shows_its_places(view, app):
     view.resize(290, 200)
     app.processEvents()
-    assert view.canvas.visibleRegion().boundingRect().height() > 70
+    assert view.canvas.viewport().visibleRegion().boundingRect().height() > 70
     assert not view.list.table.visibleRegion().boundingRect().height()
     click(view, 0, 0)
     app.processEvents()

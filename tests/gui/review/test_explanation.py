@@ -285,11 +285,11 @@ def test_a_card_leads_to_its_segment_and_back_leads_to_the_place(
 
 def test_a_click_into_the_chart_moves_the_cursor_there(explained, document):
     chart = explained.page.chart
-    axis = chart.axis
-    time = 0.3 * axis.start + 0.7 * axis.end
-    where = QPoint(round(axis.at(time)), 40)
-    QTest.mouseClick(chart, Qt.MouseButton.LeftButton, pos=where)
-    pixel = (axis.end - axis.start) / (axis.finish - axis.begin)
+    start, end = chart.box.viewRange()[0]
+    time = 0.3 * start + 0.7 * end
+    where = QPoint(round(chart.spot(time, 0.5).x()), 40)
+    QTest.mouseClick(chart.viewport(), Qt.MouseButton.LeftButton, pos=where)
+    pixel = (end - start) / chart.area.width()
     assert document.view.cursor == pytest.approx(time, abs=1.1 * pixel)
 
 
@@ -316,6 +316,19 @@ def test_a_band_is_told_where_the_pointer_is(explained):
     cell = bands.cell(why.channels.index(first.channel), why.hertz.tolist().index(first.hertz))
     assert bands.band_text(cell.center()) == explanation_plots.band_sentence(first, why)
     assert bands.band_text(QPointF(1, 1)) == ""
+    before = bands.grab().toImage()
+    QTest.mouseMove(bands.viewport(), cell.center().toPoint())
+    assert bands.grab().toImage() != before
+
+
+def test_the_chart_reads_the_most_probable_actions_at_the_pointer(explained):
+    chart, trace = explained.page.chart, explained.why.probability_trace
+    at = int(np.searchsorted(trace.times, explained.place.start)) + 3
+    spot = chart.spot((trace.times[at] + trace.times[at + 1]) / 2, 0.5)
+    values = trace.values[at] / 255
+    best = int(values.argmax())
+    assert f" s: {trace.actions[best]} {values[best]:.2f}" in chart.readout(spot)
+    assert chart.readout(QPointF(1, 1)) == ""
 
 
 @pytest.mark.parametrize("dark", [False, True])

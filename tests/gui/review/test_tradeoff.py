@@ -22,7 +22,7 @@ from forcelab.gui.review.tradeoff import (
     drawn_rows,
     points_of,
 )
-from forcelab.gui.review.tradeoff_plot import MARK, Point, TradeoffPlot, lay_out
+from forcelab.gui.review.tradeoff_plot import MARK, Point, TradeoffPlot
 from forcelab.gui.review.trainer import Trainer
 from forcelab.gui.review.training_preferences import recall_preset
 from forcelab.jobs import Progress, finish
@@ -60,7 +60,7 @@ def row_of(kind, setting, error, recognise, train, edges):
 
 def spot_of(plot, row):
     """Where the point of a row lies, in pixels of the plot."""
-    return plot.layout_of_points().spots[row]
+    return plot.spots[row]
 
 
 def measured_of(project, task="foam", author="Ann", number=1, extra=()):
@@ -387,24 +387,30 @@ def test_names_cover_neither_each_other_nor_marks(app, seed, size):
               float(10 ** random.uniform(-2, 1)), float(random.uniform(0, 0.9)), i % 5 == 0)
         for i in range(22)
     ]  # fmt: skip
-    layout = lay_out(points, QRectF(0, 0, *size), 1)
-    marks = [QRectF(s.x() - MARK, s.y() - MARK, 2 * MARK, 2 * MARK) for s in layout.spots.values()]
-    for label, another in combinations(layout.names.values(), 2):
+    plot = TradeoffPlot()
+    plot.show_points(points, 1, "error", "time")
+    with shown_widget(app, plot, size):
+        spots, names, area = plot.spots.values(), plot.names.values(), plot.area
+    marks = [QRectF(s.x() - MARK, s.y() - MARK, 2 * MARK, 2 * MARK) for s in spots]
+    for label, another in combinations(names, 2):
         assert not covered_area(label, [another])
-    for name in layout.names.values():
+    for name in names:
         assert not covered_area(name, marks)
-        assert layout.box.contains(name)
-    assert all(layout.box.contains(spot) for spot in layout.spots.values())
-    assert size[0] < 300 or len(layout.names) > 8  # in a thumbnail there is no room
+        assert area.contains(name)
+    assert all(area.contains(spot) for spot in spots)
+    assert size[0] < 300 or len(names) > 8  # in a thumbnail there is no room
 
 
 @pytest.mark.parametrize("count", [1, 2])
 def test_points_in_one_place_have_axes_too(app, count):
     points = [Point(i, "preset", f"p{i}", 0.5, 0.0, True) for i in range(count)]
-    layout = lay_out(points, QRectF(0, 0, 500, 400), None)
-    assert layout.across.start < 0.5 < layout.across.end
-    assert layout.box.contains(layout.spots[0])
-    assert layout.across.marks(10.0, upright=False)
+    plot = TradeoffPlot()
+    plot.show_points(points, None, "error", "time")
+    with shown_widget(app, plot, (500, 400)):
+        start, end = plot.bottom.range
+        assert 10**start < 0.5 < 10**end
+        assert plot.area.contains(plot.spots[0])
+        assert plot.bottom.numbers()
 
 
 @pytest.fixture
@@ -429,13 +435,13 @@ def test_faster_is_left_and_better_is_down(plot):
 
 def test_pointing_tells_and_a_click_chooses(plot):
     spot = spot_of(plot, 3)
-    QTest.mouseMove(plot, spot.toPoint())
+    QTest.mouseMove(plot.viewport(), spot.toPoint())
     assert plot.highlights == [3]
     assert plot.rows == []
-    QTest.mouseClick(plot, Qt.MouseButton.LeftButton, pos=spot.toPoint())
+    QTest.mouseClick(plot.viewport(), Qt.MouseButton.LeftButton, pos=spot.toPoint())
     assert plot.rows == [3]
-    QTest.mouseClick(plot, Qt.MouseButton.RightButton, pos=spot_of(plot, 1).toPoint())
-    QTest.mouseClick(plot, Qt.MouseButton.LeftButton, pos=QPointF(120, 60).toPoint())
+    QTest.mouseClick(plot.viewport(), Qt.MouseButton.RightButton, pos=spot_of(plot, 1).toPoint())
+    QTest.mouseClick(plot.viewport(), Qt.MouseButton.LeftButton, pos=QPointF(120, 60).toPoint())
     assert plot.rows == [3]
 
 
@@ -462,6 +468,25 @@ def test_what_is_in_use_and_what_is_highlighted_are_seen(plot):
     assert plot.highlighted == 2
     plot.show_points(plot.points[:1], 1, "error", "time")
     assert plot.highlighted is None  # it is not drawn any more
+    plot.show_points((), 1, "error", "time")
+    assert plot.sentence == "No setting was measured for both axes."
+    assert not plot.box.isVisible()
+
+
+def test_zoomed_in_more_names_have_room(app):
+    crowd = [Point(i, "scales", f"a setting {i}", 0.1 + 0.01 * i, 0.5 + 0.01 * i, False)
+             for i in range(12)]  # fmt: skip
+    far = Point(99, "scales", "far", 10.0, 0.1, True)
+    plot = TradeoffPlot()
+    plot.show_points([*crowd, far], None, "error", "time")
+    with shown_widget(app, plot, (420, 320)):
+        before = len(plot.names)
+        plot.box.setRange(xRange=(-1.1, -0.6), yRange=(0.45, 0.65), padding=0)
+        app.processEvents()
+        assert len(plot.names) > before
+        assert 99 not in plot.names
+        QTest.mouseDClick(plot.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(80, 290))
+        assert len(plot.names) == before
 
 
 # The page
@@ -511,7 +536,7 @@ def test_other_axes_draw_another_front(view):
 def test_a_click_in_the_plot_adopts(view, controller):
     spot = spot_of(view.plot, 1).toPoint()
     assert not view.undo.isVisible()
-    QTest.mouseClick(view.plot, Qt.MouseButton.LeftButton, pos=spot)
+    QTest.mouseClick(view.plot.viewport(), Qt.MouseButton.LeftButton, pos=spot)
     assert controller.trainer.settings.preset == "fast"
     assert [row[0] for row in table_of(view)] == ["", "●◆", "", "◆"]
     assert view.plot.current == 1
@@ -531,7 +556,7 @@ def test_enter_in_the_table_adopts_and_its_rows_are_marked_in_the_plot(view, con
 
 
 def test_what_is_pointed_at_in_the_plot_is_selected_in_the_table(view):
-    QTest.mouseMove(view.plot, spot_of(view.plot, 2).toPoint())
+    QTest.mouseMove(view.plot.viewport(), spot_of(view.plot, 2).toPoint())
     assert view.table.currentIndex().row() == 2
     assert view.summary.text().startswith("phase: none")
 
