@@ -88,7 +88,7 @@ class _VisibleLabels(NamedTuple):
     tracks: dict[str, Segments]  # of other authors, and the prediction that is reviewed, by author
     listed: Vocabulary  # the task's actions as stored
     painted: tuple[str, ...]  # the actions that segments have
-    styles: Vocabulary  # how those look in a review that are not among the task's
+    styles: list[Action]  # how those look elsewhere that are not among the task's
 
 
 class Document(QObject):
@@ -413,12 +413,14 @@ class Document(QObject):
             predicted = as_coded(reviewed.predicted, run, reviewed)
             others[run.proposer] = predicted
             painted += tuple(segment.action for segment in predicted)
-        listed, styles = project.actions.vocabulary(demonstration.task), Vocabulary()
-        if run is not None and any(action not in listed for action in painted):
-            # Runs are not loaded where none is reviewed.
-            from forcelab.review.run_result import action_styles
+        listed, styles = project.actions.vocabulary(demonstration.task), list[Action]()
+        if any(action not in listed for action in painted):
+            styles += project.actions.elsewhere(demonstration.task)
+            if run is not None:
+                # Runs are not loaded where none is reviewed.
+                from forcelab.review.run_result import action_styles
 
-            styles = action_styles(project, run)
+                styles += action_styles(project, run)
         return _VisibleLabels(others, listed, painted, styles)
 
     def _show_labels(self, labels: _VisibleLabels) -> None:
@@ -445,13 +447,18 @@ class Document(QObject):
             self.action = name
             self.action_changed.emit()
 
-    def set_vocabulary(self, vocabulary: Vocabulary) -> bool:
-        """Replace the actions of the open demonstration's task, unless others changed them."""
+    def set_vocabulary(self, vocabulary: Vocabulary, recoloured: str = "") -> bool:
+        """Replace the actions of the open demonstration's task, unless others changed them.
+
+        Other tasks follow the colour of the action that was `recoloured`, where they can.
+        """
         if self.project is None or self.demonstration is None:
             return False
         task, changed = self.demonstration.task, False
         with self._reporting_errors():
-            changed = self.project.actions.set_vocabulary(task, vocabulary, before=self._listed)
+            changed = self.project.actions.set_vocabulary(
+                task, vocabulary, before=self._listed, recoloured=recoloured
+            )
             if changed:
                 self._list_actions(vocabulary)
             else:
