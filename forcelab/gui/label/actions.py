@@ -442,7 +442,7 @@ class ActionList(SideList):
         if not name:
             return False
         if name in self.document.vocabulary:
-            self.document.show_message(f"The action '{name}' already exists.", True)
+            self.document.refuse(f"The action '{name}' already exists.")
             return False
         return self.document.add_actions(name)
 
@@ -461,7 +461,7 @@ class ActionList(SideList):
         try:
             project.actions.refuse_removing(self.document.author, name, demonstration.task)
         except ForcelabError as error:
-            self.document.show_message(str(error), True)
+            self.document.refuse(str(error))
             return False
         return self._change(lambda: self.document.vocabulary.removed(name))
 
@@ -493,7 +493,7 @@ class ActionList(SideList):
         try:
             changed = change()
         except InputError as error:
-            self.document.show_message(str(error), True)
+            self.document.refuse(str(error))
             return False
         return self.document.set_vocabulary(changed, recoloured)
 
