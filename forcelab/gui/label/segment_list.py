@@ -548,6 +548,7 @@ class SegmentTable(SideList):
             # The track itself says how to begin.
             text = "No segments yet: what you label is listed here."
         self.pages.say(text)
+        self.filter.setVisible(bool(self.document.editor.segments))
 
     def _show_selection(self) -> None:
         """Choose the row of the selected segment, and scroll to it."""
