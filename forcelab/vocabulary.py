@@ -1,9 +1,16 @@
 """The vocabulary: which actions there are, how they look and which key paints them.
 
-An action keeps its colour, texture and key for as long as it is in the vocabulary, under another
-name too: coders learn them by heart. Spellings that differ between coders are brought together by a
-merge map (:mod:`forcelab.label_map`) when a recogniser is trained or scored; stored labels keep the
-coder's.
+Each task has its own. Colour, texture and key are stored with the action, never derived: it keeps
+them for as long as it is in the vocabulary, under another name too, as coders learn them by heart.
+New actions get their keys in the order of the task, 1, 2, 3, ...; textures only once the task has
+no plain colour left. Keys can start at 1 in every task, since one task is labelled at a time;
+colours of several tasks are seen side by side, in pairs, matrices and figures. So an action has the
+colour that it has in the project's other tasks, and a colour stands for one action throughout the
+project for as long as the eight suffice. Where that would need a texture, the task gets another
+plain colour instead: what is labelled now must be told apart at a glance.
+
+Spellings that differ between coders are brought together by a merge map
+(:mod:`forcelab.label_map`) when a recogniser is trained or scored; stored labels keep the coder's.
 """
 
 from __future__ import annotations
@@ -146,33 +153,55 @@ class Vocabulary:
     def __iter__(self) -> Iterator[Action]:
         return iter(self.actions)
 
-    def with_actions(self, *names: str, like: Iterable[Action] = ()) -> Vocabulary:
+    def with_actions(
+        self, *names: str, like: Iterable[Action] = (), keys: Mapping[str, str] | None = None
+    ) -> Vocabulary:
         """Add the actions that are missing, at the end; the others stay exactly as they are.
 
-        A new action gets the first look and the first key that are free: the eight colours plain,
-        then the eight with texture 1, and so on; no key when all are taken. Where an action of
-        that name is in `like` and its look is free, it gets that one.
+        A new action gets the look of the first action of its name in `like` whose look is free.
+        Otherwise it gets a plain colour that nothing has, here or in `like`; then one that nothing
+        has here; then the eight with texture 1, and so on. Its key is the first that is free, or
+        none when all are taken.
+
+        Parameters
+        ----------
+        *names : str
+        like : iterable of Action
+            How actions look elsewhere, such as in the project's other tasks.
+        keys : mapping of str to str, optional
+            Keys of new actions by name, where these are free.
 
         Raises
         ------
         InputError
-            If a name is blank.
+            If a name is blank, or a key is none.
         """
+        new = [name for name in dict.fromkeys(names) if name not in self]
+        looks = {action.look for action in self.actions}
+        given: dict[str, tuple[str, int]] = {}
+        elsewhere = tuple(like)
+        # First all that look as they do elsewhere, so that no new one takes what they need.
+        for action in elsewhere:
+            if action.name in new and action.name not in given and action.look not in looks:
+                given[action.name] = action.look
+                looks.add(action.look)
+        taken = {action.key for action in self.actions}
+        bound: dict[str, str] = {}
+        for name in new:
+            key = (keys or {}).get(name, "")
+            if key and key not in taken:
+                bound[name] = key
+                taken.add(key)
         actions = list(self.actions)
-        known = set(self.names)
-        styles = {action.look for action in actions}
-        keys = {action.key for action in actions}
-        preferred = {action.name: action.look for action in like}
-        for name in names:
-            if name in known:
-                continue
-            look = preferred.get(name)
-            colour, texture = _free_look(styles) if look is None or look in styles else look
-            key = _free_key(keys)
-            actions.append(Action(name, colour, key, texture))
-            known.add(name)
-            styles.add((colour, texture))
-            keys.add(key)
+        for name in new:
+            if name not in given:
+                given[name] = _free_look(looks, {action.look for action in elsewhere})
+                looks.add(given[name])
+            if name not in bound:
+                bound[name] = _free_key(taken)
+                taken.add(bound[name])
+            colour, texture = given[name]
+            actions.append(Action(name, colour, bound[name], texture))
         return Vocabulary(tuple(actions))
 
     def rebound(self, name: str, key: str) -> Vocabulary:
@@ -192,10 +221,9 @@ class Vocabulary:
         return self._replaced(action, replace(action, key=key))
 
     def recoloured(self, name: str, colour: str) -> Vocabulary:
-        """Give an action another colour (``"#rrggbb"``).
+        """Give an action another colour (``"#rrggbb"``), plain unless another action has that.
 
-        It keeps its texture, unless another action has that look: then it gets the first texture
-        that is free.
+        Then it gets the first texture that is free.
 
         Raises
         ------
@@ -204,11 +232,9 @@ class Vocabulary:
         """
         old = self._known(name)
         action = replace(old, colour=colour)
-        taken = {other.look for other in self.actions if other.name != name}
-        if action.look in taken:
-            texture = next(t for t in count() if (action.colour, t) not in taken)
-            action = replace(action, texture=texture)
-        return self._replaced(old, action)
+        taken = {other.look for other in self.actions if other is not old}
+        texture = next(t for t in count() if (action.colour, t) not in taken)
+        return self._replaced(old, replace(action, texture=texture))
 
     def renamed(self, name: str, new: str) -> Vocabulary:
         """Give an action another name; its look, its key and its place stay.
@@ -305,10 +331,14 @@ def _free_key(keys: Collection[str]) -> str:
     return next((key for key in KEYS if key not in keys), "")
 
 
-def _free_look(taken: set[tuple[str, int]]) -> tuple[str, int]:
-    """The first colour and texture that nothing has."""
+def _free_look(
+    taken: Collection[tuple[str, int]], elsewhere: Collection[tuple[str, int]] = ()
+) -> tuple[str, int]:
+    """The first colour and texture that nothing has; a plain colour also `elsewhere`, if any is."""
+    plain = ((colour, 0) for colour in COLOURS)
     looks = ((colour, texture) for texture in count() for colour in COLOURS)
-    return next(look for look in looks if look not in taken)
+    unused = (look for look in plain if look not in taken and look not in elsewhere)
+    return next(unused, None) or next(look for look in looks if look not in taken)
 
 
 def _action(item: object, number: int) -> Action:

@@ -154,11 +154,70 @@ def test_json_that_is_no_vocabulary_is_refused_with_a_sentence(items, sentence):
 
 def test_an_action_can_be_added_with_the_look_that_it_has_elsewhere():
     elsewhere = Vocabulary().with_actions("grab", "twist", "tear")
-    here = Vocabulary().with_actions("slip", "pull", like=elsewhere)
-    found = here.with_actions("tear", "twist", "new", like=elsewhere)
+    here = Vocabulary().with_actions("slip", "pull")  # blue and vermilion, as grab and twist
+    found = here.with_actions("new", "tear", "twist", like=elsewhere)
     assert found["tear"].look == elsewhere["tear"].look
-    assert found["twist"].look != elsewhere["twist"].look  # 'pull' has it here
-    assert len({action.look for action in found}) == len({a.key for a in found}) == 5
+    assert found["twist"].look == (COLOURS[4], 0)  # plain, though 'pull' has its colour here
+    assert found["new"].look == (COLOURS[3], 0)  # the first that is nowhere else
+    assert [action.key for action in found] == ["1", "2", "3", "4", "5"]
+
+
+tasks = st.lists(st.lists(st.sampled_from("abcdefghijklmnop"), max_size=10), max_size=5)
+
+
+def grown(tasks):
+    """Tasks whose actions were added one by one, each as the project's others look."""
+    vocabularies = []
+    for actions in tasks:
+        like = [a for other in vocabularies for a in other if a.texture == 0]
+        vocabulary = Vocabulary()
+        for name in actions:
+            vocabulary = vocabulary.with_actions(name, like=like)
+        vocabularies.append(vocabulary)
+    return vocabularies
+
+
+@given(tasks)
+def test_each_task_counts_its_keys_from_one_and_has_textures_only_without_a_colour_left(tasks):
+    for vocabulary in grown(tasks):
+        assert [action.key for action in vocabulary] == list(KEYS[: len(vocabulary)])
+        plain = [action for action in vocabulary if action.texture == 0]
+        assert len(plain) == min(len(vocabulary), len(COLOURS))
+
+
+@given(tasks)
+def test_a_colour_means_one_action_in_all_tasks_while_the_eight_suffice(tasks):
+    looks = {}
+    names = list(dict.fromkeys(name for actions in tasks for name in actions))
+    for vocabulary in grown([[n for n in actions if n in names[:8]] for actions in tasks]):
+        for action in vocabulary:
+            assert looks.setdefault(action.name, action.look) == action.look
+    assert len(set(looks.values())) == len(looks)
+
+
+@given(vocabularies, st.lists(names, min_size=1, max_size=12), vocabularies)
+def test_actions_added_together_leave_each_other_the_looks_from_elsewhere(here, new, elsewhere):
+    found = here.with_actions(*new, like=elsewhere)
+    taken = {action.look for action in here}
+    for action in elsewhere:
+        if action.name in new and action.name not in here and action.look not in taken:
+            assert found[action.name].look == action.look
+
+
+@given(vocabularies.filter(len), st.data())
+def test_another_colour_is_plain_unless_an_action_of_the_task_has_it(vocabulary, data):
+    name = data.draw(st.sampled_from(vocabulary.names))
+    colour = data.draw(st.sampled_from((*COLOURS, "#123456")))
+    changed = vocabulary.recoloured(name, colour)
+    others = {action.look for action in vocabulary.removed(name)}
+    assert (changed[name].texture == 0) == ((colour, 0) not in others)
+    assert changed[name].key == vocabulary[name].key
+    assert changed.removed(name) == vocabulary.removed(name)
+
+
+def test_keys_that_are_wished_for_are_given_where_they_are_free():
+    grown = SMALL.with_actions("new", "slip", "twist", keys={"slip": "4", "twist": "1", "new": ""})
+    assert [action.key for action in grown] == ["1", "2", "3", "5", "4", "6"]
 
 
 def test_tasks_together_keep_the_first_ones_looks_and_share_no_look_or_key():

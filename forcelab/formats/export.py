@@ -78,6 +78,13 @@ def _observations(part: Part) -> list[Observation]:
     ]
 
 
+def _boris(project: Project, observations: list[Observation]) -> bytes:
+    """With the keys and colours of the tasks that are written, not those of other tasks."""
+    tasks = {observation.task for observation in observations}
+    own = {task: words for task, words in project.actions.vocabularies().items() if task in tasks}
+    return to_boris(project.path.resolve().stem, observations, joined(own))
+
+
 FORMATS: Final[dict[str, ExportFormat]] = {
     "csv": ExportFormat(
         "CSV: start, end, action, author; one file per demonstration",
@@ -104,9 +111,7 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         ".boris",
         "project",
         _observations,
-        lambda project, observations: to_boris(
-            project.path.resolve().stem, observations, joined(project.actions.vocabularies())
-        ),
+        _boris,
     ),
     "audacity": ExportFormat(
         "Audacity: one label track per coder and demonstration",

@@ -580,7 +580,7 @@ class DemonstrationMenu(QObject):
         try:
             verb(project)
         except ForcelabError as error:
-            self._document.show_message(str(error), True)
+            self._document.refuse(str(error))
             return False
         finally:
             is_open = self._document.id in ids
@@ -770,7 +770,7 @@ class DemonstrationList(QWidget):
         for row in self._rows:
             if row.info.id == self._document.id:
                 return row
-        self._document.show_message(f"Open a demonstration first; a {noun} belongs to one.", True)
+        self._document.refuse(f"Open a demonstration first; a {noun} belongs to one.")
         return None
 
     # Inside

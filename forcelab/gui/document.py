@@ -88,13 +88,13 @@ class _VisibleLabels(NamedTuple):
     tracks: dict[str, Segments]  # of other authors, and the prediction that is reviewed, by author
     listed: Vocabulary  # the task's actions as stored
     painted: tuple[str, ...]  # the actions that segments have
-    styles: Vocabulary  # how those look in a review that are not among the task's
+    styles: list[Action]  # how those look elsewhere that are not among the task's
 
 
 class Document(QObject):
     """What is open, and the verbs that open something else.
 
-    A verb returns whether it changed anything; why it could not is shown in the status line.
+    A verb returns whether it changed anything; :meth:`refuse` shows why it did not.
 
     `editor` edits the coder's track. What it stores or refuses is signalled and shown by the
     document; a new one takes its place with each demonstration and coder, so that it must not be
@@ -112,6 +112,7 @@ class Document(QObject):
     selection_changed = Signal()
     stroke_changed = Signal()
     message_shown = Signal(str, bool)
+    refusal_shown = Signal(str, bool)
     store_failed = Signal(str)
 
     def __init__(self, author: str, parent: QObject | None = None) -> None:
@@ -228,10 +229,10 @@ class Document(QObject):
         if not name or name == self.author:
             return
         if is_model(name):
-            self.show_message(f"'{name}' is a model's name; use a person's.", True)
+            self.refuse(f"'{name}' is a model's name; use a person's.")
             return
         if self.project is not None and self.demonstration is not None:
-            with self._reporting_errors() as errors:
+            with self._reporting_errors(tried=True) as errors:
                 editor = self._editor_of(self.project, self.id, name)
                 labels = self._visible_labels(name, self.demonstration)
             if errors:  # the coder shown must be the one whose labels are shown
@@ -312,7 +313,7 @@ class Document(QObject):
         """Map the video's clock onto the force clock anew."""
         if self.project is None or self.demonstration is None:
             return False
-        with self._reporting_errors() as errors:
+        with self._reporting_errors(tried=True) as errors:
             self.project.media.set_video_clock(self.id, clock)
             self.view.demonstration = self.project.demonstrations.load(self.id)
         if not errors:
@@ -323,7 +324,7 @@ class Document(QObject):
         """Mark the open demonstration as done by the coder; blind coding ends then."""
         if self.project is None or not self.id:
             return False
-        with self._reporting_errors() as errors:
+        with self._reporting_errors(tried=True) as errors:
             blind = self.coding_blind
             self.project.coding.set_done(self.id, self.author)
         self.reread()
@@ -343,11 +344,21 @@ class Document(QObject):
         self.local_message = text
         self.show_message(text, error)
 
+    def refuse(self, text: str, *, on_track: bool = False) -> None:
+        """Say why what was just tried is not done, in the status line and where it was tried.
+
+        That is beside what has the keyboard; `on_track` says that it is the coder's track, whatever
+        has it.
+        """
+        self.show_local_message(text, True)
+        self.refusal_shown.emit(text, on_track)
+
     @contextmanager
-    def _reporting_errors(self) -> Iterator[list[str]]:
+    def _reporting_errors(self, *, tried: bool = False) -> Iterator[list[str]]:
         """Show an error in the status line; yields a list that holds it then.
 
-        A track that was changed elsewhere is read anew.
+        Where the coder has `tried` something, it is shown there, too. A track that was changed
+        elsewhere is read anew.
         """
         errors: list[str] = []
         self.refused = False
@@ -362,7 +373,10 @@ class Document(QObject):
         except ForcelabError as error:
             self.refused = True
             errors.append(str(error))
-            self.show_message(str(error), True)
+            if tried:
+                self.refuse(str(error))
+            else:
+                self.show_message(str(error), True)
             if error.__cause__ is not None:  # the disk or the store refused, not what was asked for
                 self.store_failed.emit(str(error))
 
@@ -413,12 +427,14 @@ class Document(QObject):
             predicted = as_coded(reviewed.predicted, run, reviewed)
             others[run.proposer] = predicted
             painted += tuple(segment.action for segment in predicted)
-        listed, styles = project.actions.vocabulary(demonstration.task), Vocabulary()
-        if run is not None and any(action not in listed for action in painted):
-            # Runs are not loaded where none is reviewed.
-            from forcelab.review.run_result import action_styles
+        listed, styles = project.actions.vocabulary(demonstration.task), list[Action]()
+        if any(action not in listed for action in painted):
+            styles += project.actions.elsewhere(demonstration.task)
+            if run is not None:
+                # Runs are not loaded where none is reviewed.
+                from forcelab.review.run_result import action_styles
 
-            styles = action_styles(project, run)
+                styles += action_styles(project, run)
         return _VisibleLabels(others, listed, painted, styles)
 
     def _show_labels(self, labels: _VisibleLabels) -> None:
@@ -445,20 +461,24 @@ class Document(QObject):
             self.action = name
             self.action_changed.emit()
 
-    def set_vocabulary(self, vocabulary: Vocabulary) -> bool:
-        """Replace the actions of the open demonstration's task, unless others changed them."""
+    def set_vocabulary(self, vocabulary: Vocabulary, recoloured: str = "") -> bool:
+        """Replace the actions of the open demonstration's task, unless others changed them.
+
+        Other tasks follow the colour of the action that was `recoloured`, where they can.
+        """
         if self.project is None or self.demonstration is None:
             return False
         task, changed = self.demonstration.task, False
-        with self._reporting_errors():
-            changed = self.project.actions.set_vocabulary(task, vocabulary, before=self._listed)
+        with self._reporting_errors(tried=True):
+            changed = self.project.actions.set_vocabulary(
+                task, vocabulary, before=self._listed, recoloured=recoloured
+            )
             if changed:
                 self._list_actions(vocabulary)
             else:
                 listed = self.vocabulary
                 self._list_actions(self.project.actions.vocabulary(task), listed.names, listed)
-                message = "The actions were changed elsewhere; look at them and repeat it."
-                self.show_message(message, True)
+                self.refuse("The actions were changed elsewhere; look at them and repeat it.")
             self.vocabulary_changed.emit()
         return changed
 
@@ -468,7 +488,7 @@ class Document(QObject):
             return True
         if self.project is None or self.demonstration is None:
             return False
-        with self._reporting_errors() as errors:
+        with self._reporting_errors(tried=True) as errors:
             wider = self.vocabulary.with_actions(*names)
             self._list_actions(self.project.actions.add(self.demonstration.task, wider.names))
             self.vocabulary_changed.emit()
@@ -480,7 +500,7 @@ class Document(QObject):
         """Rename an action in all of the coder's tracks, or merge it into another one."""
         if self.project is None:
             return False
-        with self._reporting_errors() as errors:
+        with self._reporting_errors(tried=True) as errors:
             before = self.project.actions.vocabularies()
             renamed = self.project.actions.rename(self.author, old, new, tasks, merge=merge)
             after = self.project.actions.vocabularies()
@@ -569,7 +589,7 @@ class Document(QObject):
         """Carry out a verb of the editor; the store has the edit before a view learns of it."""
         result = None
         selected = None if self.selected is None else self.editor.segments[self.selected]
-        with self._reporting_errors() as errors:
+        with self._reporting_errors(tried=True) as errors:
             result = verb()
         if result is None:
             if self.editor.unchanged and not errors:
@@ -699,7 +719,7 @@ class Document(QObject):
         self.stroke_changed.emit()
         if at == stroke.start:
             message = "A segment needs time: move the cursor before you end it."
-            self.show_message(message, True)
+            self.refuse(message, on_track=True)
             return False
         start, end = sorted((stroke.start, at))
         painted = self.editor.paint(start, end, stroke.action) is not None
@@ -798,14 +818,14 @@ class ReviewState(QObject):
         if reviewed is None or run is None:
             blind = "Predictions are hidden until you are done; nothing accepted."
             missing = "There is no prediction to accept here; train a recogniser."
-            document.show_message(blind if document.coding_blind else missing, True)
+            document.refuse(blind if document.coding_blind else missing)
             return False
         # It brings what proposes demonstrations to label, which takes long to load.
         from forcelab.review.active_learning import acceptable_segments
 
         if at_least and reviewed.probability_trace is None:
             message = "This run kept no probabilities; train again to have them."
-            document.show_message(message, True)
+            document.refuse(message)
             return False
         segments = acceptable_segments(reviewed, start, end, at_least)
         if not segments:

@@ -134,6 +134,7 @@ class DockedWindow(QMainWindow):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._widths: dict[QDockWidget, int] = {}
+        self._pressed: dict[QDockWidget, int] = {}  # when a button of the mouse was pressed
 
     def set_widths(self, docks: Sequence[QDockWidget], width: int) -> None:
         """Give docks a width, hidden ones as well."""
@@ -167,18 +168,29 @@ class DockedWindow(QMainWindow):
         self.widen()
 
     def event(self, event: QEvent) -> bool:
-        """Note the widths after the mouse dragged a border of the window itself."""
+        """Note the widths of lists whose border the mouse dragged, which the window itself has."""
+        if event.type() == QEvent.Type.MouseButtonPress:
+            self._pressed = self._present_widths()
         handled = super().event(event)
         if event.type() == QEvent.Type.MouseButtonRelease:
-            QTimer.singleShot(0, self, self.note_widths)  # once Qt has moved it
+            QTimer.singleShot(0, self, self._note_dragged)  # once Qt has moved it
         return handled
+
+    def _note_dragged(self) -> None:
+        """Keep the widths that are others than when the mouse was pressed; a click has none."""
+        now = self._present_widths()
+        self._widths |= {
+            d: now[d] for d, width in self._pressed.items() if now.get(d, width) != width
+        }
+        self._pressed = {}
 
     def note_widths(self) -> None:
         """Keep the present widths of the visible docks."""
+        self._widths = self._present_widths()
+
+    def _present_widths(self) -> dict[QDockWidget, int]:
         docks = self.findChildren(QDockWidget, options=Qt.FindChildOption.FindDirectChildrenOnly)
-        self._widths = {
-            dock: dock.width() for dock in docks if dock.isVisible() and not dock.isFloating()
-        }
+        return {dock: dock.width() for dock in docks if dock.isVisible() and not dock.isFloating()}
 
 
 class PageOrPlaceholder(QStackedWidget):

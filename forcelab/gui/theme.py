@@ -239,6 +239,8 @@ def _sheet(colours: Colours) -> str:
     return f"""
     QLabel[tone="trouble"] {{ color: {c.trouble}; }}
     QLabel[tone="warning"] {{ color: {c.warning}; }}
+    QLabel#refusal {{ background: {c.background}; border: 1px solid {c.trouble};
+        border-radius: 3px; }}
     QToolTip {{ color: {c.text}; background: {c.background}; border: 1px solid {c.frame};
         padding: 0.25em; }}
     QMenu {{ menu-scrollable: 1; }} /* not further columns, off the screen */

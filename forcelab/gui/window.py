@@ -36,6 +36,7 @@ from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.layout import Dock, DockedWindow
 from forcelab.gui.menus import RecentProjects, ShownTracks, fill_menus, follow_tabs, follow_view
 from forcelab.gui.project_actions import ProjectActions, sample_place
+from forcelab.gui.refusal_note import RefusalNote
 from forcelab.gui.review.tab import BACKGROUND_JOBS, ReviewTab
 from forcelab.gui.shortcuts import bind
 from forcelab.gui.status_bar import StatusLine
@@ -88,6 +89,7 @@ class Window(DockedWindow):
         self._welcome, self._coders = Welcome(), AuthorChoice(self.document)
         self._sample = SampleProgress()
         self._line = StatusLine(self.document)
+        self._note = RefusalNote(self.document, self.label.tracks, self)
         self._dock = Dock("Demonstrations", self)
         self.commands = bind(self, self._handlers())
         self._tabs = QTabWidget()

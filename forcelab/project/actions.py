@@ -22,7 +22,7 @@ from forcelab.project.database import Database, content_errors
 from forcelab.project.records import segments_from_text, utc_now
 from forcelab.project.tracks import NUMBER, RENAMED, TrackStore
 from forcelab.text import counted, listed, natural_order, unknown_word
-from forcelab.vocabulary import Vocabulary
+from forcelab.vocabulary import Action, Vocabulary
 
 #: A sentence names so many tasks or coders, and only counts further ones.
 MOST_NAMED = 5
@@ -120,7 +120,12 @@ class ActionStore:
         return frozenset(row["action"] for row in rows)
 
     def set_vocabulary(
-        self, task: str, vocabulary: Vocabulary, *, before: Vocabulary | None = None
+        self,
+        task: str,
+        vocabulary: Vocabulary,
+        *,
+        before: Vocabulary | None = None,
+        recoloured: str = "",
     ) -> bool:
         """Replace the actions of a task; no label changes.
 
@@ -131,6 +136,9 @@ class ActionStore:
             The actions from now on.
         before : Vocabulary, optional
             What it is made from: where another process has changed that, nothing is written.
+        recoloured : str, optional
+            The action that has got another colour. Other tasks where it looked as it did here
+            follow, unless it would need a texture there.
 
         Returns
         -------
@@ -138,15 +146,35 @@ class ActionStore:
             Whether it was written.
         """
         with self._db.writing():
-            if before is not None and self.vocabulary(task) != before:
+            old = self.vocabulary(task)
+            if before is not None and old != before:
                 return False
-            self._db.execute(
-                "INSERT INTO vocabulary VALUES (?, ?) "
-                "ON CONFLICT (task) DO UPDATE SET actions = excluded.actions",
-                task,
-                json.dumps(vocabulary.to_json(), ensure_ascii=False),
-            )
+            self._write(task, vocabulary)
+            if recoloured in old:
+                look, colour = old[recoloured].look, vocabulary[recoloured].colour
+                for other, actions in self.vocabularies().items():
+                    if recoloured in actions and actions[recoloured].look == look:
+                        following = actions.recoloured(recoloured, colour)
+                        if following[recoloured].texture == 0:
+                            self._write(other, following)
             return True
+
+    def _write(self, task: str, vocabulary: Vocabulary) -> None:
+        self._db.execute(
+            "INSERT INTO vocabulary VALUES (?, ?) "
+            "ON CONFLICT (task) DO UPDATE SET actions = excluded.actions",
+            task,
+            json.dumps(vocabulary.to_json(), ensure_ascii=False),
+        )
+
+    def elsewhere(self, task: str) -> list[Action]:
+        """The actions of all other tasks that are plain: a new one of this task looks the same."""
+        return [
+            action
+            for other, vocabulary in self.vocabularies().items()
+            for action in vocabulary
+            if other != task and action.texture == 0
+        ]
 
     def add(self, task: str, names: Iterable[str]) -> Vocabulary:
         """Add the actions that a task's vocabulary lacks; gives all that it has then.
@@ -158,7 +186,7 @@ class ActionStore:
         """
         with self._db.writing():
             old = self.vocabulary(task)
-            new = old.with_actions(*names)
+            new = old.with_actions(*names, like=self.elsewhere(task))
             if new != old:
                 for name in {*new.names} - {*old.names} - self.painted(task):
                     check_action_name(name)
@@ -265,7 +293,9 @@ class ActionStore:
                 description = f"{old}{RENAMED}{new}{NUMBER}{counted(number, 'segment')}"
                 self._tracks.edit(id_, author, before, after, description, time=now)
             for task in change.tasks:
-                vocabulary = _renamed(self.vocabulary(task), old, new, task in change.kept)
+                vocabulary = _renamed(
+                    self.vocabulary(task), old, new, task in change.kept, self.elsewhere(task)
+                )
                 self.set_vocabulary(task, vocabulary)
             return change
 
@@ -299,7 +329,8 @@ class ActionStore:
     def extend(self, task: str, demonstration: str, styles: Vocabulary) -> None:
         """Add the actions of a demonstration's tracks that a task's vocabulary lacks.
 
-        First those of `styles`, as they look there where that is free, then the others.
+        First those of `styles`, with the keys that they have there and, unless another task has
+        them, with those looks, where these are free; then the others.
         """
         rows = self._db.all(
             "SELECT action FROM segment JOIN track ON track.id = segment.track "
@@ -307,7 +338,12 @@ class ActionStore:
             demonstration,
         )
         old = self.vocabulary(task)
-        new = _joined(old, styles).with_actions(*(row["action"] for row in rows))
+        new = old.with_actions(
+            *styles.names,
+            *(row["action"] for row in rows),
+            like=(*self.elsewhere(task), *styles),
+            keys={action.name: action.key for action in styles},
+        )
         if new != old:
             self.set_vocabulary(task, new)
 
@@ -361,21 +397,13 @@ class ActionStore:
         return row is not None
 
 
-def _renamed(vocabulary: Vocabulary, old: str, new: str, keeps_old: bool) -> Vocabulary:
+def _renamed(
+    vocabulary: Vocabulary, old: str, new: str, keeps_old: bool, like: Iterable[Action]
+) -> Vocabulary:
     """The actions of a task once a coder's `old` is `new`."""
     if old not in vocabulary:
-        return vocabulary.with_actions(new)
+        return vocabulary.with_actions(new, like=like)
     if new in vocabulary:
         return vocabulary if keeps_old else vocabulary.removed(old)
     renamed = vocabulary.renamed(old, new)
-    return renamed.with_actions(old) if keeps_old else renamed
-
-
-def _joined(old: Vocabulary, styles: Vocabulary) -> Vocabulary:
-    """Add the actions that are missing; one whose look or key is taken gets free ones."""
-    for action in styles:
-        if action.name in old:
-            continue
-        free = all(action.look != a.look and action.key not in ("", a.key) for a in old)
-        old = Vocabulary((*old, action)) if free else old.with_actions(action.name)
-    return old
+    return renamed.with_actions(old, like=like) if keeps_old else renamed

@@ -199,8 +199,8 @@ class NewDemonstration:
         What stays as it is where the demonstration is in the project already, because nobody said
         anything about it.
     vocabulary : Vocabulary
-        How the actions of the task look, where the task does not have them yet and look and key
-        are free.
+        Keys and looks of the actions that the task does not have yet, where these are free. An
+        action of another task looks as it does there.
     truth : mapping, optional
         What no recording tells but whoever simulated it knows, such as the true times of the
         video's frames; anything that JSON can hold. It is kept aside, and nothing is trained or

@@ -102,6 +102,19 @@ def test_a_boris_project_holds_every_segment_as_a_state_event(project):
     )
 
 
+def test_boris_has_the_keys_and_colours_of_the_task_that_is_written(project):
+    with Project.open(project) as opened:
+        (info,) = opened.demonstrations.infos()
+        first = opened.actions.add(info.task, ["grab", "hold, firmly"])
+        other = opened.actions.add(f"earlier than {info.task}", ["press", "grab", "turn"])
+        opened.actions.add("another", ["press", "turn", "grab"])
+    assert other["grab"].look == first["grab"].look
+    written = {entry["code"]: entry for entry in boris(project)["behaviors_conf"].values()}
+    for action in first:
+        assert written[action.name]["key"].lower() == action.key
+        assert written[action.name]["color"].lower() == action.colour
+
+
 def test_boris_is_told_times_at_the_rate_of_the_video(project):
     with Project.open(project) as opened:
         (info,) = opened.demonstrations.infos()

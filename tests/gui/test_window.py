@@ -170,6 +170,21 @@ def test_lists_keep_the_widths_that_they_were_dragged_to(window, until):
     until(lambda: list_widths(window) == dragged)
 
 
+def test_a_click_in_a_small_window_does_not_make_its_lists_narrow_for_good(app, window, until):
+    window.resize(1440, 900)
+    until(lambda: len(list_widths(window)) == 3)
+    wide = list_widths(window)
+    window.resize(window.minimumSizeHint())
+    until(lambda: max(list_widths(window)) < min(wide))
+    for page in (window, window.label):
+        title = window._dock if page is window else page._docks["actions"]
+        where = title.geometry().topLeft() + QPoint(20, 8)
+        QTest.mouseClick(page, Qt.MouseButton.LeftButton, pos=where)
+    app.processEvents()
+    window.resize(1440, 900)
+    until(lambda: list_widths(window) == wide)
+
+
 def test_lists_of_a_window_that_was_closed_while_small_are_wide_when_it_is_enlarged(
     window, windows, study, until
 ):

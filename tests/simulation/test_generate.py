@@ -187,7 +187,7 @@ def test_an_action_looks_the_same_in_every_task(quick, tmp_path):
     looks_by_action = {}
     for incoming in produce(orders, tmp_path):
         for action in incoming.vocabulary:
-            assert looks_by_action.setdefault(action.name, action) == action
+            assert looks_by_action.setdefault(action.name, action.look) == action.look
     assert looks_by_action.keys() == {entry.action for entry in glossary()}
 
 

@@ -14,6 +14,7 @@ from forcelab.simulation.tasks import RATE, actions_of, performing, scene_of, vo
 from forcelab.simulation.tasks.choreography import HAND, Choreography
 from forcelab.simulation.tasks.plays import PLAYS
 from forcelab.simulation.tasks.recipe import recipe
+from forcelab.vocabulary import KEYS
 
 #: Whose demonstrations are short: to follow them takes the time of this file.
 SEED = 358
@@ -104,13 +105,15 @@ def test_a_scene_depends_on_seed_and_number_only(task):
 
 
 @pytest.mark.parametrize("task", TASKS)
-def test_the_vocabulary_names_every_action_of_the_task_and_they_look_alike_in_all(task):
+def test_the_vocabulary_names_every_action_of_the_task_in_its_colour_of_all_tasks(task):
     words = vocabulary(task)
     assert tuple(action.name for action in words.actions) == actions_of(task)
+    assert [action.key for action in words] == list(KEYS[: len(words)])
+    assert all(action.texture == 0 for action in words)
     for other in TASKS:
         for action in vocabulary(other).actions:
             if action.name in actions_of(task):
-                assert action == words[action.name]
+                assert action.look == words[action.name].look
 
 
 # Actions

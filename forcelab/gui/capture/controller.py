@@ -30,7 +30,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.text import thousands
-from forcelab.vocabulary import Vocabulary
+from forcelab.vocabulary import Action, Vocabulary
 
 if TYPE_CHECKING:
     from forcelab.capture.recorder import Recorder, RecorderState
@@ -159,6 +159,7 @@ class CaptureController(QObject):
         #: Of the next recording; without a name it gets the task and the next number.
         self.task, self.name = "", ""
         self.vocabulary = Vocabulary()
+        self._other_actions: list[Action] = []
         #: Seconds before a recording, and those that are left of a countdown.
         self.countdown, self.seconds_left = 0, 0
         #: Number of unfinished recordings of the project.
@@ -219,7 +220,7 @@ class CaptureController(QObject):
         loaded = self.live_model.loaded
         if loaded is None:
             return self.vocabulary
-        return self.vocabulary.with_actions(*loaded.recogniser.actions)
+        return self.vocabulary.with_actions(*loaded.recogniser.actions, like=self._other_actions)
 
     def set_visible(self, visible: bool) -> None:
         """Tick 30 times a second, or only look after alarms."""
@@ -285,7 +286,10 @@ class CaptureController(QObject):
         """The next recordings are of a task; its actions can be marked."""
         self.task = task.strip()
         project = self.document.project
-        self.vocabulary = Vocabulary() if project is None else project.actions.vocabulary(self.task)
+        self.vocabulary, self._other_actions = Vocabulary(), []
+        if project is not None:
+            self.vocabulary = project.actions.vocabulary(self.task)
+            self._other_actions = project.actions.elsewhere(self.task)
         self.changed.emit()
 
     def next_name(self) -> str:

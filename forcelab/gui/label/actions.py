@@ -442,7 +442,7 @@ class ActionList(SideList):
         if not name:
             return False
         if name in self.document.vocabulary:
-            self.document.show_message(f"The action '{name}' already exists.", True)
+            self.document.refuse(f"The action '{name}' already exists.")
             return False
         return self.document.add_actions(name)
 
@@ -451,7 +451,7 @@ class ActionList(SideList):
         return rename_action(self.document, name, new, self)
 
     def recolour(self, name: str, colour: str) -> bool:
-        return self._change(lambda: self.document.vocabulary.recoloured(name, colour))
+        return self._change(lambda: self.document.vocabulary.recoloured(name, colour), name)
 
     def remove(self, name: str) -> bool:
         """Remove an action that no segment has from the vocabulary."""
@@ -461,7 +461,7 @@ class ActionList(SideList):
         try:
             project.actions.refuse_removing(self.document.author, name, demonstration.task)
         except ForcelabError as error:
-            self.document.show_message(str(error), True)
+            self.document.refuse(str(error))
             return False
         return self._change(lambda: self.document.vocabulary.removed(name))
 
@@ -488,14 +488,14 @@ class ActionList(SideList):
 
     # Inside
 
-    def _change(self, change: Callable[[], Vocabulary]) -> bool:
+    def _change(self, change: Callable[[], Vocabulary], recoloured: str = "") -> bool:
         """Store a changed vocabulary; an error is shown as one sentence."""
         try:
             changed = change()
         except InputError as error:
-            self.document.show_message(str(error), True)
+            self.document.refuse(str(error))
             return False
-        return self.document.set_vocabulary(changed)
+        return self.document.set_vocabulary(changed, recoloured)
 
     def _ask_key(self, name: str) -> None:
         dialog = KeyDialog(self.document.vocabulary, name, self)

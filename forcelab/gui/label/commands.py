@@ -120,7 +120,7 @@ def _copy(document: Document, tracks: TrackPanel) -> None:
     """Copy from the only other author at once; from one of several, ask which."""
     authors = tuple(document.other_tracks)
     if document.coding_blind:
-        document.show_message("Other labels are hidden until you are done; nothing copied.", True)
+        document.refuse("Other labels are hidden until you are done; nothing copied.")
         return
     if len(authors) == 1:
         segment_commands.copy_from(document, authors[0])
@@ -134,4 +134,4 @@ def _copy(document: Document, tracks: TrackPanel) -> None:
         sentence = "No other track has a segment at the cursor; mark a range to copy."
         segment_commands.report_refusal(document, sentence)
     else:
-        document.show_message("No other track is shown to copy from.", True)
+        document.refuse("No other track is shown to copy from.")

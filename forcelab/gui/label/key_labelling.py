@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import NamedTuple
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
@@ -19,8 +20,32 @@ from forcelab.gui.label.track_gestures import (
     snap_or_round,
     snap_targets,
 )
+from forcelab.gui.shortcuts import keys
 from forcelab.segment_edits import SLIVER
 from forcelab.vocabulary import KEYS
+
+
+class Pending(NamedTuple):
+    """What was begun and waits for its end: what, how it is ended, and where it began (s)."""
+
+    what: str
+    how: str
+    start: float
+
+
+def pending(document: Document) -> Pending | None:
+    """The stroke or range that waits for its end, if any, as in "grab from 0.83 s: press 2 ..."."""
+    stroke, start = document.stroke, document.view.range_start
+    if stroke is not None:
+        start, what = stroke.start, stroke.action
+        key = document.vocabulary[what].key.upper() if what in document.vocabulary else ""
+        how = f"press {key} again to end" if key else ""
+    elif start is not None:
+        what, key = "range", keys().shown("range_out")
+        how = f"press {key} to end" if key else ""
+    else:
+        return None
+    return Pending(what, f" from {start:.2f} s" + (f": {how}" if how else ""), start)
 
 
 class KeyLabelling(QObject):
@@ -78,8 +103,8 @@ class KeyLabelling(QObject):
         document = self.document
         action = self._action_of(key)
         if document.demonstration is not None and not document.vocabulary and key in KEYS:
-            document.show_local_message(
-                "There is no action for a key to paint: add one under Actions first.", True
+            document.refuse(
+                "There is no action for a key to paint: add one under Actions first.", on_track=True
             )
         if action is None or document.demonstration is None:
             return self._report_unknown_key(key)
@@ -179,8 +204,8 @@ class KeyLabelling(QObject):
             or isinstance(QApplication.focusWidget(), QAbstractItemView)
         ):
             return False
-        document.show_local_message(
-            f"No action has the key {key}; the list of actions shows their keys.", True
+        document.refuse(
+            f"No action has the key {key}; the list of actions shows their keys.", on_track=True
         )
         return True
 

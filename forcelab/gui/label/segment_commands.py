@@ -1,7 +1,7 @@
 """What menus, keys and lists do with one segment or one action.
 
 "The segment" is the selected one, or else the one under the cursor. A command that does nothing
-says why in the status line.
+says why.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def rename_action(document: Document, name: str, new: str, parent: QWidget) -> b
     """Rename an action of the open demonstration's task in all of the coder's tracks.
 
     Asks first where it is merged into another action, and where the coder's segments in other
-    tasks have it too. Errors are shown in the status line.
+    tasks have it too.
     """
     project, demonstration = document.project, document.demonstration
     if project is None or demonstration is None:
@@ -37,14 +37,12 @@ def rename_action(document: Document, name: str, new: str, parent: QWidget) -> b
         if name not in project.actions.vocabulary(task) and name not in project.actions.painted(
             task
         ):
-            document.show_message(
-                f"'{name}' is only predicted; it disappears when you train again.", True
-            )
+            document.refuse(f"'{name}' is only predicted; it disappears when you train again.")
             return False
         in_task = project.actions.preview_rename(document.author, name, new, (task,))
         everywhere = project.actions.preview_rename(document.author, name, new)
     except ForcelabError as error:
-        document.show_message(str(error), True)
+        document.refuse(str(error))
         return False
     tasks: Collection[str] | None = in_task.tasks
     if everywhere.merges or everywhere.tasks != in_task.tasks:
@@ -287,5 +285,8 @@ def _starts_at_cursor(document: Document, index: int) -> bool:
 
 def report_refusal(document: Document, sentence: str, *, trouble: bool = True) -> bool:
     """Say why nothing was done; gives False."""
-    document.show_local_message(sentence, trouble)
+    if trouble:
+        document.refuse(sentence)
+    else:
+        document.show_local_message(sentence)
     return False

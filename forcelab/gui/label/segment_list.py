@@ -251,9 +251,7 @@ class SegmentModel(QAbstractTableModel):
         try:
             time = float(typed.removesuffix("s"))
         except ValueError:
-            self.document.show_message(
-                f"'{typed}' is no time in seconds; type a number such as 1.25.", True
-            )
+            self.document.refuse(f"'{typed}' is no time in seconds; type a number such as 1.25.")
             return False
         return self._set_time(number, index.column(), time)
 
@@ -264,8 +262,8 @@ class SegmentModel(QAbstractTableModel):
             time += segment.start
         low, high = self.document.view.bounds
         if not low <= time <= high:
-            self.document.show_message(
-                f"{time:.10g} s is outside the demonstration ({low:.3f} s to {high:.3f} s).", True
+            self.document.refuse(
+                f"{time:.10g} s is outside the demonstration ({low:.3f} s to {high:.3f} s)."
             )
             return False
         edge: Literal["start", "end"] = "start" if column == START else "end"
@@ -550,6 +548,7 @@ class SegmentTable(SideList):
             # The track itself says how to begin.
             text = "No segments yet: what you label is listed here."
         self.pages.say(text)
+        self.filter.setVisible(bool(self.document.editor.segments))
 
     def _show_selection(self) -> None:
         """Choose the row of the selected segment, and scroll to it."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from weakref import ref
 
-from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QColor,
     QContextMenuEvent,
@@ -19,6 +19,7 @@ from PySide6.QtWidgets import QMenu, QSizePolicy, QToolTip
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.colormap import translucent
+from forcelab.gui.label.key_labelling import pending
 from forcelab.gui.label.segment_commands import zoom_to
 from forcelab.gui.label.segment_panel import FREE, SegmentPanel
 from forcelab.gui.label.track_gestures import (
@@ -98,6 +99,12 @@ class TrackPanel(SegmentPanel):
         if self.document.demonstration is None or not self.plot.contains(position):
             return None
         return next((r for r in self.rows() if r.box.top() <= position.y() <= r.box.bottom()), None)
+
+    def place_of_edit(self) -> QRect:
+        """Where the coder is at work: the own row, from the cursor on."""
+        box = self.rows()[0].box
+        left = min(max(self.x_at(self.document.view.cursor), box.left()), box.right() - 1)
+        return QRectF(left, box.top(), box.right() - left, box.height()).toRect()
 
     def set_compact(self, compact: bool) -> None:
         """Whether rows become lower where there is no room for all of them."""
@@ -180,6 +187,7 @@ class TrackPanel(SegmentPanel):
             self._paint_selection(painter, own_row)
         if document.stroke is not None:
             self._paint_stroke(painter, own_row)
+        self._paint_pending(painter, own_row)
         if document.view.hint is not None:
             kind = document.view.hint.kind
             # Beside the line, which is drawn over everything.
@@ -250,6 +258,16 @@ class TrackPanel(SegmentPanel):
         self._paint_row(painter, own_row, (Segment(start, end, stroke.action),))
         painter.restore()
         outline(painter, bar, colours())
+
+    def _paint_pending(self, painter: QPainter, own_row: Row) -> None:
+        """Say in the row what was begun and how it is ended."""
+        if (begun := pending(self.document)) is None:
+            return
+        face, within = text.font(10), self.plot
+        room = within.width() - text.width(begun.how, face) - 14
+        label = text.elided_name(begun.what, face, room) + begun.how
+        x = self.x_at(begun.start) + text.width(label, face) / 2 + 12
+        draw_plate(painter, QPointF(x, own_row.box.bottom() - 10), label, colours(), within)
 
     def _paint_invitation(self, painter: QPainter, box: QRectF) -> None:
         """Say how to begin, in a row that is empty."""

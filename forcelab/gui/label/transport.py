@@ -35,6 +35,7 @@ from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon, paint_icon
 from forcelab.gui.label.history import time_of_edit
+from forcelab.gui.label.key_labelling import pending
 from forcelab.gui.label.playback import SPEEDS, Player
 from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
@@ -159,9 +160,7 @@ class TimeEdit(QLineEdit):
         try:
             self._document.view.seek(_seconds(typed))
         except ValueError:
-            self._document.show_message(
-                f"'{typed}' is no time; type seconds such as 12.5, or 1:05.2.", True
-            )
+            self._document.refuse(f"'{typed}' is no time; type seconds such as 12.5, or 1:05.2.")
         self.clearFocus()
 
     def _leave(self) -> None:
@@ -275,6 +274,8 @@ class Transport(QWidget):
         document.demonstration_changed.connect(self._update)
         document.view.frame_times_changed.connect(self._show_time)
         document.view.range_changed.connect(self._show_range)
+        for changed in (document.stroke_changed, document.vocabulary_changed):
+            changed.connect(self._show_range)
         document.view.playing_changed.connect(self._show_playing)
         document.view.snapping_changed.connect(self._show_snapping)
         player.loop_changed.connect(self.buttons["loop"].setChecked)
@@ -423,15 +424,15 @@ class Transport(QWidget):
         self.frame.setToolTip(f"{number} of {len(frames)} video frames")
 
     def _show_range(self) -> None:
-        """Show the marked range, or its start while the end is not marked."""
+        """Show what was begun and waits for its end, or else the marked range."""
         document = self.document
         if document.view.range is not None:
             start, end = document.view.range
             text = f"range {start:.3f}–{end:.3f} s ({end - start:.3f} s)"
-        elif document.view.range_start is not None:
-            text = f"range from {document.view.range_start:.3f} s"
         else:
             text = ""
+        if (begun := pending(document)) is not None:
+            text = begun.what + begun.how
         self.range.say(text)
 
     def _show_playing(self) -> None:

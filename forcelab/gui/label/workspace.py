@@ -9,7 +9,7 @@ from itertools import accumulate
 import numpy as np
 from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QTimer
 from PySide6.QtGui import QAction, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QDockWidget, QSplitter, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDockWidget, QSplitter, QStackedWidget, QTabBar, QVBoxLayout, QWidget
 
 from forcelab.gui import settings
 from forcelab.gui.document import Document
@@ -191,9 +191,12 @@ class LabelWorkspace(DockedWindow):
         self._arrange()
         self._standard = self.saveState(LAYOUT)
         self._before_lending = self._standard
+        #: The heights of the lists once there are segments; None while there are.
+        self._list_heights: tuple[int, int] | None = None
         self._room_distributed = False
         self._video_has_room = False  # nobody has seen one yet, or it has its place
         document.demonstration_changed.connect(self._demonstration_changed)
+        document.tracks_changed.connect(self._fit_lists)
         self._demonstration_changed()
 
     def toggles_without(self, names: Collection[str]) -> list[QAction]:
@@ -216,6 +219,7 @@ class LabelWorkspace(DockedWindow):
         """Give timeline and video to another workspace, until :meth:`take_back`."""
         if self.centralWidget() is self._stack:
             # The lists spread over the room that is left.
+            self._restore_lists()
             self._before_lending = self.saveState(LAYOUT)
             self.takeCentralWidget()
         return self._stack, self.video
@@ -230,6 +234,7 @@ class LabelWorkspace(DockedWindow):
             self.restoreState(self._before_lending, LAYOUT)
             self._show_docks()
             self.widen()  # the window may have been smaller then
+            QTimer.singleShot(0, self, self._fit_lists)
 
     # Layout
 
@@ -248,6 +253,7 @@ class LabelWorkspace(DockedWindow):
     def remember_layout(self) -> None:
         """Store the layout, and what panels show."""
         self.force.source.save_choices()
+        self._restore_lists()
         settings.store("label/layout", bytes(self.saveState(LAYOUT).data()))
         settings.store("label/widths", self.widths)
         settings.store("label/panels", bytes(self._splitter.saveState().data()))
@@ -259,6 +265,7 @@ class LabelWorkspace(DockedWindow):
         for action in self.toggles.values():
             action.setChecked(True)
         self.restoreState(self._standard, LAYOUT)
+        self._list_heights = None
         self._show_docks()
         self._distribute_room()
 
@@ -272,6 +279,13 @@ class LabelWorkspace(DockedWindow):
             QTimer.singleShot(0, self, self._distribute_room)  # not once it is gone
         elif not self._widths:  # a layout was remembered
             QTimer.singleShot(0, self, self.note_widths)
+        QTimer.singleShot(0, self, self._fit_lists)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep an empty list small."""
+        super().resizeEvent(event)
+        if self._list_heights is not None:
+            self._share_height(0.0)
 
     # Inside
 
@@ -328,6 +342,51 @@ class LabelWorkspace(DockedWindow):
         heights = [width * 3 // 4, rest // 2, rest // 2]
         self.resizeDocks([video, actions, segments], heights, Qt.Orientation.Vertical)
         self._timeline.distribute_room()
+        self._fit_lists()
+
+    def _fit_lists(self) -> None:
+        """Give the actions the room of the list of segments while that is empty."""
+        if not self.isVisible() or self.centralWidget() is not self._stack:
+            return
+        if self.document.editor.segments or self.document.demonstration is None:
+            self._restore_lists()
+        elif self._list_heights is None:
+            actions, below = self._stacked_lists()
+            floating = actions.isFloating() or below.isFloating()
+            if actions.isVisible() and not floating and actions.x() == below.x():
+                self._list_heights = actions.height(), below.height()
+                self._share_height(0.0)
+
+    def _restore_lists(self) -> None:
+        """Give the lists the shares back that they had before one was empty."""
+        if self._list_heights is not None:
+            actions, below = self._list_heights
+            self._list_heights = None
+            self._share_height(below / max(actions + below, 1))
+
+    def _share_height(self, share: float) -> None:
+        """Give the lower list a share of the height of both, or the least that it needs."""
+        if (layout := self.layout()) is not None:
+            layout.activate()  # so that heights are those of a layout that was just restored
+        video, (actions, below) = self._docks["video"], self._stacked_lists()
+        both = actions.height() + below.height()
+        lower = max(round(share * both), below.minimumSizeHint().height())
+        tabs = max((bar.height() for bar in self._tab_bars()), default=0)
+        docks, heights = [actions, below], [both - lower, lower + tabs]
+        if video.isVisibleTo(self) and not video.isFloating():  # or it would give some of its own
+            docks, heights = [video, *docks], [video.height(), *heights]
+        self.resizeDocks(docks, heights, Qt.Orientation.Vertical)
+
+    def _stacked_lists(self) -> tuple[QDockWidget, QDockWidget]:
+        """The actions, and below them the segments or the history, whichever is in front."""
+        history = self._docks["history"]
+        raised = any(bar.tabText(bar.currentIndex()) == "History" for bar in self._tab_bars())
+        return self._docks["actions"], history if raised else self._docks["segments"]
+
+    def _tab_bars(self) -> list[QTabBar]:
+        """The tabs of docks that stand behind one another."""
+        bars = self.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly)
+        return [bar for bar in bars if bar.isVisibleTo(self)]
 
     def _show_docks(self) -> None:
         """Show the docks whose action is checked; the video only where there is one."""

@@ -544,7 +544,7 @@ class ConsensusBar(QWidget):
         try:
             edit = verb(consensus)
         except ForcelabError as error:
-            self.document.show_message(str(error), True)
+            self.document.refuse(str(error))
             self._read()
             return False
         if edit is None:

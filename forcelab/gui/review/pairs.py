@@ -111,7 +111,7 @@ class PairsTools(QWidget):
         self._extra_rows = set(settings.strings(ROWS_SETTING))
         self.coders: tuple[str, ...] = ()
         name = "Filter timeline pairs by name or task"
-        self.search = search_field("Filter by name or task", name)
+        self.search = search_field("Filter pairs", name)
         self.search.setMinimumWidth(60)
         self.order = combo_box(
             "Order of the timeline pairs",

@@ -509,7 +509,7 @@ class QueueView(QWidget):
                 self._verdict = verdict  # it may be open again, after an undo
                 self.reader.compare()
                 return False
-            self.document.show_message("Choose a difference to judge first, with N.", True)
+            self.document.refuse("Choose a difference to judge first, with N.")
             return False
         difference, run = item.about, read.run
         self.document.show_message("")  # what became of the verdict before is over
@@ -526,7 +526,7 @@ class QueueView(QWidget):
                     edit = project.tracks.revertible(difference.demonstration, author, "undo")
             stored = record_verdict(project, run, difference, verdict, author, edit)
         except ForcelabError as error:
-            self.document.show_message(str(error), True)
+            self.document.refuse(str(error))
             return False
         self._history.add(stored, edit.id if edit is not None else 0)
         self.reader.put_away(self.queue.after(stored, difference))
@@ -547,7 +547,7 @@ class QueueView(QWidget):
         try:
             performed = verb()
         except ForcelabError as error:
-            self.document.show_message(str(error), True)
+            self.document.refuse(str(error))
             return False
         if performed:
             self.reader.track_changed()
@@ -565,7 +565,7 @@ class QueueView(QWidget):
             withdraw_verdict(project, item.about, self.document.author)
             self._history.add(item.about, withdrawn=True)
         except ForcelabError as error:
-            self.document.show_message(str(error), True)
+            self.document.refuse(str(error))
             return False
         self.document.show_message("The verdict is withdrawn; labels stay as they are.")
         self.reader.track_changed()

@@ -423,6 +423,7 @@ class TradeoffView(QWidget):
         self.summary.setAccessibleName("The selected setting")
         self._model = TextModel(self)
         self.table = TextTable(self._model)
+        self._widest_setting = 0  # as wide as its longest text, in pixels, once there are any
         self.table.setAccessibleName("All settings that were measured")
         self.table.setMinimumHeight(TABLE_LINES * self.fontMetrics().lineSpacing())
         charts = QWidget()
@@ -504,11 +505,15 @@ class TradeoffView(QWidget):
         with QSignalBlocker(self.table.selectionModel()):
             self._model.show(COLUMNS, [self._table_row(i) for i in range(len(measured.rows))])
         self.table.fit_columns()
-        header = self.table.horizontalHeader()
-        widest = max(LETTERS * self.fontMetrics().averageCharWidth(), self.table.width() // 2)
-        header.resizeSection(SETTING, min(header.sectionSize(SETTING), widest))
+        self._widest_setting = self.table.horizontalHeader().sectionSize(SETTING)
+        self._fit_settings()
         highlighted = self.plot.highlighted
         self._select(current if highlighted is None else highlighted)
+
+    def _fit_settings(self) -> None:
+        """Give the settings the width of their texts, at most half of the table's."""
+        half = max(LETTERS * self.fontMetrics().averageCharWidth(), self.table.width() // 2)
+        self.table.horizontalHeader().resizeSection(SETTING, min(self._widest_setting, half))
 
     def reset_layout(self) -> None:
         """Share out the room as at first."""
@@ -542,6 +547,8 @@ class TradeoffView(QWidget):
         super().resizeEvent(event)
         beside = self.width() > WIDE * self.height()
         self._split.setOrientation(Qt.Orientation.Horizontal if beside else Qt.Orientation.Vertical)
+        if self._widest_setting:
+            self._fit_settings()
 
     def _show_progress(self) -> None:
         """Show how far a measurement is, or how old the one shown is."""

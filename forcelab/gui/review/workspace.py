@@ -38,6 +38,10 @@ BESIDE_SHARES, BELOW_SHARES, LIST_SHARES = (11, 9), (2, 3), (3, 2)
 #: another one is: the window fits a screen of 960 x 540. Where there is less than they need, they
 #: scroll.
 LEAST_SIZE = (276, 192)
+#: Height of the pairs' sentence while there are none, in lines.
+EMPTY_LINES = 6
+#: The height of a widget that may become as high as it can (Qt's QWIDGETSIZE_MAX).
+UNLIMITED = 16_777_215
 
 
 class ReviewWorkspace(QWidget):
@@ -85,6 +89,8 @@ class ReviewWorkspace(QWidget):
         self._left = _splitter(Qt.Orientation.Vertical, (self.pairs, self._place), BELOW_SHARES)
         self._right = _splitter(Qt.Orientation.Vertical, (self.lists, self._video), LIST_SHARES)
         self._sides = _splitter(Qt.Orientation.Horizontal, (self._left, self._right), BESIDE_SHARES)
+        #: How pairs and timeline share their room while there are pairs; None while there are.
+        self._left_state: QByteArray | None = None
         self.hint = placeholder(
             "Import demonstrations and label some, then train; the results appear here."
         )
@@ -93,7 +99,9 @@ class ReviewWorkspace(QWidget):
         self.bar.compare_requested.connect(self._compare)
         document.demonstration_changed.connect(self._demonstration_changed)
         document.listing_changed.connect(self._listing_changed)
+        document.review.run_changed.connect(self._run_changed)
         self._listing_changed()
+        self._run_changed()
 
     def borrow(self) -> None:
         """Take timeline and video from the Label workspace."""
@@ -113,10 +121,14 @@ class ReviewWorkspace(QWidget):
         for name, splitter in self._splitters.items():
             if state := settings.data(f"review/{name}"):
                 splitter.restoreState(QByteArray(state))
+        self._keep_shares()
 
     def remember_layout(self) -> None:
         for name, splitter in self._splitters.items():
-            settings.store(f"review/{name}", bytes(splitter.saveState().data()))
+            state = splitter.saveState()
+            if splitter is self._left and self._left_state is not None:
+                state = self._left_state
+            settings.store(f"review/{name}", bytes(state.data()))
 
     def reset_layout(self) -> None:
         for splitter, shares in (
@@ -125,6 +137,7 @@ class ReviewWorkspace(QWidget):
             (self._sides, BESIDE_SHARES),
         ):
             _set_shares(splitter, shares)
+        self._keep_shares()
         if "tradeoff" in vars(self):
             self.tradeoff.reset_layout()
 
@@ -207,6 +220,22 @@ class ReviewWorkspace(QWidget):
         filmed = demonstration is not None and demonstration.video is not None
         self._video.setVisible(filmed)
         self._place.setVisible(demonstration is not None)
+
+    def _run_changed(self) -> None:
+        """Give the timeline the room of the pairs while there is no run to show them of."""
+        if self.document.review.run is None:
+            if self._left_state is None:
+                self._keep_shares()
+            self.pairs.setMaximumHeight(EMPTY_LINES * self.fontMetrics().height())
+        elif self._left_state is not None:
+            self.pairs.setMaximumHeight(UNLIMITED)
+            self._left.restoreState(self._left_state)
+            self._left_state = None
+
+    def _keep_shares(self) -> None:
+        """Keep how pairs and timeline share their room for when there are pairs, if none are."""
+        if self.document.review.run is None:
+            self._left_state = self._left.saveState()
 
     def _listing_changed(self) -> None:
         """Say what comes first where there is nothing to train on."""

@@ -16,7 +16,7 @@ from forcelab.simulation.tasks.choreography import AFTERWARDS, HAND, Choreograph
 from forcelab.simulation.tasks.ground_truth import Course, true_actions
 from forcelab.simulation.tasks.plays import PLAYS
 from forcelab.simulation.tasks.recipe import recipe
-from forcelab.vocabulary import Vocabulary
+from forcelab.vocabulary import Action, Vocabulary
 
 #: At which forces and motion are sampled, Hz: above twice what the sensors' filters let through.
 RATE = 4000.0
@@ -31,10 +31,12 @@ def actions_of(task: Task) -> tuple[str, ...]:
 
 
 def vocabulary(task: Task) -> Vocabulary:
-    """The vocabulary of a task; an action looks the same in all tasks."""
-    actions = dict.fromkeys(action for play in TASKS for action in actions_of(play))
-    common = Vocabulary().with_actions(*actions)
-    return Vocabulary(tuple(common[action] for action in actions_of(task)))
+    """The vocabulary of a task; an action has the same colour in all tasks."""
+    words, elsewhere = Vocabulary(), list[Action]()
+    for play in TASKS[: TASKS.index(task) + 1]:
+        words = Vocabulary().with_actions(*actions_of(play), like=elsewhere)
+        elsewhere += words
+    return words
 
 
 def _choreograph(task: Task, seed: int, number: int, *, taps: bool) -> Choreography:

@@ -261,3 +261,33 @@ def test_suggestions_stay_until_the_coder_paints_or_has_enough(app, tmp_path):
                 assert not view.suggestions.isVisible()
                 assert view.list.isVisible()
                 assert app.focusWidget() is view.list  # not the field: the next keys paint
+
+
+def test_a_colour_from_the_menu_goes_to_the_other_tasks_that_have_the_action(view, document):
+    other = document.project.actions.add("LEGO", ["insert", "hold"])
+    assert other["hold"].look == document.vocabulary["hold"].look
+    menu = view.menu("hold")
+    colours = next(m for m in menu.findChildren(QMenu) if m.title() == "Colour")
+    next(a for a in colours.actions() if a.text() == "Black").trigger()
+    menu.deleteLater()
+    assert document.vocabulary["hold"].look == ("#000000", 0)
+    assert document.project.actions.vocabulary("LEGO")["hold"].look == ("#000000", 0)
+
+
+def test_each_task_has_keys_from_one_and_shows_its_own_actions_only(view, document):
+    foam, project = document.vocabulary, document.project
+    project.demonstrations.set_task(project.demonstrations.id_of("02"), "stylus")
+    project.actions.set_vocabulary("stylus", Vocabulary())
+    document.set_author("Ben")  # who has painted nothing
+    assert document.open_demonstration("02")
+    shown = len(document.vocabulary)
+    for name in ("twist", "release"):
+        QTest.keyClicks(view.entry, name)
+        QTest.keyClick(view.entry, Qt.Key.Key_Return)
+    rows = [view.model.name(row) for row in range(view.model.rowCount())]
+    assert rows == [*document.vocabulary.names]
+    assert rows[shown:] == ["twist", "release"]
+    assert [action.key for action in document.vocabulary] == [*"123456"[: len(rows)]]
+    for action in document.vocabulary:
+        if action.name in foam:
+            assert action.look == foam[action.name].look

@@ -591,3 +591,39 @@ def test_an_empty_track_says_how_to_begin_until_the_first_stroke(app):
         assert painted < empty
         assert dragged < empty
         panel.close()
+
+
+def test_what_was_begun_by_a_key_is_said_in_the_row_until_it_is_ended(app, monkeypatch):
+    long = "search for the stud with the left corner"
+    with open_foam_document() as document:
+        panel = TrackPanel(document)
+        panel.resize(88 + 300 + 8, 100)
+        panel.show()
+        document.add_actions(long)
+        written = []
+        paint = tracks.draw_plate
+        monkeypatch.setattr(
+            tracks, "draw_plate", lambda *rest: (written.append(rest[2]), paint(*rest))
+        )
+
+        def said():
+            written.clear()
+            panel.grab()
+            return written
+
+        assert said() == []
+        document.begin_stroke("hold", 0.834)
+        assert said() == ["hold from 0.83 s: press 2 again to end"]
+        document.begin_stroke(long, 0.834)
+        [sentence] = said()
+        assert sentence.startswith("search")
+        assert sentence.endswith(" from 0.83 s: press 4 again to end")
+        assert text.width(sentence, text.font(10)) < 300
+        document.cancel_stroke()
+        document.view.seek(0.5)
+        document.view.mark_in()
+        assert said() == ["range from 0.50 s: press ] to end"]
+        document.view.seek(0.7)
+        document.view.mark_out()
+        assert said() == []
+        panel.close()

@@ -100,7 +100,15 @@ def test_readouts_follow(bar, document):
     assert bar.range.text() == ""
     document.view.seek(3.0)
     document.view.mark_in()
-    assert bar.range.text() == "range from 3.000 s"
+    bar.resize(bar.sizeHint().width() + 400, bar.height())
+    assert bar.range.text() == "range from 3.00 s: press ] to end"
+    document.begin_stroke("grab", 0.834)
+    assert bar.range.text() == "grab from 0.83 s: press 1 again to end"
+    document.set_vocabulary(document.vocabulary.rebound("grab", "q"))
+    assert bar.range.toolTip() == "grab from 0.83 s: press Q again to end"
+    document.cancel_stroke()
+    document.view.clear_range()
+    assert bar.range.text() == ""
 
 
 def test_a_time_being_typed_is_not_overwritten_by_playback(bar, document):

@@ -2,11 +2,14 @@
 
 import numpy as np
 import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
 from forcelab.gui.label.workspace import LabelWorkspace, Timeline
+from forcelab.labels import Segment
 from forcelab.project import Project
 
 
@@ -78,6 +81,47 @@ def test_the_lists_keep_their_width_while_the_timeline_is_lent(app, workspace, p
     app.processEvents()
     assert workspace.centralWidget().isVisible()
     assert workspace.segments.width() == pytest.approx(before, abs=2)
+
+
+def test_while_there_are_no_segments_the_actions_have_the_room_of_their_list(
+    app, workspace, path, until
+):
+    document, docks = workspace.document, workspace._docks
+    with Project.open(path) as project:
+        late = project.demonstrations.id_of("late")
+        project.tracks.edit(late, "Ada", (), (Segment(1.5, 3.5, "hold"),), "painted")
+        project.actions.add("stylus", ["hold"])
+    document.open_project(path)
+    document.open_demonstration("late")
+    workspace.resize(1000, 700)
+    workspace.show()
+    until(lambda: workspace.segments.isVisible() and workspace.settled)
+
+    def heights():
+        for _ in range(3):
+            app.processEvents()
+        return [docks[name].height() for name in ("actions", "segments")]
+
+    filled = heights()
+    document.open_demonstration("early")
+    empty = heights()
+    assert empty[1] == docks["segments"].minimumSizeHint().height()
+    assert empty[0] > filled[0] + 30
+    assert not workspace.segments.filter.isVisible()
+    workspace.resize(1000, 900)
+    larger = heights()
+    assert larger[1] == empty[1]
+    assert larger[0] > empty[0] + 150
+    workspace.resize(1000, 700)
+    workspace.tracks.setFocus()
+    document.view.seek(1.0)
+    QTest.keyClick(workspace.tracks, Qt.Key.Key_1)
+    document.view.seek(2.0)
+    QTest.keyClick(workspace.tracks, Qt.Key.Key_1)
+    assert heights() == filled
+    assert workspace.segments.filter.isVisible()
+    document.editor.undo_everywhere()
+    assert heights() == empty
 
 
 class Part(QWidget):

@@ -618,6 +618,23 @@ def test_without_labels_it_says_what_is_missing(view, controller, document, unti
     assert not view.measure.isEnabled()
 
 
+def test_a_squeezed_column_of_settings_grows_back_with_the_page(app, view, controller, document):
+    long = row_of("boundary", "of each action by itself, on forces of both sensors", 0.4, 1, 2, 30)
+    controller.show_measured(measured_of(document.project, extra=[long]))
+    header = view.table.horizontalHeader()
+    header.resizeSection(0, 70)  # by hand
+    narrow = header.sectionSize(tradeoff.SETTING)
+    view.resize(1500, 1200)
+    app.processEvents()
+    text = view.table.model().index(4, tradeoff.SETTING).data()
+    assert narrow < view.fontMetrics().horizontalAdvance(text)
+    assert header.sectionSize(tradeoff.SETTING) > view.fontMetrics().horizontalAdvance(text)
+    view.resize(460, 600)
+    app.processEvents()
+    assert header.sectionSize(tradeoff.SETTING) == narrow
+    assert header.sectionSize(0) == 70
+
+
 def test_plot_and_table_stand_side_by_side_where_the_page_is_wide(app, view):
     assert view.table.mapTo(view, QPoint()).y() > view.plot.mapTo(view, QPoint()).y()
     view.resize(1000, 500)

@@ -190,6 +190,47 @@ def test_the_layout_is_remembered_whichever_workspace_is_in_front(study, windows
     assert second.label.video.height() == height
 
 
+@pytest.mark.parametrize("workspace", ["label", "review"])
+def test_an_empty_list_is_remembered_with_the_room_that_it_gave_away(
+    study, windows, rested, workspace
+):
+    first = windows(study, demonstration="foam 01")  # labelled, the next one is not
+    rested(first)
+    heights = [first.label._docks[name].height() for name in ("video", "actions", "segments")]
+    first.document.set_author("Ben")
+    rested(first)
+    assert first.label._docks["segments"].height() < heights[2] - 20
+    first.show_workspace(workspace)
+    rested(first)
+    first.close()
+    second = windows(study, demonstration="foam 01")
+    second.document.set_author("Ada")
+    rested(second)
+    again = [second.label._docks[name].height() for name in ("video", "actions", "segments")]
+    assert again == pytest.approx(heights, abs=2)
+
+
+def test_without_a_run_the_timeline_has_the_room_of_the_pairs(study, windows, rested):
+    window = windows(study, "review", demonstration="foam 01")
+    rested(window)
+    review, splitter = window.review.workspace, window.review.workspace._left
+    run, sizes = window.document.review.run, splitter.sizes()
+    window.document.review.set_run(None)
+    rested(window)
+    assert splitter.sizes()[0] == review.pairs.maximumHeight() < sizes[0] - 20
+    assert splitter.sizes()[1] > sizes[1] + 20
+    review.remember_layout()
+    review.restore_layout()
+    window.document.review.set_run(run)
+    rested(window)
+    assert splitter.sizes() == sizes
+    window.document.review.set_run(None)
+    review.reset_layout()
+    window.document.review.set_run(run)
+    rested(window)
+    assert splitter.sizes() == pytest.approx(sizes, abs=2)
+
+
 def test_a_demonstration_without_video_has_no_room_for_one(study, windows, until):
     window = windows(study, "review", "foam 02")
     assert not window.label.video.isVisible()
