@@ -13,6 +13,7 @@ class Command:
 
     The coder's own keys are stored under `id`, which never changes. `keys` are the defaults as Qt
     spells them, such as ``"Ctrl+Left"``; a command that `repeats` does so while its key is held.
+    A command `below_line` begins another section of its menu.
     """
 
     id: str
@@ -21,49 +22,84 @@ class Command:
     group: str
     repeats: bool = False
     checkable: bool = False
+    below_line: bool = False
 
 
 def _group(name: str, *rows: tuple[str, ...]) -> tuple[Command, ...]:
     """The commands of a group.
 
     A row is an id, a text, the default keys with blanks between them, and where it applies
-    ``"repeats"`` or ``"switch"`` (checkable).
+    ``"repeats"`` or ``"switch"`` (checkable). An empty row is a line in the menu.
     """
-    return tuple(
-        Command(id_, text, tuple(keys.split()), name, "repeats" in flags, "switch" in flags)
-        for id_, text, keys, *flags in rows
-    )
+    commands: list[Command] = []
+    below_line = False
+    for row in rows:
+        if row:
+            id_, text, keys, *flags = row
+            repeats, checkable = "repeats" in flags, "switch" in flags
+            commands.append(
+                Command(id_, text, tuple(keys.split()), name, repeats, checkable, below_line)
+            )
+        below_line = not row
+    return tuple(commands)
 
 
 _FILE = _group(
     "File",
     ("new_project", "New project…", "Ctrl+N"),
     ("open_project", "Open project…", "Ctrl+O"),
+    (),
     ("import", "Import demonstrations…", "Ctrl+I"),
-    ("attach_video", "Attach video…", ""),
     ("export_labels", "Export labels…", ""),
     ("save", "Save (automatic)", "Ctrl+S"),
-    ("next_demonstration", "Next demonstration", "PgDown"),
-    ("previous_demonstration", "Previous demonstration", "PgUp"),
-    ("next_to_label", "Next demonstration to label", "Ctrl+PgDown"),
-    ("search", "Search demonstrations", "Ctrl+F"),
-    ("choose_all", "Select all demonstrations", "Ctrl+A"),
+    (),
     ("quit", "Quit", "Ctrl+Q"),
+)
+_EDIT = _group(
+    "Edit",
+    ("undo", "Undo", "Ctrl+Z", "repeats"),
+    ("redo", "Redo", "Ctrl+Shift+Z Ctrl+Y", "repeats"),
+    (),
+    ("delete", "Delete the segment", "Del"),
+    (),
+    ("search", "Find demonstrations", "Ctrl+F"),
+    ("choose_all", "Select all demonstrations", "Ctrl+A"),
+    (),
+    ("change_keys", "Change keys…", ""),
 )
 _VIEW = _group(
     "View",
     ("workspace_label", "Label", "Ctrl+1", "switch"),
     ("workspace_review", "Review", "Ctrl+2", "switch"),
     ("workspace_capture", "Capture", "Ctrl+3", "switch"),
+    (),
     ("full_screen", "Full screen", "F11", "switch"),
+    (),
     ("zoom_in", "Zoom in", "Ctrl+= Ctrl++", "repeats"),
     ("zoom_out", "Zoom out", "Ctrl+-", "repeats"),
     ("zoom_fit", "Whole demonstration", "Ctrl+0"),
     ("zoom_selection", "Zoom to the selection", "Ctrl+E"),
+    (),
     ("reset_layout", "Reset layout", ""),
     ("theme_light", "Light theme", "", "switch"),
     ("theme_dark", "Dark theme", "", "switch"),
     ("theme_system", "Same theme as system", "", "switch"),
+)
+_DEMONSTRATION = _group(
+    "Demonstration",
+    ("next_demonstration", "Next demonstration", "PgDown"),
+    ("previous_demonstration", "Previous demonstration", "PgUp"),
+    ("next_to_label", "Next demonstration to label", "Ctrl+PgDown"),
+    (),
+    ("done", "Mark as done", "Ctrl+Return"),
+    ("assign", "Assign for blind coding…", ""),
+    (),
+    ("rename", "Rename the demonstration…", "F2"),
+    ("task", "Move to another task…", ""),
+    ("note", "Note on the demonstration…", "Ctrl+Shift+N"),
+    (),
+    ("attach_video", "Attach video…", ""),
+    ("synchronise", "Synchronise the video…", "Ctrl+Shift+V"),
 )
 _PLAYBACK = _group(
     "Playback",
@@ -71,59 +107,62 @@ _PLAYBACK = _group(
     ("step_forward", "One video frame forward", "Right", "repeats"),
     ("leap_back", "Larger step back", "Ctrl+Left", "repeats"),
     ("leap_forward", "Larger step forward", "Ctrl+Right", "repeats"),
+    ("to_start", "To the start", "Home Ctrl+Home"),
+    ("to_end", "To the end", "End Ctrl+End"),
+    (),
     ("pan_left", "Show earlier time", "Shift+Left", "repeats"),
     ("pan_right", "Show later time", "Shift+Right", "repeats"),
-    ("to_start", "To the start", "Ctrl+Home"),
-    ("to_end", "To the end", "Ctrl+End"),
+    (),
     ("play", "Play or pause", "Space"),
     ("play_segment", "Play the current segment", "Shift+Space"),
-    ("slower", "Slower", "End -"),
-    ("faster", "Faster", "Home +"),
-    ("normal_speed", "Normal speed", "Backspace 0"),
+    (),
+    ("slower", "Slower", "- <"),
+    ("faster", "Faster", "+ >"),
+    ("normal_speed", "Normal speed", "0 Backspace"),
+    (),
     ("next_camera", "Show the next camera", "F7"),
 )
-_LABELLING = _group(
-    "Labelling",
+_LABELS = _group(
+    "Labels",
     ("range_in", "Start of the range", "["),
     ("range_out", "End of the range", "]"),
     ("cancel", "Cancel the stroke or the range", "Esc"),
+    (),
     ("split", "Split the segment at the cursor", "Ctrl+B"),
     ("merge", "Merge the segments in the range", "Ctrl+M"),
     ("fill_gaps", "Fill gaps…", "Ctrl+G"),
     ("copy_from", "Copy from another track…", "Ctrl+Shift+C"),
     ("erase_range", "Make the range unlabelled", "Ctrl+Del"),
-    ("undo", "Undo", "Ctrl+Z", "repeats"),
-    ("redo", "Redo", "Ctrl+Shift+Z Ctrl+Y", "repeats"),
-    ("snapping", "Snap to contacts, edges, frames and samples", "Ctrl+Shift+S", "switch"),
-    ("synchronise", "Synchronise the video…", "Ctrl+Shift+V"),
-    ("note", "Note on the demonstration…", "Ctrl+Shift+N"),
-    ("coder", "Label as another coder…", "Ctrl+L"),
-    ("done", "Mark as done", "Ctrl+Return"),
-)
-_SEGMENTS = _group(
-    "Segments",
-    ("delete", "Delete the segment", "Del"),
+    (),
     ("previous_segment", "Previous segment", "K", "repeats"),
     ("next_segment", "Next segment", "L", "repeats"),
+    (),
     ("start_earlier", "Start earlier", "Alt+Left", "repeats"),
     ("start_later", "Start later", "Alt+Right", "repeats"),
     ("end_earlier", "End earlier", "Ctrl+Shift+Left Alt+Shift+Left", "repeats"),
     ("end_later", "End later", "Ctrl+Shift+Right Alt+Shift+Right", "repeats"),
     ("move_earlier", "Move earlier", "Ctrl+Shift+Down Ctrl+Alt+Left", "repeats"),
     ("move_later", "Move later", "Ctrl+Shift+Up Ctrl+Alt+Right", "repeats"),
+    (),
     ("start_to_cursor", "Start to the cursor", ","),
     ("end_to_cursor", "End to the cursor", "."),
+    (),
+    ("snapping", "Snap to contacts, edges, frames and samples", "Ctrl+Shift+S", "switch"),
     ("fine_nudges", "Move by 1 ms instead of 10 ms", "Ctrl+T", "switch"),
+    ("coder", "Label as another coder…", "Ctrl+L"),
 )
 _REVIEW = _group(
     "Review",
     ("train", "Train", "F5"),
     ("cancel_training", "Cancel the training", ""),
     ("workspace_tradeoff", "Accuracy and speed", "Ctrl+4"),
+    (),
     ("next_review", "Next thing to review", "N", "repeats"),
     ("previous_review", "Previous thing to review", "Shift+N", "repeats"),
+    (),
     ("accept", "Accept the prediction here", "G"),
     ("accept_all", "Accept all predictions in view", "Shift+G"),
+    (),
     ("verdict_human", "Human right", "Shift+H"),
     ("verdict_model", "Model right", "Shift+M"),
     ("verdict_ambiguous", "Ambiguous", "Shift+A"),
@@ -136,15 +175,15 @@ _CAPTURE = _group(
 )
 _HELP = _group(
     "Help",
-    ("help", "Keys and mouse", "? F1"),
-    ("change_keys", "Change keys…", ""),
-    ("manual", "Manual", ""),
+    ("manual", "User guide", "F1"),
+    ("help", "Keyboard shortcuts", "?"),
+    (),
     ("about", "About forcelab", ""),
 )
 
 #: Every command there is, in the order of menus and help.
 COMMANDS: tuple[Command, ...] = (
-    _FILE + _VIEW + _PLAYBACK + _LABELLING + _SEGMENTS + _REVIEW + _CAPTURE + _HELP
+    _FILE + _EDIT + _VIEW + _DEMONSTRATION + _PLAYBACK + _LABELS + _REVIEW + _CAPTURE + _HELP
 )
 #: The groups, in order.
 GROUPS: tuple[str, ...] = tuple(dict.fromkeys(command.group for command in COMMANDS))

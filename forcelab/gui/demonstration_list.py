@@ -518,16 +518,16 @@ class DemonstrationMenu(QObject):
             menu.addAction("Mark as not done", lambda: self.set_done([info.id], False))
         else:
             menu.addAction("Mark as done", lambda: self._ask_done([info.id]))
-        menu.addAction("Assign for blind coding…", lambda: self._ask_assign([info.id]))
+        menu.addAction("Assign for blind coding…", lambda: self.ask_assign([info.id]))
         for assignment in row.assignments:
             text = f"Withdraw the assignment ({escape_ampersands(assignment.author)})"
             menu.addAction(text, self._withdrawing([info.id], assignment.author))
         menu.addSeparator()
         menu.addAction("Note…", lambda: self.ask_note(row))
-        menu.addAction("Rename…", lambda: self._ask_name(row))
+        menu.addAction("Rename…", lambda: self.ask_name(row))
         video = "Replace video…" if info.has_video else "Attach video…"
         menu.addAction(video, lambda: self.ask_video(info))
-        menu.addAction("Move to another task…", lambda: self._ask_task([row]))
+        menu.addAction("Move to another task…", lambda: self.ask_task([row]))
         before = self._left.get(info.id, info.task)
         if before != info.task:
             back = "Back to task '{}'".format(escape_ampersands(before) or "No task")
@@ -547,7 +547,7 @@ class DemonstrationMenu(QObject):
             text = f"Mark {len(done_ids)} as not done"
             menu.addAction(text, lambda: self.set_done(done_ids, False))
         text = f"Assign {len(ids)} for blind coding…"
-        menu.addAction(text, lambda: self._ask_assign(ids))
+        menu.addAction(text, lambda: self.ask_assign(ids))
         assigned: dict[str, list[str]] = {}
         for row in rows:
             for assignment in row.assignments:
@@ -559,7 +559,7 @@ class DemonstrationMenu(QObject):
             menu.addAction(text, self._withdrawing(assigned_ids, author))
         menu.addSeparator()
         text = f"Move {len(ids)} to another task…"
-        menu.addAction(text, lambda: self._ask_task(rows))
+        menu.addAction(text, lambda: self.ask_task(rows))
         menu.addSeparator()
         text = f"Remove {len(ids)} from the project…"
         menu.addAction(text, lambda: self._ask_remove(rows))
@@ -592,7 +592,7 @@ class DemonstrationMenu(QObject):
         if confirm_reveal(self._document, ids, self._window):
             self.set_done(ids, True)
 
-    def _ask_assign(self, ids: list[str]) -> None:
+    def ask_assign(self, ids: list[str]) -> None:
         project, document = self._document.project, self._document
         if project is None:
             return
@@ -614,7 +614,7 @@ class DemonstrationMenu(QObject):
             plural = "{0} demonstrations are assigned to {1}."
             document.show_message((single if len(ids) == 1 else plural).format(len(ids), coder))
 
-    def _ask_name(self, row: DemonstrationRow) -> None:
+    def ask_name(self, row: DemonstrationRow) -> None:
         name, agreed = QInputDialog.getText(
             self._window, "Rename demonstration", "Name:", QLineEdit.EchoMode.Normal, row.info.name
         )
@@ -639,7 +639,7 @@ class DemonstrationMenu(QObject):
         dialog.rejected.connect(dialog.deleteLater)
         dialog.open()
 
-    def _ask_task(self, rows: Sequence[DemonstrationRow]) -> None:
+    def ask_task(self, rows: Sequence[DemonstrationRow]) -> None:
         project = self._document.project
         if project is None:
             return
@@ -691,7 +691,8 @@ class DemonstrationMenu(QObject):
         )
         if path is not None and self.attach_video(info.id, path):
             self._document.show_message(
-                f"'{info.name}' has its video; Labelling > Synchronise the video puts it in time."
+                f"'{info.name}' has its video; Demonstration > Synchronise the video puts it in "
+                "time."
             )
 
 
@@ -756,22 +757,42 @@ class DemonstrationList(QWidget):
         self._document.show_message("No other demonstration in the list is left to label.")
 
     def ask_video(self) -> None:
-        """Attach a video to the open demonstration."""
-        if (row := self._opened("video")) is not None:
+        """Attach a video."""
+        for row in self._targets():
             self.menu.ask_video(row.info)
 
     def ask_note(self) -> None:
-        """Edit the note on the open demonstration."""
-        if (row := self._opened("note")) is not None:
+        for row in self._targets():
             self.menu.ask_note(row)
 
-    def _opened(self, noun: str) -> DemonstrationRow | None:
-        """The row of the open demonstration; without one, says what it is needed for."""
-        for row in self._rows:
-            if row.info.id == self._document.id:
-                return row
-        self._document.show_message(f"Open a demonstration first; a {noun} belongs to one.", True)
-        return None
+    def ask_name(self) -> None:
+        for row in self._targets():
+            self.menu.ask_name(row)
+
+    def ask_assign(self) -> None:
+        """Assign all that are chosen to a coder."""
+        if rows := self._targets(several=True):
+            self.menu.ask_assign([row.info.id for row in rows])
+
+    def ask_task(self) -> None:
+        """Move all that are chosen to another task."""
+        if rows := self._targets(several=True):
+            self.menu.ask_task(rows)
+
+    def _targets(self, *, several: bool = False) -> tuple[DemonstrationRow, ...]:
+        """What a command acts on: the open demonstration, or the list's row if it has the keyboard.
+
+        There it acts on all that are chosen if it can act on `several`.
+        """
+        ids = {self._document.id}
+        if self.view.hasFocus() and self._selected():
+            ids = {self._selected()}
+            if several:
+                ids |= {row.info.id for row in self._chosen()}
+        targets = tuple(row for row in self._rows if row.info.id in ids)
+        if not targets:
+            self._document.show_message("Open a demonstration first.", True)
+        return targets
 
     # Inside
 

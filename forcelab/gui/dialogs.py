@@ -117,12 +117,12 @@ def _run(dialog: QDialog) -> None:
 
 
 def show_manual(document: Document, window: QWidget | None) -> None:
-    """Show the manual in a window of its own."""
+    """Show the user guide in a window of its own."""
     from forcelab.gui.help import ManualDialog, manual
 
     text = manual()
     if not text:
-        document.show_message("The manual is not installed here.", True)
+        document.show_message("The user guide is not installed here.", True)
         return
     dialog = ManualDialog(text, window)
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

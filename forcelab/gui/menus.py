@@ -15,20 +15,16 @@ from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.shortcuts import COMMANDS
 from forcelab.gui.text import escape_ampersands
 
-#: Commands below a separator: their menus are too long to be searched for one entry.
-_BEGINNING = frozenset(
-    {"import", "next_demonstration", "quit", "full_screen", "zoom_in", "reset_layout", "pan_left"}
-    | {"to_start", "play", "slower", "next_camera", "split", "undo", "snapping", "synchronise"}
-    | {"previous_segment", "start_earlier", "start_to_cursor", "next_review", "accept"}
-    | {"verdict_human"}
-)
 #: Groups of commands that act on the demonstration in view, and the others that do.
-_GROUPS_IN_VIEW = frozenset({"Playback", "Labelling", "Segments", "Review"})
-_IN_VIEW = frozenset({"zoom_in", "zoom_out", "zoom_fit", "zoom_selection"})
+_GROUPS_IN_VIEW = frozenset({"Playback", "Labels", "Review"})
+_IN_VIEW = frozenset(
+    {"undo", "redo", "delete", "zoom_in", "zoom_out", "zoom_fit", "zoom_selection"}
+    | {"done", "synchronise"}
+)
 _OUT_OF_VIEW = "This acts on the demonstration in view; go to Label or Review."
 #: Those of these groups that make sense in every workspace.
 _ANYWHERE = frozenset(
-    {"cancel", "coder", "note", "snapping", "train", "cancel_training", "workspace_tradeoff"}
+    {"cancel", "coder", "snapping", "train", "cancel_training", "workspace_tradeoff"}
 )
 
 
@@ -49,7 +45,7 @@ def fill_menus(
             continue
         if command.group not in menus:
             menus[command.group] = window.menuBar().addMenu("&" + command.group)
-        if command.id in _BEGINNING:  # one that begins a menu shows no line
+        if command.below_line:
             menus[command.group].addSeparator()
         if not command.id.startswith("theme_"):
             menus[command.group].addAction(commands[command.id])

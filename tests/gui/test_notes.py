@@ -271,7 +271,7 @@ def test_without_a_demonstration_there_is_nothing_to_note_on(window):
     messages = status_messages(window.document)
     window.document.close()
     window.demonstrations.ask_note()
-    assert messages == [("Open a demonstration first; a note belongs to one.", True)]
+    assert messages == [("Open a demonstration first.", True)]
 
 
 @pytest.mark.parametrize("choice", ["light", "dark"])
