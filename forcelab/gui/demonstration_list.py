@@ -58,8 +58,9 @@ from forcelab.gui.demonstration_model import (
     ListFilter,
     ListOrder,
     TaskGroup,
+    count_finished,
+    find_next,
     grouped,
-    next_to_do,
     ordered,
     percent,
     rows_of,
@@ -85,7 +86,7 @@ from forcelab.gui.label.track_spans import track_spans
 from forcelab.gui.layout import dialog_buttons, page_layout, set_enabled_with_reason
 from forcelab.gui.text import escape_ampersands, settle_name
 from forcelab.gui.theme import Colours, colours, themes
-from forcelab.gui.widgets import ENTER_KEYS, ElidedComboBox
+from forcelab.gui.widgets import ENTER_KEYS, ElidedComboBox, ElidedLabel
 from forcelab.project import DemonstrationInfo, Project
 
 #: The bar's width and thickness, in heights of the smaller line, and its most of a row's width.
@@ -290,7 +291,7 @@ class ListTools(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.search, self.count, self.order = Search(), QLabel(), OrderButton()
+        self.search, self.count, self.order = Search(), ElidedLabel(), OrderButton()
         self.search.setPlaceholderText("Search names and tasks")
         self.search.setAccessibleName("Search names, tasks, notes and ids")
         self.search.setToolTip(self.search.accessibleName())
@@ -750,11 +751,27 @@ class DemonstrationList(QWidget):
 
     def open_to_label(self) -> None:
         """Open the next listed demonstration that is left to label, cyclically."""
-        row = next_to_do(list(self.model.rows), self._document.id)
+        row = find_next(list(self.model.rows), self._document.id, lambda row: row.to_do)
         if row is not None:
             self._document.open_demonstration(row.info.id)
             return
         self._document.show_message("No other demonstration in the list is left to label.")
+
+    def done_and_next(self) -> None:
+        """Mark the open demonstration as done, and open the next listed one that is not finished.
+
+        A blind coder agrees first to what that shows.
+        """
+        document, demonstration = self._document, self._document.demonstration
+        if demonstration is None or not confirm_reveal(document, {document.id}, self.window()):
+            return
+        following = find_next(list(self.model.rows), document.id, lambda row: not row.finished)
+        if not document.set_done(then_open="" if following is None else following.info.id):
+            return
+        left = "no other demonstration in the list is left."
+        if following is not None:
+            left = f"{count_finished(self._rows)} of {len(self._rows)} are done."
+        document.show_message(f"'{demonstration.name}' is marked as done; {left}")
 
     def ask_video(self) -> None:
         """Attach a video."""
@@ -890,11 +907,16 @@ class DemonstrationList(QWidget):
             self._empty.say(has_project, bool(self._rows), self.search.text().strip())
 
     def _show_count(self) -> None:
-        """Show how many are selected if there are several, else how many are listed."""
-        listed, chosen = len(self.model.ids()), len(self._chosen())
-        several = f"{chosen} chosen"
-        self._count.setText(several if chosen > 1 else f"{listed}/{len(self._rows)}")
-        self._count.setHidden(chosen < 2 and listed == len(self._rows))
+        """Show how many are done; how many are selected if several are, or listed if not all."""
+        listed, chosen, total = len(self.model.ids()), len(self._chosen()), len(self._rows)
+        finished = count_finished(self._rows)
+        if chosen > 1:
+            self._count.set_text(f"{chosen} chosen")
+        elif listed < total:
+            self._count.set_text(f"{listed} of {total}", f"{listed}/{total}")
+        else:
+            self._count.set_text(f"{finished} of {total} done", f"{finished}/{total} done")
+        self._count.setToolTip(f"{finished} of {total} done by you; {listed} listed")
 
     def _chosen(self) -> tuple[DemonstrationRow, ...]:
         """The selected demonstrations, in the order of the list."""

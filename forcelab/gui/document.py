@@ -319,13 +319,20 @@ class Document(QObject):
             self.demonstration_changed.emit()
         return not errors
 
-    def set_done(self) -> bool:
-        """Mark the open demonstration as done by the coder; blind coding ends then."""
+    def set_done(self, then_open: str = "") -> bool:
+        """Mark the open demonstration as done by the coder; blind coding ends then.
+
+        If another one is to be opened then (its id), the labels of others are not shown before.
+        """
         if self.project is None or not self.id:
             return False
         with self._reporting_errors() as errors:
             blind = self.coding_blind
             self.project.coding.set_done(self.id, self.author)
+        if then_open and not errors:
+            opened = self.open_demonstration(then_open)
+            self.refresh_listing() if opened else self.reread()
+            return opened
         self.reread()
         if not errors:
             sentence = "Marked as done; the labels of others are shown."

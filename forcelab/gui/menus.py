@@ -19,7 +19,7 @@ from forcelab.gui.text import escape_ampersands
 _GROUPS_IN_VIEW = frozenset({"Playback", "Labels", "Review"})
 _IN_VIEW = frozenset(
     {"undo", "redo", "delete", "zoom_in", "zoom_out", "zoom_fit", "zoom_selection"}
-    | {"done", "synchronise"}
+    | {"done_and_next", "done", "synchronise"}
 )
 _OUT_OF_VIEW = "This acts on the demonstration in view; go to Label or Review."
 #: Those of these groups that make sense in every workspace.

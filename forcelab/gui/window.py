@@ -284,6 +284,7 @@ class Window(DockedWindow):
             "task": self.demonstrations.ask_task,
             "next_demonstration": self.demonstrations.open_next,
             "previous_demonstration": self.demonstrations.open_previous,
+            "done_and_next": self.demonstrations.done_and_next,
             "next_to_label": self.demonstrations.open_to_label,
             "search": partial(self._in_list, self.demonstrations.focus_search),
             "choose_all": partial(self._in_list, self.demonstrations.choose_all),

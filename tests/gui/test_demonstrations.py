@@ -27,6 +27,7 @@ from forcelab.gui.demonstration_model import (
 )
 from forcelab.gui.document import Document
 from forcelab.gui.removal_dialog import Removal, removal_of
+from forcelab.gui.widgets import ElidedLabel
 from forcelab.labels import Segment, Track
 from forcelab.project import DemonstrationInfo, NewDemonstration, Project
 from forcelab.text import natural_order
@@ -373,8 +374,8 @@ def test_several_are_chosen_and_put_right_at_once(listing, document, until):
     assert document.id == first  # to choose is not to open
     rows = chosen_rows(listing)
     assert chosen(listing) == ["sponge", "pen-2", "pen-10"]
-    (count,) = [label for label in listing.findChildren(QLabel) if label.text() == "3 chosen"]
-    assert count.isVisible()
+    (count,) = listing.findChildren(ElidedLabel)
+    assert (count.text, count.isVisible()) == ("3 chosen", True)
     reads = []
     document.listing_changed.connect(lambda: reads.append(None))
     entries(listing, rows)["Mark 3 as done"].trigger()
@@ -391,7 +392,7 @@ def test_several_are_chosen_and_put_right_at_once(listing, document, until):
     click(listing, "block")
     assert opened(document) == "block"
     assert chosen(listing) == ["block"]
-    assert count.isHidden()
+    assert count.text == "1 of 5 done"
 
 
 def test_what_is_opened_is_chosen_alone(listing, document):
