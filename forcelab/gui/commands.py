@@ -13,7 +13,8 @@ class Command:
 
     The coder's own keys are stored under `id`, which never changes. `keys` are the defaults as Qt
     spells them, such as ``"Ctrl+Left"``; a command that `repeats` does so while its key is held.
-    A command `below_line` begins another section of its menu.
+    A command `below_line` begins another section of its menu. `needs` is one of :data:`NEEDS`, or
+    empty.
     """
 
     id: str
@@ -23,22 +24,29 @@ class Command:
     repeats: bool = False
     checkable: bool = False
     below_line: bool = False
+    needs: str = ""
+
+
+#: What a command can need: an open project, one that can be written, one with demonstrations; an
+#: open demonstration that can be seen, one in a project that can be written.
+NEEDS = frozenset({"project", "write", "listed", "view", "edit"})
 
 
 def _group(name: str, *rows: tuple[str, ...]) -> tuple[Command, ...]:
     """The commands of a group.
 
-    A row is an id, a text, the default keys with blanks between them, and where it applies
-    ``"repeats"`` or ``"switch"`` (checkable). An empty row is a line in the menu.
+    A row is an id, a text, the default keys with blanks between them, and where they apply
+    ``"repeats"``, ``"switch"`` (checkable) and what it needs. An empty row is a line in the menu.
     """
     commands: list[Command] = []
     below_line = False
     for row in rows:
         if row:
-            id_, text, keys, *flags = row
-            repeats, checkable = "repeats" in flags, "switch" in flags
+            id_, text, keys, *words = row
+            repeats, checkable = "repeats" in words, "switch" in words
+            needs = "".join(NEEDS.intersection(words))
             commands.append(
-                Command(id_, text, tuple(keys.split()), name, repeats, checkable, below_line)
+                Command(id_, text, tuple(keys.split()), name, repeats, checkable, below_line, needs)
             )
         below_line = not row
     return tuple(commands)
@@ -49,36 +57,36 @@ _FILE = _group(
     ("new_project", "New project…", "Ctrl+N"),
     ("open_project", "Open project…", "Ctrl+O"),
     (),
-    ("import", "Import demonstrations…", "Ctrl+I"),
-    ("export_labels", "Export labels…", ""),
-    ("save", "Save (automatic)", "Ctrl+S"),
+    ("import", "Import demonstrations…", "Ctrl+I", "write"),
+    ("export_labels", "Export labels…", "", "listed"),
+    ("save", "Save (automatic)", "Ctrl+S", "project"),
     (),
     ("quit", "Quit", "Ctrl+Q"),
 )
 _EDIT = _group(
     "Edit",
-    ("undo", "Undo", "Ctrl+Z", "repeats"),
-    ("redo", "Redo", "Ctrl+Shift+Z Ctrl+Y", "repeats"),
+    ("undo", "Undo", "Ctrl+Z", "repeats", "edit"),
+    ("redo", "Redo", "Ctrl+Shift+Z Ctrl+Y", "repeats", "edit"),
     (),
-    ("delete", "Delete the segment", "Del"),
+    ("delete", "Delete the segment", "Del", "edit"),
     (),
-    ("search", "Find demonstrations", "Ctrl+F"),
-    ("choose_all", "Select all demonstrations", "Ctrl+A"),
+    ("search", "Find demonstrations", "Ctrl+F", "listed"),
+    ("choose_all", "Select all demonstrations", "Ctrl+A", "listed"),
     (),
     ("change_keys", "Change keys…", ""),
 )
 _VIEW = _group(
     "View",
-    ("workspace_label", "Label", "Ctrl+1", "switch"),
-    ("workspace_review", "Review", "Ctrl+2", "switch"),
-    ("workspace_capture", "Capture", "Ctrl+3", "switch"),
+    ("workspace_label", "Label", "Ctrl+1", "switch", "project"),
+    ("workspace_review", "Review", "Ctrl+2", "switch", "project"),
+    ("workspace_capture", "Capture", "Ctrl+3", "switch", "project"),
     (),
     ("full_screen", "Full screen", "F11", "switch"),
     (),
-    ("zoom_in", "Zoom in", "Ctrl+= Ctrl++", "repeats"),
-    ("zoom_out", "Zoom out", "Ctrl+-", "repeats"),
-    ("zoom_fit", "Whole demonstration", "Ctrl+0"),
-    ("zoom_selection", "Zoom to the selection", "Ctrl+E"),
+    ("zoom_in", "Zoom in", "Ctrl+= Ctrl++", "repeats", "view"),
+    ("zoom_out", "Zoom out", "Ctrl+-", "repeats", "view"),
+    ("zoom_fit", "Whole demonstration", "Ctrl+0", "view"),
+    ("zoom_selection", "Zoom to the selection", "Ctrl+E", "view"),
     (),
     ("reset_layout", "Reset layout", ""),
     ("theme_light", "Light theme", "", "switch"),
@@ -87,92 +95,92 @@ _VIEW = _group(
 )
 _DEMONSTRATION = _group(
     "Demonstration",
-    ("next_demonstration", "Next demonstration", "PgDown"),
-    ("previous_demonstration", "Previous demonstration", "PgUp"),
-    ("next_to_label", "Next demonstration to label", "Ctrl+PgDown"),
+    ("next_demonstration", "Next demonstration", "PgDown", "listed"),
+    ("previous_demonstration", "Previous demonstration", "PgUp", "listed"),
+    ("next_to_label", "Next demonstration to label", "Ctrl+PgDown", "listed"),
     (),
-    ("done_and_next", "Done and next", "Ctrl+Return"),
-    ("done", "Mark as done", "Ctrl+Shift+Return"),
-    ("assign", "Assign for blind coding…", ""),
+    ("done_and_next", "Done and next", "Ctrl+Return", "edit"),
+    ("done", "Mark as done", "Ctrl+Shift+Return", "edit"),
+    ("assign", "Assign for blind coding…", "", "write"),
     (),
-    ("rename", "Rename the demonstration…", "F2"),
-    ("task", "Move to another task…", ""),
-    ("note", "Note on the demonstration…", "Ctrl+Shift+N"),
+    ("rename", "Rename the demonstration…", "F2", "write"),
+    ("task", "Move to another task…", "", "write"),
+    ("note", "Note on the demonstration…", "Ctrl+Shift+N", "write"),
     (),
-    ("attach_video", "Attach video…", ""),
-    ("synchronise", "Synchronise the video…", "Ctrl+Shift+V"),
+    ("attach_video", "Attach video…", "", "write"),
+    ("synchronise", "Synchronise the video…", "Ctrl+Shift+V", "edit"),
 )
 _PLAYBACK = _group(
     "Playback",
-    ("step_back", "One video frame back", "Left", "repeats"),
-    ("step_forward", "One video frame forward", "Right", "repeats"),
-    ("leap_back", "Larger step back", "Ctrl+Left", "repeats"),
-    ("leap_forward", "Larger step forward", "Ctrl+Right", "repeats"),
-    ("to_start", "To the start", "Home Ctrl+Home"),
-    ("to_end", "To the end", "End Ctrl+End"),
+    ("step_back", "One video frame back", "Left", "repeats", "view"),
+    ("step_forward", "One video frame forward", "Right", "repeats", "view"),
+    ("leap_back", "Larger step back", "Ctrl+Left", "repeats", "view"),
+    ("leap_forward", "Larger step forward", "Ctrl+Right", "repeats", "view"),
+    ("to_start", "To the start", "Home Ctrl+Home", "view"),
+    ("to_end", "To the end", "End Ctrl+End", "view"),
     (),
-    ("pan_left", "Show earlier time", "Shift+Left", "repeats"),
-    ("pan_right", "Show later time", "Shift+Right", "repeats"),
+    ("pan_left", "Show earlier time", "Shift+Left", "repeats", "view"),
+    ("pan_right", "Show later time", "Shift+Right", "repeats", "view"),
     (),
-    ("play", "Play or pause", "Space"),
-    ("play_segment", "Play the current segment", "Shift+Space"),
+    ("play", "Play or pause", "Space", "view"),
+    ("play_segment", "Play the current segment", "Shift+Space", "view"),
     (),
-    ("slower", "Slower", "- <"),
-    ("faster", "Faster", "+ >"),
-    ("normal_speed", "Normal speed", "0 Backspace"),
+    ("slower", "Slower", "- <", "view"),
+    ("faster", "Faster", "+ >", "view"),
+    ("normal_speed", "Normal speed", "0 Backspace", "view"),
     (),
-    ("next_camera", "Show the next camera", "F7"),
+    ("next_camera", "Show the next camera", "F7", "view"),
 )
 _LABELS = _group(
     "Labels",
-    ("range_in", "Start of the range", "["),
-    ("range_out", "End of the range", "]"),
+    ("range_in", "Start of the range", "[", "view"),
+    ("range_out", "End of the range", "]", "view"),
     ("cancel", "Cancel the stroke or the range", "Esc"),
     (),
-    ("split", "Split the segment at the cursor", "Ctrl+B"),
-    ("merge", "Merge the segments in the range", "Ctrl+M"),
-    ("fill_gaps", "Fill gaps…", "Ctrl+G"),
-    ("copy_from", "Copy from another track…", "Ctrl+Shift+C"),
-    ("erase_range", "Make the range unlabelled", "Ctrl+Del"),
+    ("split", "Split the segment at the cursor", "Ctrl+B", "edit"),
+    ("merge", "Merge the segments in the range", "Ctrl+M", "edit"),
+    ("fill_gaps", "Fill gaps…", "Ctrl+G", "edit"),
+    ("copy_from", "Copy from another track…", "Ctrl+Shift+C", "edit"),
+    ("erase_range", "Make the range unlabelled", "Ctrl+Del", "edit"),
     (),
-    ("previous_segment", "Previous segment", "K", "repeats"),
-    ("next_segment", "Next segment", "L", "repeats"),
+    ("previous_segment", "Previous segment", "K", "repeats", "view"),
+    ("next_segment", "Next segment", "L", "repeats", "view"),
     (),
-    ("start_earlier", "Start earlier", "Alt+Left", "repeats"),
-    ("start_later", "Start later", "Alt+Right", "repeats"),
-    ("end_earlier", "End earlier", "Ctrl+Shift+Left Alt+Shift+Left", "repeats"),
-    ("end_later", "End later", "Ctrl+Shift+Right Alt+Shift+Right", "repeats"),
-    ("move_earlier", "Move earlier", "Ctrl+Shift+Down Ctrl+Alt+Left", "repeats"),
-    ("move_later", "Move later", "Ctrl+Shift+Up Ctrl+Alt+Right", "repeats"),
+    ("start_earlier", "Start earlier", "Alt+Left", "repeats", "edit"),
+    ("start_later", "Start later", "Alt+Right", "repeats", "edit"),
+    ("end_earlier", "End earlier", "Ctrl+Shift+Left Alt+Shift+Left", "repeats", "edit"),
+    ("end_later", "End later", "Ctrl+Shift+Right Alt+Shift+Right", "repeats", "edit"),
+    ("move_earlier", "Move earlier", "Ctrl+Shift+Down Ctrl+Alt+Left", "repeats", "edit"),
+    ("move_later", "Move later", "Ctrl+Shift+Up Ctrl+Alt+Right", "repeats", "edit"),
     (),
-    ("start_to_cursor", "Start to the cursor", ","),
-    ("end_to_cursor", "End to the cursor", "."),
+    ("start_to_cursor", "Start to the cursor", ",", "edit"),
+    ("end_to_cursor", "End to the cursor", ".", "edit"),
     (),
     ("snapping", "Snap to contacts, edges, frames and samples", "Ctrl+Shift+S", "switch"),
-    ("fine_nudges", "Move by 1 ms instead of 10 ms", "Ctrl+T", "switch"),
-    ("coder", "Label as another coder…", "Ctrl+L"),
+    ("fine_nudges", "Move by 1 ms instead of 10 ms", "Ctrl+T", "switch", "view"),
+    ("coder", "Label as another coder…", "Ctrl+L", "project"),
 )
 _REVIEW = _group(
     "Review",
-    ("train", "Train", "F5"),
+    ("train", "Train", "F5", "project"),
     ("cancel_training", "Cancel the training", ""),
-    ("workspace_tradeoff", "Accuracy and speed", "Ctrl+4"),
+    ("workspace_tradeoff", "Accuracy and speed", "Ctrl+4", "project"),
     (),
-    ("next_review", "Next thing to review", "N", "repeats"),
-    ("previous_review", "Previous thing to review", "Shift+N", "repeats"),
+    ("next_review", "Next thing to review", "N", "repeats", "view"),
+    ("previous_review", "Previous thing to review", "Shift+N", "repeats", "view"),
     (),
-    ("accept", "Accept the prediction here", "G"),
-    ("accept_all", "Accept all predictions in view", "Shift+G"),
+    ("accept", "Accept the prediction here", "G", "edit"),
+    ("accept_all", "Accept all predictions in view", "Shift+G", "edit"),
     (),
-    ("verdict_human", "Human right", "Shift+H"),
-    ("verdict_model", "Model right", "Shift+M"),
-    ("verdict_ambiguous", "Ambiguous", "Shift+A"),
+    ("verdict_human", "Human right", "Shift+H", "edit"),
+    ("verdict_model", "Model right", "Shift+M", "edit"),
+    ("verdict_ambiguous", "Ambiguous", "Shift+A", "edit"),
 )
 _CAPTURE = _group(
     "Capture",
-    ("record", "Record, or stop and keep", "F9"),
-    ("discard_recording", "Discard the recording", "F10"),
-    ("show_recording", "Open the last recording", "Ctrl+F9"),
+    ("record", "Record, or stop and keep", "F9", "project"),
+    ("discard_recording", "Discard the recording", "F10", "project"),
+    ("show_recording", "Open the last recording", "Ctrl+F9", "project"),
 )
 _HELP = _group(
     "Help",

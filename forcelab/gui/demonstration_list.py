@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import (
@@ -751,11 +752,11 @@ class DemonstrationList(QWidget):
 
     def open_to_label(self) -> None:
         """Open the next listed demonstration that is left to label, cyclically."""
-        row = find_next(list(self.model.rows), self._document.id, lambda row: row.to_do)
-        if row is not None:
+        if (row := self._next_to_label()) is not None:
             self._document.open_demonstration(row.info.id)
-            return
-        self._document.show_message("No other demonstration in the list is left to label.")
+
+    def _next_to_label(self) -> DemonstrationRow | None:
+        return find_next(list(self.model.rows), self._document.id, lambda row: row.to_do)
 
     def done_and_next(self) -> None:
         """Mark the open demonstration as done, and open the next listed one that is not finished.
@@ -806,10 +807,27 @@ class DemonstrationList(QWidget):
             ids = {self._selected()}
             if several:
                 ids |= {row.info.id for row in self._chosen()}
-        targets = tuple(row for row in self._rows if row.info.id in ids)
-        if not targets:
-            self._document.show_message("Open a demonstration first.", True)
-        return targets
+        return tuple(row for row in self._rows if row.info.id in ids)
+
+    def obstacles(self) -> dict[str, Callable[[], str]]:
+        """Why commands cannot be carried out now, by their id; empty where they can."""
+        missing = "Open a demonstration first."
+        on_target = ("rename", "assign", "task", "note", "attach_video")
+        return {
+            "next_demonstration": partial(self._missing_neighbour, 1),
+            "previous_demonstration": partial(self._missing_neighbour, -1),
+            "next_to_label": lambda: (
+                "No other demonstration in the list is left to label."
+                if self._next_to_label() is None
+                else ""
+            ),
+            "done": lambda: (
+                "It is marked as done; a right click in the list takes that back."
+                if any(row.done for row in self._rows if row.info.id == self._document.id)
+                else ""
+            ),
+            **dict.fromkeys(on_target, lambda: "" if self._targets() else missing),
+        }
 
     # Inside
 
@@ -985,20 +1003,23 @@ class DemonstrationList(QWidget):
 
     def _open_neighbour(self, step: int) -> None:
         """Open the listed demonstration that is `step` rows below the open one."""
+        if id_ := self._neighbour(step):
+            self._document.open_demonstration(id_)
+
+    def _neighbour(self, step: int) -> str:
+        """Id of the listed demonstration `step` rows below the open one; ``""`` without one."""
         ids = self.model.ids()
-        if not ids:
-            self._document.show_message("No demonstration is shown in the list.")
-            return
-        if self._document.id not in ids:
-            target = 0 if step > 0 else len(ids) - 1
-        else:
+        target = 0 if step > 0 else len(ids) - 1
+        if self._document.id in ids:
             target = ids.index(self._document.id) + step
-        if 0 <= target < len(ids):
-            self._document.open_demonstration(ids[target])
-        elif step > 0:
-            self._document.show_message("This is the last demonstration of the list.")
-        else:
-            self._document.show_message("This is the first demonstration of the list.")
+        return ids[target] if 0 <= target < len(ids) else ""
+
+    def _missing_neighbour(self, step: int) -> str:
+        if self._neighbour(step):
+            return ""
+        if not self.model.ids():
+            return "No demonstration is shown in the list."
+        return f"This is the {'last' if step > 0 else 'first'} demonstration of the list."
 
     def _show_all(self) -> None:
         """Clear search and filter."""

@@ -779,6 +779,14 @@ class ReviewState(QObject):
 
     # Accepting
 
+    @property
+    def obstacle(self) -> str:
+        """Why no prediction can be accepted here; empty where there is one."""
+        if self._document.coding_blind:
+            return "Predictions are hidden until you are done; nothing accepted."
+        missing = "There is no prediction to accept here; train a recogniser."
+        return missing if self.reviewed is None else ""
+
     def accept_here(self) -> bool:
         """Accept the predicted segment at the cursor, and go to the next one to accept."""
         view, time = self._document.view, self._document.view.cursor
@@ -803,9 +811,7 @@ class ReviewState(QObject):
         """
         document, reviewed, run = self._document, self.reviewed, self.run
         if reviewed is None or run is None:
-            blind = "Predictions are hidden until you are done; nothing accepted."
-            missing = "There is no prediction to accept here; train a recogniser."
-            document.show_message(blind if document.coding_blind else missing, True)
+            document.show_message(self.obstacle, True)
             return False
         # It brings what proposes demonstrations to label, which takes long to load.
         from forcelab.review.active_learning import acceptable_segments

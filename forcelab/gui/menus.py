@@ -15,36 +15,29 @@ from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.shortcuts import COMMANDS
 from forcelab.gui.text import escape_ampersands
 
-#: Groups of commands that act on the demonstration in view, and the others that do.
-_GROUPS_IN_VIEW = frozenset({"Playback", "Labels", "Review"})
-_IN_VIEW = frozenset(
-    {"undo", "redo", "delete", "zoom_in", "zoom_out", "zoom_fit", "zoom_selection"}
-    | {"done_and_next", "done", "synchronise"}
-)
-_OUT_OF_VIEW = "This acts on the demonstration in view; go to Label or Review."
-#: Those of these groups that make sense in every workspace.
-_ANYWHERE = frozenset(
-    {"cancel", "coder", "snapping", "train", "cancel_training", "workspace_tradeoff"}
-)
-
 
 def fill_menus(
     window: QMainWindow,
     commands: Mapping[str, QAction],
+    obstacle: Callable[[str], str],
     panels: Sequence[QAction],
     shown_tracks: QMenu,
     recent: QMenu,
 ) -> None:
     """Fill a window's menu bar from the table of commands.
 
-    `commands` are the window's actions by command id, `panels` those that show and hide panels.
+    `commands` are the window's actions by command id, `panels` those that show and hide panels;
+    `obstacle` tells why a command cannot be carried out now.
     """
     menus: dict[str, QMenu] = {}
     for command in COMMANDS:
         if command.id not in commands:
             continue
         if command.group not in menus:
-            menus[command.group] = window.menuBar().addMenu("&" + command.group)
+            menu = menus[command.group] = window.menuBar().addMenu("&" + command.group)
+            # Only while it is open: to the key of a disabled action nothing is answered at all.
+            menu.aboutToShow.connect(partial(_disable_entries, menu, obstacle))
+            menu.aboutToHide.connect(partial(_disable_entries, menu, lambda _: ""))
         if command.below_line:
             menus[command.group].addSeparator()
         if not command.id.startswith("theme_"):
@@ -62,12 +55,11 @@ def fill_menus(
     commands[f"theme_{chosen}"].setChecked(True)
 
 
-def follow_view(commands: Mapping[str, QAction], visible: bool) -> None:
-    """Disable what acts on the demonstration in view while another workspace hides it."""
-    for command in COMMANDS:
-        acts = command.group in _GROUPS_IN_VIEW or command.id in _IN_VIEW
-        if acts and command.id not in _ANYWHERE and command.id in commands:
-            set_enabled_with_reason(commands[command.id], "" if visible else _OUT_OF_VIEW)
+def _disable_entries(menu: QMenu, obstacle: Callable[[str], str]) -> None:
+    """Disable the commands in a menu that cannot be carried out."""
+    for action in menu.actions():
+        if action.objectName():
+            set_enabled_with_reason(action, obstacle(action.objectName()))
 
 
 def follow_tabs(tabs: QTabWidget, actions: Sequence[QAction]) -> None:

@@ -34,7 +34,8 @@ from forcelab.gui.label import commands
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.layout import Dock, DockedWindow
-from forcelab.gui.menus import RecentProjects, ShownTracks, fill_menus, follow_tabs, follow_view
+from forcelab.gui.menus import RecentProjects, ShownTracks, fill_menus, follow_tabs
+from forcelab.gui.obstacles import Obstacles
 from forcelab.gui.project_actions import ProjectActions, sample_place
 from forcelab.gui.review.tab import BACKGROUND_JOBS, ReviewTab
 from forcelab.gui.shortcuts import bind
@@ -87,6 +88,7 @@ class Window(DockedWindow):
         self._sample = SampleProgress()
         self._line = StatusLine(self.document)
         self._dock = Dock("Demonstrations", self)
+        self.obstacles = self._obstacles()
         self.commands = bind(self, self._handlers())
         self._tabs = QTabWidget()
         self._tabs.setDocumentMode(True)
@@ -109,8 +111,8 @@ class Window(DockedWindow):
         self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
         self._shared_out = False
         panels = [self._dock.toggleViewAction(), *self.label.toggles.values()]
-        recent = RecentProjects(self.opening.open_recent, self)
-        fill_menus(self, self.commands, panels, ShownTracks(self.document, self), recent)
+        submenus = ShownTracks(self.document, self), RecentProjects(self.opening.open_recent, self)
+        fill_menus(self, self.commands, self.obstacles, panels, *submenus)
         self.setAcceptDrops(True)
         # There from the start: nothing moves when it first says something.
         self.setStatusBar(self._line)
@@ -306,21 +308,33 @@ class Window(DockedWindow):
         dialog_handlers = dialogs.handlers(document, self.jobs, self, lambda: self.commands, shown)
         # What was begun last is taken back where it can be seen.
         cancel = {"cancel": lambda: self.capture.cancel() or label["cancel"]()}
-        return (
-            handlers
-            | label
-            | cancel
-            | dialog_handlers
-            | self.review.handlers()
-            | self.capture.handlers()
-        )
+        handlers |= label | cancel | dialog_handlers
+        handlers |= self.review.handlers() | self.capture.handlers()
+        return {id_: partial(self._carry_out, id_, verb) for id_, verb in handlers.items()}
+
+    def _obstacles(self) -> Obstacles:
+        """What stands in the way of each command."""
+        checks = {"next_camera": self.label.cameras.obstacle}
+        for part in (self.demonstrations, self.review, self.capture):
+            checks |= part.obstacles()
+        return Obstacles(self.document, self._in_view, checks)
+
+    def _carry_out(self, command: str, verb: Callable[[], object]) -> None:
+        """Do what a command does, or say why that cannot be done now."""
+        if obstacle := self.obstacles(command):
+            self.document.show_local_message(obstacle, True)
+        else:
+            verb()
+
+    def _in_view(self) -> bool:
+        """Whether the workspace in front shows the open demonstration."""
+        return WORKSPACES[self._tabs.currentIndex()] != "capture"
 
     def _workspace_changed(self, index: int) -> None:
         """Give timeline and video to the workspace in front; build it, the first time."""
         name = WORKSPACES[index]
         self.review.come_to_front(name == "review")
         self.capture.come_to_front(name == "capture")
-        follow_view(self.commands, name in ("label", "review"))
         # Panels that were put back have handed the keyboard on, to whatever came next.
         if name == "label":
             self.label.tracks.setFocus()
@@ -437,10 +451,7 @@ class AuthorChoice(QWidget):
 
     def choose(self) -> None:
         """Open the list, as a click does."""
-        if self.isVisible():
-            self._box.showPopup()
-        else:
-            self._document.show_message("Open a project first.", True)
+        self._box.showPopup()
 
     def _list(self) -> None:
         names = self._names()

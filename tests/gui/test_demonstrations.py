@@ -312,7 +312,8 @@ def test_what_the_coder_labelled_last_comes_first_with_its_task(listing, documen
     assert shown(listing)["stylus"] == ["pen-10", "pen-2"]  # what others do does not count
 
 
-def test_next_and_previous_stay_among_what_is_shown(listing, document, messages):
+def test_next_and_previous_stay_among_what_is_shown(listing, document):
+    obstacles = listing.obstacles()
     listing.search.setText("foam")
     listing.open_next()
     assert opened(document) == "block"
@@ -320,17 +321,18 @@ def test_next_and_previous_stay_among_what_is_shown(listing, document, messages)
     assert opened(document) == "sponge"
     listing.open_next()
     assert opened(document) == "sponge"
-    assert messages[-1][0].startswith("This is the last")
+    assert obstacles["next_demonstration"]() == "This is the last demonstration of the list."
+    assert obstacles["previous_demonstration"]() == ""
     listing.open_previous()
     listing.open_previous()
     assert opened(document) == "block"
-    assert messages[-1][0].startswith("This is the first")
+    assert obstacles["previous_demonstration"]() == "This is the first demonstration of the list."
     listing.search.setText("nowhere")
     listing.open_next()
-    assert messages[-1][0].startswith("No demonstration is shown")
+    assert obstacles["next_demonstration"]() == "No demonstration is shown in the list."
 
 
-def test_the_next_one_to_label_is_found_wherever_it_is(listing, document, messages):
+def test_the_next_one_to_label_is_found_wherever_it_is(listing, document):
     names = [row.info.name for row in listing.model.rows]
     assert names == [LONG, "block", "sponge", "pen-2", "pen-10"]  # anna began block and pen-2
     open_named(document, "block")
@@ -347,7 +349,8 @@ def test_the_next_one_to_label_is_found_wherever_it_is(listing, document, messag
     listing.search.setText("pen")
     listing.open_to_label()
     assert opened(document) == "pen-2"
-    assert messages[-1][0] == "No other demonstration in the list is left to label."
+    sentence = "No other demonstration in the list is left to label."
+    assert listing.obstacles()["next_to_label"]() == sentence
 
 
 def test_going_on_by_a_key_with_ctrl_chooses_that_one_alone(listing, document):

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 from factories import FOAM_ACTIONS, make_foam_project
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QPoint, Qt, QTimer
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QMenu
 from window_helpers import status_messages
 
 from forcelab.clock import ClockMap
@@ -17,6 +17,8 @@ from forcelab.gui.keys_dialog import KeysDialog
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.shortcuts import COMMANDS, keys
 from forcelab.gui.window import Window
+
+CTRL, NONE = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.NoModifier
 
 
 @pytest.fixture(scope="module")
@@ -130,6 +132,51 @@ def test_f1_opens_the_user_guide_and_a_question_mark_the_keys(window):
     titles = answer_dialog(Qt.Key.Key_Escape)
     QTest.keyClick(window.label.tracks, Qt.Key.Key_Question)
     assert titles == ["Keyboard shortcuts"]
+
+
+def entry_of(window, id_):
+    """A command's entry and its menu, opened."""
+    entry = window.commands[id_]
+    (menu,) = [owner for owner in entry.associatedObjects() if isinstance(owner, QMenu)]
+    menu.popup(window.mapToGlobal(QPoint(0, 0)))
+    return entry, menu
+
+
+def test_what_cannot_be_done_is_grey_in_its_menu_and_says_why(window, hovered):
+    document, tracks = window.document, window.label.tracks
+    messages = status_messages(document)
+    document.view.seek(0.0)
+    for id_, key, modifier, sentence in (
+        ("undo", Qt.Key.Key_Z, CTRL, "There is nothing to undo."),
+        ("redo", Qt.Key.Key_Y, CTRL, "There is nothing to redo."),
+        ("split", Qt.Key.Key_B, CTRL, "Move the cursor into the segment to split."),
+        ("merge", Qt.Key.Key_M, CTRL, "Select the first of the two segments to merge."),
+        ("next_segment", Qt.Key.Key_L, NONE, "There is no segment after the cursor."),
+        (
+            "delete",
+            Qt.Key.Key_Delete,
+            NONE,
+            "Select the segment to delete: click it, or go to it with K and L.",
+        ),
+        ("next_demonstration", Qt.Key.Key_PageDown, NONE,
+         "This is the last demonstration of the list."),
+        ("record", Qt.Key.Key_F9, NONE, "Connect devices in the Capture workspace first."),
+    ):  # fmt: skip
+        entry, menu = entry_of(window, id_)
+        assert not entry.isEnabled()
+        assert hovered(menu, menu.actionGeometry(entry).center()) == sentence
+        menu.close()
+        QTest.keyClick(tracks, key, modifier)
+        assert messages[-1] == (sentence, True)
+    document.editor.paint(1.0, 2.0, FOAM_ACTIONS[0])
+    document.view.seek(1.5)
+    QTest.keyClick(tracks, Qt.Key.Key_B, CTRL)
+    assert len(document.editor.segments) == 2
+    for _ in range(2):
+        entry, menu = entry_of(window, "undo")
+        assert entry.isEnabled()
+        QTest.mouseClick(menu, Qt.MouseButton.LeftButton, pos=menu.actionGeometry(entry).center())
+    assert not document.editor.segments
 
 
 def test_no_menu_is_a_long_list_without_a_line(window):
