@@ -81,6 +81,7 @@ _VIEW = _group(
     ("workspace_review", "Review", "Ctrl+2", "switch", "project"),
     ("workspace_capture", "Capture", "Ctrl+3", "switch", "project"),
     (),
+    ("toolbar", "Toolbar", "Ctrl+Shift+T", "switch"),
     ("full_screen", "Full screen", "F11", "switch"),
     (),
     ("zoom_in", "Zoom in", "Ctrl+= Ctrl++", "repeats", "view"),

@@ -9,7 +9,14 @@ from functools import partial
 from threading import Thread
 
 from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragMoveEvent, QDropEvent, QShowEvent
+from PySide6.QtGui import (
+    QCloseEvent,
+    QDragEnterEvent,
+    QDragMoveEvent,
+    QDropEvent,
+    QResizeEvent,
+    QShowEvent,
+)
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
@@ -17,6 +24,7 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QInputDialog,
     QLabel,
+    QMenu,
     QStackedWidget,
     QTabWidget,
     QWidget,
@@ -41,6 +49,7 @@ from forcelab.gui.review.tab import BACKGROUND_JOBS, ReviewTab
 from forcelab.gui.shortcuts import bind
 from forcelab.gui.status_bar import StatusLine
 from forcelab.gui.text import settle_name
+from forcelab.gui.toolbar import ToolBar
 from forcelab.gui.welcome import SampleProgress, Welcome
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.jobs import Progress
@@ -59,6 +68,8 @@ LOOK_MS, LIST_MS = 1000, 600
 TIDY_MS = 30_000
 #: The list's width at first, at least and at most, in pixels.
 NARROWEST, WIDEST = 200, 250
+#: In a window that is lower than so many pixels the panels need the toolbar's room.
+LOWEST_WITH_TOOLBAR = 560
 #: The share of the time that such looks may take, in a project with thousands of tracks.
 VIEW_SHARE = 0.05
 #: How many letters of a name are shown at most; the tooltip has all of it.
@@ -110,9 +121,7 @@ class Window(DockedWindow):
         self._dock.setWidget(self.demonstrations)
         self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
         self._shared_out = False
-        panels = [self._dock.toggleViewAction(), *self.label.toggles.values()]
-        submenus = ShownTracks(self.document, self), RecentProjects(self.opening.open_recent, self)
-        fill_menus(self, self.commands, self.obstacles, panels, *submenus)
+        self._add_menus_and_toolbar()
         self.setAcceptDrops(True)
         # There from the start: nothing moves when it first says something.
         self.setStatusBar(self._line)
@@ -168,6 +177,7 @@ class Window(DockedWindow):
             self._shared_out = self.restoreState(QByteArray(state), LAYOUT)
             self.recall_widths(settings.strings("window/widths"))
         self._dock.setVisible(self.document.project is not None)
+        self._show_toolbar()
         self.label.restore_layout()
 
     @property
@@ -216,6 +226,16 @@ class Window(DockedWindow):
         elif not self._widths:  # a layout was remembered
             QTimer.singleShot(0, self, self.note_widths)
 
+    def createPopupMenu(self) -> QMenu:
+        """What a right click on the toolbar or the list's title shows and hides."""
+        menu = QMenu(self)
+        menu.addActions([self._dock.toggleViewAction(), self.commands["toolbar"]])
+        return menu
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._show_toolbar()
+
     def changeEvent(self, event: QEvent) -> None:
         """Check the menu entry of full screen, however it was entered."""
         super().changeEvent(event)
@@ -242,6 +262,15 @@ class Window(DockedWindow):
         QTimer.singleShot(0, self, take)
 
     # Inside
+
+    def _add_menus_and_toolbar(self) -> None:
+        panels = [self._dock.toggleViewAction(), *self.label.toggles.values()]
+        submenus = ShownTracks(self.document, self), RecentProjects(self.opening.open_recent, self)
+        fill_menus(self, self.commands, self.obstacles, panels, *submenus)
+        self._toolbar = ToolBar(self.document, self.commands, self.obstacles, self)
+        self.addToolBar(self._toolbar)
+        shown = not self._remembering or settings.flag("window/toolbar", True)
+        self.commands["toolbar"].setChecked(shown)
 
     def _connect(self) -> None:
         document, opening = self.document, self.opening
@@ -295,6 +324,7 @@ class Window(DockedWindow):
             "full_screen": lambda: self.setWindowState(
                 self.windowState() ^ Qt.WindowState.WindowFullScreen
             ),
+            "toolbar": self._switch_toolbar,
             "reset_layout": self._reset_layout,
             "next_camera": self.label.cameras.show_next,
         }
@@ -335,6 +365,7 @@ class Window(DockedWindow):
         name = WORKSPACES[index]
         self.review.come_to_front(name == "review")
         self.capture.come_to_front(name == "capture")
+        self._toolbar.refresh_soon()
         # Panels that were put back have handed the keyboard on, to whatever came next.
         if name == "label":
             self.label.tracks.setFocus()
@@ -359,9 +390,21 @@ class Window(DockedWindow):
         is_open = self.document.project is not None
         self._stack.setCurrentIndex(1 if is_open else 0)
         self._dock.setVisible(is_open)
+        self._show_toolbar()
         self._welcome.set_recent(settings.recent_projects())
         self._welcome.show_trouble("")
         self._title()
+
+    def _show_toolbar(self) -> None:
+        """Show the toolbar if it is switched on, a project is open, and there is room for it."""
+        is_open, shown = self.document.project is not None, self.commands["toolbar"].isChecked()
+        self._toolbar.setVisible(is_open and shown and self.height() >= LOWEST_WITH_TOOLBAR)
+
+    def _switch_toolbar(self) -> None:
+        """Show or hide the toolbar, and the next time as well."""
+        if self._remembering:
+            settings.store("window/toolbar", self.commands["toolbar"].isChecked())
+        self._show_toolbar()
 
     def _show_sample(self, progress: Progress | None) -> None:
         """Show the progress of the sample project."""
@@ -418,6 +461,8 @@ class Window(DockedWindow):
         self.restoreState(self._standard, LAYOUT)
         self._share_out()
         self._dock.setVisible(self.document.project is not None)
+        self.commands["toolbar"].setChecked(True)
+        self._switch_toolbar()
         self.label.reset_layout()
         self.review.reset_layout()
 
