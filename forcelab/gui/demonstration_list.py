@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import (
@@ -58,8 +59,9 @@ from forcelab.gui.demonstration_model import (
     ListFilter,
     ListOrder,
     TaskGroup,
+    count_finished,
+    find_next,
     grouped,
-    next_to_do,
     ordered,
     percent,
     rows_of,
@@ -85,7 +87,7 @@ from forcelab.gui.label.track_spans import track_spans
 from forcelab.gui.layout import dialog_buttons, page_layout, set_enabled_with_reason
 from forcelab.gui.text import escape_ampersands, settle_name
 from forcelab.gui.theme import Colours, colours, themes
-from forcelab.gui.widgets import ENTER_KEYS, ElidedComboBox
+from forcelab.gui.widgets import ENTER_KEYS, ElidedComboBox, ElidedLabel
 from forcelab.project import DemonstrationInfo, Project
 
 #: The bar's width and thickness, in heights of the smaller line, and its most of a row's width.
@@ -290,7 +292,7 @@ class ListTools(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.search, self.count, self.order = Search(), QLabel(), OrderButton()
+        self.search, self.count, self.order = Search(), ElidedLabel(), OrderButton()
         self.search.setPlaceholderText("Search names and tasks")
         self.search.setAccessibleName("Search names, tasks, notes and ids")
         self.search.setToolTip(self.search.accessibleName())
@@ -518,16 +520,16 @@ class DemonstrationMenu(QObject):
             menu.addAction("Mark as not done", lambda: self.set_done([info.id], False))
         else:
             menu.addAction("Mark as done", lambda: self._ask_done([info.id]))
-        menu.addAction("Assign for blind coding…", lambda: self._ask_assign([info.id]))
+        menu.addAction("Assign for blind coding…", lambda: self.ask_assign([info.id]))
         for assignment in row.assignments:
             text = f"Withdraw the assignment ({escape_ampersands(assignment.author)})"
             menu.addAction(text, self._withdrawing([info.id], assignment.author))
         menu.addSeparator()
         menu.addAction("Note…", lambda: self.ask_note(row))
-        menu.addAction("Rename…", lambda: self._ask_name(row))
+        menu.addAction("Rename…", lambda: self.ask_name(row))
         video = "Replace video…" if info.has_video else "Attach video…"
         menu.addAction(video, lambda: self.ask_video(info))
-        menu.addAction("Move to another task…", lambda: self._ask_task([row]))
+        menu.addAction("Move to another task…", lambda: self.ask_task([row]))
         before = self._left.get(info.id, info.task)
         if before != info.task:
             back = "Back to task '{}'".format(escape_ampersands(before) or "No task")
@@ -547,7 +549,7 @@ class DemonstrationMenu(QObject):
             text = f"Mark {len(done_ids)} as not done"
             menu.addAction(text, lambda: self.set_done(done_ids, False))
         text = f"Assign {len(ids)} for blind coding…"
-        menu.addAction(text, lambda: self._ask_assign(ids))
+        menu.addAction(text, lambda: self.ask_assign(ids))
         assigned: dict[str, list[str]] = {}
         for row in rows:
             for assignment in row.assignments:
@@ -559,7 +561,7 @@ class DemonstrationMenu(QObject):
             menu.addAction(text, self._withdrawing(assigned_ids, author))
         menu.addSeparator()
         text = f"Move {len(ids)} to another task…"
-        menu.addAction(text, lambda: self._ask_task(rows))
+        menu.addAction(text, lambda: self.ask_task(rows))
         menu.addSeparator()
         text = f"Remove {len(ids)} from the project…"
         menu.addAction(text, lambda: self._ask_remove(rows))
@@ -592,7 +594,7 @@ class DemonstrationMenu(QObject):
         if confirm_reveal(self._document, ids, self._window):
             self.set_done(ids, True)
 
-    def _ask_assign(self, ids: list[str]) -> None:
+    def ask_assign(self, ids: list[str]) -> None:
         project, document = self._document.project, self._document
         if project is None:
             return
@@ -614,7 +616,7 @@ class DemonstrationMenu(QObject):
             plural = "{0} demonstrations are assigned to {1}."
             document.show_message((single if len(ids) == 1 else plural).format(len(ids), coder))
 
-    def _ask_name(self, row: DemonstrationRow) -> None:
+    def ask_name(self, row: DemonstrationRow) -> None:
         name, agreed = QInputDialog.getText(
             self._window, "Rename demonstration", "Name:", QLineEdit.EchoMode.Normal, row.info.name
         )
@@ -639,7 +641,7 @@ class DemonstrationMenu(QObject):
         dialog.rejected.connect(dialog.deleteLater)
         dialog.open()
 
-    def _ask_task(self, rows: Sequence[DemonstrationRow]) -> None:
+    def ask_task(self, rows: Sequence[DemonstrationRow]) -> None:
         project = self._document.project
         if project is None:
             return
@@ -691,7 +693,8 @@ class DemonstrationMenu(QObject):
         )
         if path is not None and self.attach_video(info.id, path):
             self._document.show_message(
-                f"'{info.name}' has its video; Labelling > Synchronise the video puts it in time."
+                f"'{info.name}' has its video; Demonstration > Synchronise the video puts it in "
+                "time."
             )
 
 
@@ -749,29 +752,82 @@ class DemonstrationList(QWidget):
 
     def open_to_label(self) -> None:
         """Open the next listed demonstration that is left to label, cyclically."""
-        row = next_to_do(list(self.model.rows), self._document.id)
-        if row is not None:
+        if (row := self._next_to_label()) is not None:
             self._document.open_demonstration(row.info.id)
+
+    def _next_to_label(self) -> DemonstrationRow | None:
+        return find_next(list(self.model.rows), self._document.id, lambda row: row.to_do)
+
+    def done_and_next(self) -> None:
+        """Mark the open demonstration as done, and open the next listed one that is not finished.
+
+        A blind coder agrees first to what that shows.
+        """
+        document, demonstration = self._document, self._document.demonstration
+        if demonstration is None or not confirm_reveal(document, {document.id}, self.window()):
             return
-        self._document.show_message("No other demonstration in the list is left to label.")
+        following = find_next(list(self.model.rows), document.id, lambda row: not row.finished)
+        if not document.set_done(then_open="" if following is None else following.info.id):
+            return
+        left = "no other demonstration in the list is left."
+        if following is not None:
+            left = f"{count_finished(self._rows)} of {len(self._rows)} are done."
+        document.show_message(f"'{demonstration.name}' is marked as done; {left}")
 
     def ask_video(self) -> None:
-        """Attach a video to the open demonstration."""
-        if (row := self._opened("video")) is not None:
+        """Attach a video."""
+        for row in self._targets():
             self.menu.ask_video(row.info)
 
     def ask_note(self) -> None:
-        """Edit the note on the open demonstration."""
-        if (row := self._opened("note")) is not None:
+        for row in self._targets():
             self.menu.ask_note(row)
 
-    def _opened(self, noun: str) -> DemonstrationRow | None:
-        """The row of the open demonstration; without one, says what it is needed for."""
-        for row in self._rows:
-            if row.info.id == self._document.id:
-                return row
-        self._document.refuse(f"Open a demonstration first; a {noun} belongs to one.")
-        return None
+    def ask_name(self) -> None:
+        for row in self._targets():
+            self.menu.ask_name(row)
+
+    def ask_assign(self) -> None:
+        """Assign all that are chosen to a coder."""
+        if rows := self._targets(several=True):
+            self.menu.ask_assign([row.info.id for row in rows])
+
+    def ask_task(self) -> None:
+        """Move all that are chosen to another task."""
+        if rows := self._targets(several=True):
+            self.menu.ask_task(rows)
+
+    def _targets(self, *, several: bool = False) -> tuple[DemonstrationRow, ...]:
+        """What a command acts on: the open demonstration, or the list's row if it has the keyboard.
+
+        There it acts on all that are chosen if it can act on `several`.
+        """
+        ids = {self._document.id}
+        if self.view.hasFocus() and self._selected():
+            ids = {self._selected()}
+            if several:
+                ids |= {row.info.id for row in self._chosen()}
+        return tuple(row for row in self._rows if row.info.id in ids)
+
+    def obstacles(self) -> dict[str, Callable[[], str]]:
+        """Why commands cannot be carried out now, by their id; empty where they can."""
+        missing = "Open a demonstration first."
+        on_target = ("rename", "assign", "task", "note", "attach_video")
+        return {
+            "next_demonstration": partial(self._missing_neighbour, 1),
+            "previous_demonstration": partial(self._missing_neighbour, -1),
+            "next_to_label": lambda: (
+                "No other demonstration in the list is left to label."
+                if self._next_to_label() is None
+                else ""
+            ),
+            "done": lambda: (
+                "It is marked as done; a right click in the list takes that back."
+                if any(row.done for row in self._rows if row.info.id == self._document.id)
+                else ""
+            ),
+            **dict.fromkeys(on_target, lambda: "" if self._targets() else missing),
+        }
 
     # Inside
 
@@ -869,11 +925,16 @@ class DemonstrationList(QWidget):
             self._empty.say(has_project, bool(self._rows), self.search.text().strip())
 
     def _show_count(self) -> None:
-        """Show how many are selected if there are several, else how many are listed."""
-        listed, chosen = len(self.model.ids()), len(self._chosen())
-        several = f"{chosen} chosen"
-        self._count.setText(several if chosen > 1 else f"{listed}/{len(self._rows)}")
-        self._count.setHidden(chosen < 2 and listed == len(self._rows))
+        """Show how many are done; how many are selected if several are, or listed if not all."""
+        listed, chosen, total = len(self.model.ids()), len(self._chosen()), len(self._rows)
+        finished = count_finished(self._rows)
+        if chosen > 1:
+            self._count.set_text(f"{chosen} chosen")
+        elif listed < total:
+            self._count.set_text(f"{listed} of {total}", f"{listed}/{total}")
+        else:
+            self._count.set_text(f"{finished} of {total} done", f"{finished}/{total} done")
+        self._count.setToolTip(f"{finished} of {total} done by you; {listed} listed")
 
     def _chosen(self) -> tuple[DemonstrationRow, ...]:
         """The selected demonstrations, in the order of the list."""
@@ -942,20 +1003,23 @@ class DemonstrationList(QWidget):
 
     def _open_neighbour(self, step: int) -> None:
         """Open the listed demonstration that is `step` rows below the open one."""
+        if id_ := self._neighbour(step):
+            self._document.open_demonstration(id_)
+
+    def _neighbour(self, step: int) -> str:
+        """Id of the listed demonstration `step` rows below the open one; ``""`` without one."""
         ids = self.model.ids()
-        if not ids:
-            self._document.show_message("No demonstration is shown in the list.")
-            return
-        if self._document.id not in ids:
-            target = 0 if step > 0 else len(ids) - 1
-        else:
+        target = 0 if step > 0 else len(ids) - 1
+        if self._document.id in ids:
             target = ids.index(self._document.id) + step
-        if 0 <= target < len(ids):
-            self._document.open_demonstration(ids[target])
-        elif step > 0:
-            self._document.show_message("This is the last demonstration of the list.")
-        else:
-            self._document.show_message("This is the first demonstration of the list.")
+        return ids[target] if 0 <= target < len(ids) else ""
+
+    def _missing_neighbour(self, step: int) -> str:
+        if self._neighbour(step):
+            return ""
+        if not self.model.ids():
+            return "No demonstration is shown in the list."
+        return f"This is the {'last' if step > 0 else 'first'} demonstration of the list."
 
     def _show_all(self) -> None:
         """Clear search and filter."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from html import escape
 from itertools import groupby
@@ -58,8 +58,8 @@ class DemonstrationRow:
 
     @property
     def finished(self) -> bool:
-        """Whether the coder has labelled all of it, or marked it as done."""
-        return self.done or percent(self.share) == 100
+        """Whether the coder has marked it as done, or labelled all of it and need not mark it."""
+        return self.done or (percent(self.share) == 100 and self.assignment is None)
 
     @property
     def half_done(self) -> bool:
@@ -96,8 +96,8 @@ class TaskGroup:
 
     @property
     def finished(self) -> int:
-        """How many the coder has labelled completely, or marked as done."""
-        return sum(row.finished for row in self.rows)
+        """How many are finished."""
+        return count_finished(self.rows)
 
 
 def rows_of(
@@ -152,11 +152,17 @@ def grouped(
     )
 
 
-def next_to_do(rows: Sequence[DemonstrationRow], opened: str) -> DemonstrationRow | None:
-    """The next row that is left to label after the open one, cyclically."""
+def count_finished(rows: Iterable[DemonstrationRow]) -> int:
+    return sum(row.finished for row in rows)
+
+
+def find_next(
+    rows: Sequence[DemonstrationRow], opened: str, fits: Callable[[DemonstrationRow], bool]
+) -> DemonstrationRow | None:
+    """The next row that fits after the open one, cyclically."""
     at = next((i for i, row in enumerate(rows) if row.info.id == opened), -1)
     others = (*rows[at + 1 :], *rows[: max(at, 0)])
-    return next((row for row in others if row.to_do), None)
+    return next(filter(fits, others), None)
 
 
 def percent(share: float) -> int:

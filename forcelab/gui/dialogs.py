@@ -66,18 +66,12 @@ def _toggle_done(document: Document, window: QWidget) -> None:
 
 def _report_stored(document: Document) -> None:
     """Say that everything is saved already."""
-    if document.project is None:
-        document.show_message("No project is open.")
-        return
     document.show_message("Everything is saved already: each change is, as it is made.")
 
 
 def _export(document: Document, jobs: Jobs, window: QWidget, shown: Sequence[str]) -> None:
     from forcelab.gui.export_dialog import ExportDialog
 
-    if document.project is None or not document.infos:
-        document.show_message("There are no labels to export yet.", True)
-        return
     _run(ExportDialog(document, jobs, shown, window))
 
 
@@ -85,10 +79,6 @@ def _synchronise(document: Document, jobs: Jobs, window: QWidget) -> None:
     """Synchronise video and forces, with the panels at hand."""
     from forcelab.gui.label.video_sync import SynchroniseDialog
 
-    demonstration = document.demonstration
-    if demonstration is None or demonstration.video is None:
-        document.show_message("There is no video to synchronise here.", True)
-        return
     SynchroniseDialog(document, jobs, window).show()
 
 
@@ -117,12 +107,12 @@ def _run(dialog: QDialog) -> None:
 
 
 def show_manual(document: Document, window: QWidget | None) -> None:
-    """Show the manual in a window of its own."""
+    """Show the user guide in a window of its own."""
     from forcelab.gui.help import ManualDialog, manual
 
     text = manual()
     if not text:
-        document.show_message("The manual is not installed here.", True)
+        document.show_message("The user guide is not installed here.", True)
         return
     dialog = ManualDialog(text, window)
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

@@ -320,13 +320,20 @@ class Document(QObject):
             self.demonstration_changed.emit()
         return not errors
 
-    def set_done(self) -> bool:
-        """Mark the open demonstration as done by the coder; blind coding ends then."""
+    def set_done(self, then_open: str = "") -> bool:
+        """Mark the open demonstration as done by the coder; blind coding ends then.
+
+        If another one is to be opened then (its id), the labels of others are not shown before.
+        """
         if self.project is None or not self.id:
             return False
         with self._reporting_errors(tried=True) as errors:
             blind = self.coding_blind
             self.project.coding.set_done(self.id, self.author)
+        if then_open and not errors:
+            opened = self.open_demonstration(then_open)
+            self.refresh_listing() if opened else self.reread()
+            return opened
         self.reread()
         if not errors:
             sentence = "Marked as done; the labels of others are shown."
@@ -792,6 +799,14 @@ class ReviewState(QObject):
 
     # Accepting
 
+    @property
+    def obstacle(self) -> str:
+        """Why no prediction can be accepted here; empty where there is one."""
+        if self._document.coding_blind:
+            return "Predictions are hidden until you are done; nothing accepted."
+        missing = "There is no prediction to accept here; train a recogniser."
+        return missing if self.reviewed is None else ""
+
     def accept_here(self) -> bool:
         """Accept the predicted segment at the cursor, and go to the next one to accept."""
         view, time = self._document.view, self._document.view.cursor
@@ -816,9 +831,7 @@ class ReviewState(QObject):
         """
         document, reviewed, run = self._document, self.reviewed, self.run
         if reviewed is None or run is None:
-            blind = "Predictions are hidden until you are done; nothing accepted."
-            missing = "There is no prediction to accept here; train a recogniser."
-            document.refuse(blind if document.coding_blind else missing)
+            document.refuse(self.obstacle)
             return False
         # It brings what proposes demonstrations to label, which takes long to load.
         from forcelab.review.active_learning import acceptable_segments

@@ -123,7 +123,7 @@ class HelpPage(CommandDialog):
     search_hints = "Search", "Search keys and gestures"
 
     def _build(self) -> tuple[QWidget, ...]:
-        self.setWindowTitle("Keys and mouse")
+        self.setWindowTitle("Keyboard shortcuts")
         self._search.textChanged.connect(self._fill)
         self._area = QScrollArea()
         self._area.setWidgetResizable(True)
@@ -394,9 +394,9 @@ class ManualDialog(QDialog):
 
     def __init__(self, text: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setWindowTitle("Manual")
+        self.setWindowTitle("User guide")
         self.pages = QTextBrowser()
-        self.pages.setAccessibleName("Manual")
+        self.pages.setAccessibleName("User guide")
         self.pages.setOpenExternalLinks(True)
         self.pages.setMarkdown(text)
         _name_headings(self.pages.document())

@@ -65,6 +65,21 @@ _DRAWINGS = {
     ),
     "plus": _Drawing(line="M 8 2.5 L 8 13.5 M 2.5 8 L 13.5 8"),
     "cross": _Drawing(line="M 3.5 3.5 L 12.5 12.5 M 12.5 3.5 L 3.5 12.5"),
+    "import": _Drawing(
+        line="M 8 1.8 L 8 9.8 M 4.8 6.8 L 8 10 L 11.2 6.8 M 2 10.5 L 2 13.8 L 14 13.8 L 14 10.5"
+    ),
+    "split": _Drawing(
+        line="M 8 2.5 L 8 13.5 M 5 8 L 1.5 8 M 3.7 5.6 L 1.3 8 L 3.7 10.4 "
+        "M 11 8 L 14.5 8 M 12.3 5.6 L 14.7 8 L 12.3 10.4"
+    ),
+    "merge": _Drawing(
+        line="M 8 2.5 L 8 13.5 M 1.3 8 L 5.2 8 M 3.1 5.6 L 5.5 8 L 3.1 10.4 "
+        "M 14.7 8 L 10.8 8 M 12.9 5.6 L 10.5 8 L 12.9 10.4"
+    ),
+    "network": _Drawing(
+        line="O 3.2 3.6 1.8 O 3.2 12.4 1.8 O 12.6 8 1.8 M 4.9 4.4 L 10.9 7.2 M 4.9 11.6 L 10.9 8.8"
+    ),
+    "check-next": _Drawing(line="M 1.5 8.5 L 4.3 11.5 L 9 4.5 M 11 4.8 L 14.2 8 L 11 11.2"),
     "check": _Drawing(line="M 2.5 8.5 L 6.2 12.2 L 13.5 4"),
     "search": _Drawing(line="O 6.8 6.8 4.3 M 10 10 L 14 14"),
     "warning": _Drawing(fill="O 8 11.6 0.9", line="M 8 1.8 L 15 14.2 L 1 14.2 Z M 8 6.2 L 8 9.4"),

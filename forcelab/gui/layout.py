@@ -25,6 +25,7 @@ from PySide6.QtWidgets import (
     QScrollArea,
     QStackedWidget,
     QTableView,
+    QToolButton,
     QToolTip,
     QVBoxLayout,
     QWidget,
@@ -62,15 +63,18 @@ def placeholder(text: str = "") -> QLabel:
 
 
 def set_enabled_with_reason(control: QWidget | QAction, obstacle: str) -> None:
-    """Enable a control or menu entry; or disable it and show the reason where it is clicked.
+    """Enable a control, menu entry or button of a toolbar; or disable it and show the reason.
 
-    `obstacle` is the reason as a sentence; empty enables. An entry must be in its menus by then.
+    `obstacle` is the reason as a sentence; empty enables. It is shown at the mouse. An entry must
+    be in its menus by then, and a button in its toolbar.
     """
     control.setEnabled(not obstacle)
     if isinstance(control, QAction):
         for menu in control.associatedObjects():
             if isinstance(menu, QMenu):
                 menu.installEventFilter(_obstacles())
+            elif isinstance(menu, QToolButton):
+                set_enabled_with_reason(menu, obstacle)
     elif control.property("obstacle") is None:
         control.installEventFilter(_obstacles())
     control.setProperty("obstacle", obstacle)

@@ -15,41 +15,30 @@ from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.shortcuts import COMMANDS
 from forcelab.gui.text import escape_ampersands
 
-#: Commands below a separator: their menus are too long to be searched for one entry.
-_BEGINNING = frozenset(
-    {"import", "next_demonstration", "quit", "full_screen", "zoom_in", "reset_layout", "pan_left"}
-    | {"to_start", "play", "slower", "next_camera", "split", "undo", "snapping", "synchronise"}
-    | {"previous_segment", "start_earlier", "start_to_cursor", "next_review", "accept"}
-    | {"verdict_human"}
-)
-#: Groups of commands that act on the demonstration in view, and the others that do.
-_GROUPS_IN_VIEW = frozenset({"Playback", "Labelling", "Segments", "Review"})
-_IN_VIEW = frozenset({"zoom_in", "zoom_out", "zoom_fit", "zoom_selection"})
-_OUT_OF_VIEW = "This acts on the demonstration in view; go to Label or Review."
-#: Those of these groups that make sense in every workspace.
-_ANYWHERE = frozenset(
-    {"cancel", "coder", "note", "snapping", "train", "cancel_training", "workspace_tradeoff"}
-)
-
 
 def fill_menus(
     window: QMainWindow,
     commands: Mapping[str, QAction],
+    obstacle: Callable[[str], str],
     panels: Sequence[QAction],
     shown_tracks: QMenu,
     recent: QMenu,
 ) -> None:
     """Fill a window's menu bar from the table of commands.
 
-    `commands` are the window's actions by command id, `panels` those that show and hide panels.
+    `commands` are the window's actions by command id, `panels` those that show and hide panels;
+    `obstacle` tells why a command cannot be carried out now.
     """
     menus: dict[str, QMenu] = {}
     for command in COMMANDS:
         if command.id not in commands:
             continue
         if command.group not in menus:
-            menus[command.group] = window.menuBar().addMenu("&" + command.group)
-        if command.id in _BEGINNING:  # one that begins a menu shows no line
+            menu = menus[command.group] = window.menuBar().addMenu("&" + command.group)
+            # Only while it is open: to the key of a disabled action nothing is answered at all.
+            menu.aboutToShow.connect(partial(_disable_entries, menu, obstacle))
+            menu.aboutToHide.connect(partial(_disable_entries, menu, lambda _: ""))
+        if command.below_line:
             menus[command.group].addSeparator()
         if not command.id.startswith("theme_"):
             menus[command.group].addAction(commands[command.id])
@@ -66,12 +55,11 @@ def fill_menus(
     commands[f"theme_{chosen}"].setChecked(True)
 
 
-def follow_view(commands: Mapping[str, QAction], visible: bool) -> None:
-    """Disable what acts on the demonstration in view while another workspace hides it."""
-    for command in COMMANDS:
-        acts = command.group in _GROUPS_IN_VIEW or command.id in _IN_VIEW
-        if acts and command.id not in _ANYWHERE and command.id in commands:
-            set_enabled_with_reason(commands[command.id], "" if visible else _OUT_OF_VIEW)
+def _disable_entries(menu: QMenu, obstacle: Callable[[str], str]) -> None:
+    """Disable the commands in a menu that cannot be carried out."""
+    for action in menu.actions():
+        if action.objectName():
+            set_enabled_with_reason(action, obstacle(action.objectName()))
 
 
 def follow_tabs(tabs: QTabWidget, actions: Sequence[QAction]) -> None:

@@ -104,7 +104,7 @@ class Keys(QObject):
             raise InputError(sentence)
         self._bound[command] = tuple(dict.fromkeys(_spelt(key) for key in keys))
         self._remember(command)
-        self.changed.emit()
+        self.reload()
 
     def reset(self, command: str) -> None:
         """Give a command its default keys back; InputError if another one has taken one of them."""
@@ -117,13 +117,25 @@ class Keys(QObject):
         self.changed.emit()
 
     def reload(self) -> None:
-        """Read the coder's keys; if they collide, the defaults count."""
-        defaults = dict(_defaults())
-        read = {id_: settings.strings(f"keys/{id_}", keys) for id_, keys in defaults.items()}
-        if sentence := collision(read):
+        """Read the coder's keys; if they collide, the defaults count.
+
+        A key that the coder has chosen is no other command's default, as one that is newer may be.
+        """
+        stored = settings.settings()
+        own = {
+            id_: settings.strings(f"keys/{id_}", default)
+            for id_, default in _defaults().items()
+            if stored.contains(f"keys/{id_}")
+        }
+        if sentence := collision(own):
             log.warning("The keys in the settings are not used: %s", sentence)
-            read = defaults
-        self._bound = {id_: tuple(map(_spelt, bound)) for id_, bound in read.items()}
+            own = {}
+        own = {id_: tuple(map(_spelt, bound)) for id_, bound in own.items()}
+        taken = {key for bound in own.values() for key in bound}
+        self._bound = {
+            id_: own.get(id_, tuple(key for key in default if key not in taken))
+            for id_, default in _defaults().items()
+        }
         self.changed.emit()
 
     def _remember(self, command: str) -> None:

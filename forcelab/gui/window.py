@@ -9,7 +9,14 @@ from functools import partial
 from threading import Thread
 
 from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragMoveEvent, QDropEvent, QShowEvent
+from PySide6.QtGui import (
+    QCloseEvent,
+    QDragEnterEvent,
+    QDragMoveEvent,
+    QDropEvent,
+    QResizeEvent,
+    QShowEvent,
+)
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
@@ -17,6 +24,7 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QInputDialog,
     QLabel,
+    QMenu,
     QStackedWidget,
     QTabWidget,
     QWidget,
@@ -34,13 +42,15 @@ from forcelab.gui.label import commands
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.layout import Dock, DockedWindow
-from forcelab.gui.menus import RecentProjects, ShownTracks, fill_menus, follow_tabs, follow_view
+from forcelab.gui.menus import RecentProjects, ShownTracks, fill_menus, follow_tabs
+from forcelab.gui.obstacles import Obstacles
 from forcelab.gui.project_actions import ProjectActions, sample_place
 from forcelab.gui.refusal_note import RefusalNote
 from forcelab.gui.review.tab import BACKGROUND_JOBS, ReviewTab
 from forcelab.gui.shortcuts import bind
 from forcelab.gui.status_bar import StatusLine
 from forcelab.gui.text import settle_name
+from forcelab.gui.toolbar import ToolBar
 from forcelab.gui.welcome import SampleProgress, Welcome
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.jobs import Progress
@@ -61,6 +71,8 @@ LOOK_MS, LIST_MS = 1000, 600
 TIDY_MS = 30_000
 #: The list's width at first, at least and at most, in pixels.
 NARROWEST, WIDEST = 200, 250
+#: In a window that is lower than so many pixels the panels need the toolbar's room.
+LOWEST_WITH_TOOLBAR = 560
 #: The share of the time that such looks may take, in a project with thousands of tracks.
 VIEW_SHARE = 0.05
 #: How many letters of a name are shown at most; the tooltip has all of it.
@@ -91,6 +103,7 @@ class Window(DockedWindow):
         self._line = StatusLine(self.document)
         self._note = RefusalNote(self.document, self.label.tracks, self)
         self._dock = Dock("Demonstrations", self)
+        self.obstacles = self._obstacles()
         self.commands = bind(self, self._handlers())
         self._tabs = QTabWidget()
         self._tabs.setDocumentMode(True)
@@ -112,9 +125,7 @@ class Window(DockedWindow):
         self._dock.setWidget(self.demonstrations)
         self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
         self._shared_out = False
-        panels = [self._dock.toggleViewAction(), *self.label.toggles_without(PANEL_KEYS.values())]
-        recent = RecentProjects(self.opening.open_recent, self)
-        fill_menus(self, self.commands, panels, ShownTracks(self.document, self), recent)
+        self._add_menus_and_toolbar()
         self.setAcceptDrops(True)
         # There from the start: nothing moves when it first says something.
         self.setStatusBar(self._line)
@@ -170,6 +181,7 @@ class Window(DockedWindow):
             self._shared_out = self.restoreState(QByteArray(state), LAYOUT)
             self.recall_widths(settings.strings("window/widths"))
         self._dock.setVisible(self.document.project is not None)
+        self._show_toolbar()
         self.label.restore_layout()
 
     @property
@@ -218,6 +230,16 @@ class Window(DockedWindow):
         elif not self._widths:  # a layout was remembered
             QTimer.singleShot(0, self, self.note_widths)
 
+    def createPopupMenu(self) -> QMenu:
+        """What a right click on the toolbar or the list's title shows and hides."""
+        menu = QMenu(self)
+        menu.addActions([self._dock.toggleViewAction(), self.commands["toolbar"]])
+        return menu
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._show_toolbar()
+
     def changeEvent(self, event: QEvent) -> None:
         """Check the menu entry of full screen, however it was entered."""
         super().changeEvent(event)
@@ -244,6 +266,15 @@ class Window(DockedWindow):
         QTimer.singleShot(0, self, take)
 
     # Inside
+
+    def _add_menus_and_toolbar(self) -> None:
+        panels = [self._dock.toggleViewAction(), *self.label.toggles_without(PANEL_KEYS.values())]
+        submenus = ShownTracks(self.document, self), RecentProjects(self.opening.open_recent, self)
+        fill_menus(self, self.commands, self.obstacles, panels, *submenus)
+        self._toolbar = ToolBar(self.document, self.commands, self.obstacles, self)
+        self.addToolBar(self._toolbar)
+        shown = not self._remembering or settings.flag("window/toolbar", True)
+        self.commands["toolbar"].setChecked(shown)
 
     def _connect(self) -> None:
         document, opening = self.document, self.opening
@@ -286,8 +317,12 @@ class Window(DockedWindow):
             "import": opening.ask_import,
             "attach_video": self.demonstrations.ask_video,
             "note": self.demonstrations.ask_note,
+            "rename": self.demonstrations.ask_name,
+            "assign": self.demonstrations.ask_assign,
+            "task": self.demonstrations.ask_task,
             "next_demonstration": self.demonstrations.open_next,
             "previous_demonstration": self.demonstrations.open_previous,
+            "done_and_next": self.demonstrations.done_and_next,
             "next_to_label": self.demonstrations.open_to_label,
             "search": partial(self._in_list, self.demonstrations.focus_search),
             "choose_all": partial(self._in_list, self.demonstrations.choose_all),
@@ -296,6 +331,7 @@ class Window(DockedWindow):
             "full_screen": lambda: self.setWindowState(
                 self.windowState() ^ Qt.WindowState.WindowFullScreen
             ),
+            "toolbar": self._switch_toolbar,
             "reset_layout": self._reset_layout,
             "next_camera": self.label.cameras.show_next,
         }
@@ -311,21 +347,34 @@ class Window(DockedWindow):
         dialog_handlers = dialogs.handlers(document, self.jobs, self, lambda: self.commands, shown)
         # What was begun last is taken back where it can be seen.
         cancel = {"cancel": lambda: self.capture.cancel() or label["cancel"]()}
-        return (
-            handlers
-            | label
-            | cancel
-            | dialog_handlers
-            | self.review.handlers()
-            | self.capture.handlers()
-        )
+        handlers |= label | cancel | dialog_handlers
+        handlers |= self.review.handlers() | self.capture.handlers()
+        return {id_: partial(self._carry_out, id_, verb) for id_, verb in handlers.items()}
+
+    def _obstacles(self) -> Obstacles:
+        """What stands in the way of each command."""
+        checks = {"next_camera": self.label.cameras.obstacle}
+        for part in (self.demonstrations, self.review, self.capture):
+            checks |= part.obstacles()
+        return Obstacles(self.document, self._in_view, checks)
+
+    def _carry_out(self, command: str, verb: Callable[[], object]) -> None:
+        """Do what a command does, or say why that cannot be done now."""
+        if obstacle := self.obstacles(command):
+            self.document.refuse(obstacle)
+        else:
+            verb()
+
+    def _in_view(self) -> bool:
+        """Whether the workspace in front shows the open demonstration."""
+        return WORKSPACES[self._tabs.currentIndex()] != "capture"
 
     def _workspace_changed(self, index: int) -> None:
         """Give timeline and video to the workspace in front; build it, the first time."""
         name = WORKSPACES[index]
         self.review.come_to_front(name == "review")
         self.capture.come_to_front(name == "capture")
-        follow_view(self.commands, name in ("label", "review"))
+        self._toolbar.refresh_soon()
         # Panels that were put back have handed the keyboard on, to whatever came next.
         if name == "label":
             self.label.tracks.setFocus()
@@ -350,9 +399,21 @@ class Window(DockedWindow):
         is_open = self.document.project is not None
         self._stack.setCurrentIndex(1 if is_open else 0)
         self._dock.setVisible(is_open)
+        self._show_toolbar()
         self._welcome.set_recent(settings.recent_projects())
         self._welcome.show_trouble("")
         self._title()
+
+    def _show_toolbar(self) -> None:
+        """Show the toolbar if it is switched on, a project is open, and there is room for it."""
+        is_open, shown = self.document.project is not None, self.commands["toolbar"].isChecked()
+        self._toolbar.setVisible(is_open and shown and self.height() >= LOWEST_WITH_TOOLBAR)
+
+    def _switch_toolbar(self) -> None:
+        """Show or hide the toolbar, and the next time as well."""
+        if self._remembering:
+            settings.store("window/toolbar", self.commands["toolbar"].isChecked())
+        self._show_toolbar()
 
     def _show_sample(self, progress: Progress | None) -> None:
         """Show the progress of the sample project."""
@@ -409,6 +470,8 @@ class Window(DockedWindow):
         self.restoreState(self._standard, LAYOUT)
         self._share_out()
         self._dock.setVisible(self.document.project is not None)
+        self.commands["toolbar"].setChecked(True)
+        self._switch_toolbar()
         self.label.reset_layout()
         self.review.reset_layout()
 
@@ -442,10 +505,7 @@ class AuthorChoice(QWidget):
 
     def choose(self) -> None:
         """Open the list, as a click does."""
-        if self.isVisible():
-            self._box.showPopup()
-        else:
-            self._document.show_message("Open a project first.", True)
+        self._box.showPopup()
 
     def _list(self) -> None:
         names = self._names()

@@ -367,12 +367,18 @@ class TrackStore:
         self, demonstration: str, author: str, kind: Literal["undo", "redo"]
     ) -> Edit | None:
         """The edit that :meth:`undo` would take back, or the undo that :meth:`redo` would."""
-        track = self._track_id(demonstration, author)
-        if track is None:
-            return None
-        state = undo_state(self._db, track)
-        top = state.undo if kind == "undo" else state.redo
+        top = self._top(demonstration, author, kind)
         return None if top is None else _edit_of(self._db, top)
+
+    def can_revert(self, demonstration: str, author: str, kind: Literal["undo", "redo"]) -> bool:
+        """Whether :meth:`undo` or :meth:`redo` would take anything back; reads no segment."""
+        return self._top(demonstration, author, kind) is not None
+
+    def _top(self, demonstration: str, author: str, kind: Literal["undo", "redo"]) -> int | None:
+        """The number of the edit that undo or redo would revert."""
+        track = self._track_id(demonstration, author)
+        state = UndoState() if track is None else undo_state(self._db, track)
+        return state.undo if kind == "undo" else state.redo
 
     def head(self, demonstration: str, author: str) -> int:
         """The number of the latest edit of a track, undoing and redoing included; 0 if none.

@@ -80,8 +80,7 @@ class Consensus:
         edits = effective_edits(tracks.history(self.demonstration, self.author))
         self._left = frozenset(edit.what for edit in edits)
         self.can_undo, self.can_redo = (
-            tracks.revertible(self.demonstration, self.author, kind) is not None
-            for kind in ("undo", "redo")
+            tracks.can_revert(self.demonstration, self.author, kind) for kind in ("undo", "redo")
         )
 
     @property

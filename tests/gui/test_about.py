@@ -85,4 +85,4 @@ def test_where_no_manual_is_installed_it_is_said(app, monkeypatch):
     document = Document("Ada")
     messages = status_messages(document)
     dialogs.show_manual(document, None)
-    assert messages == [("The manual is not installed here.", True)]
+    assert messages == [("The user guide is not installed here.", True)]

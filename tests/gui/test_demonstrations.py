@@ -27,6 +27,7 @@ from forcelab.gui.demonstration_model import (
 )
 from forcelab.gui.document import Document
 from forcelab.gui.removal_dialog import Removal, removal_of
+from forcelab.gui.widgets import ElidedLabel
 from forcelab.labels import Segment, Track
 from forcelab.project import DemonstrationInfo, NewDemonstration, Project
 from forcelab.text import natural_order
@@ -311,7 +312,8 @@ def test_what_the_coder_labelled_last_comes_first_with_its_task(listing, documen
     assert shown(listing)["stylus"] == ["pen-10", "pen-2"]  # what others do does not count
 
 
-def test_next_and_previous_stay_among_what_is_shown(listing, document, messages):
+def test_next_and_previous_stay_among_what_is_shown(listing, document):
+    obstacles = listing.obstacles()
     listing.search.setText("foam")
     listing.open_next()
     assert opened(document) == "block"
@@ -319,17 +321,18 @@ def test_next_and_previous_stay_among_what_is_shown(listing, document, messages)
     assert opened(document) == "sponge"
     listing.open_next()
     assert opened(document) == "sponge"
-    assert messages[-1][0].startswith("This is the last")
+    assert obstacles["next_demonstration"]() == "This is the last demonstration of the list."
+    assert obstacles["previous_demonstration"]() == ""
     listing.open_previous()
     listing.open_previous()
     assert opened(document) == "block"
-    assert messages[-1][0].startswith("This is the first")
+    assert obstacles["previous_demonstration"]() == "This is the first demonstration of the list."
     listing.search.setText("nowhere")
     listing.open_next()
-    assert messages[-1][0].startswith("No demonstration is shown")
+    assert obstacles["next_demonstration"]() == "No demonstration is shown in the list."
 
 
-def test_the_next_one_to_label_is_found_wherever_it_is(listing, document, messages):
+def test_the_next_one_to_label_is_found_wherever_it_is(listing, document):
     names = [row.info.name for row in listing.model.rows]
     assert names == [LONG, "block", "sponge", "pen-2", "pen-10"]  # anna began block and pen-2
     open_named(document, "block")
@@ -346,7 +349,8 @@ def test_the_next_one_to_label_is_found_wherever_it_is(listing, document, messag
     listing.search.setText("pen")
     listing.open_to_label()
     assert opened(document) == "pen-2"
-    assert messages[-1][0] == "No other demonstration in the list is left to label."
+    sentence = "No other demonstration in the list is left to label."
+    assert listing.obstacles()["next_to_label"]() == sentence
 
 
 def test_going_on_by_a_key_with_ctrl_chooses_that_one_alone(listing, document):
@@ -373,8 +377,8 @@ def test_several_are_chosen_and_put_right_at_once(listing, document, until):
     assert document.id == first  # to choose is not to open
     rows = chosen_rows(listing)
     assert chosen(listing) == ["sponge", "pen-2", "pen-10"]
-    (count,) = [label for label in listing.findChildren(QLabel) if label.text() == "3 chosen"]
-    assert count.isVisible()
+    (count,) = listing.findChildren(ElidedLabel)
+    assert (count.text, count.isVisible()) == ("3 chosen", True)
     reads = []
     document.listing_changed.connect(lambda: reads.append(None))
     entries(listing, rows)["Mark 3 as done"].trigger()
@@ -391,7 +395,7 @@ def test_several_are_chosen_and_put_right_at_once(listing, document, until):
     click(listing, "block")
     assert opened(document) == "block"
     assert chosen(listing) == ["block"]
-    assert count.isHidden()
+    assert count.text == "1 of 5 done"
 
 
 def test_what_is_opened_is_chosen_alone(listing, document):

@@ -103,15 +103,15 @@ def test_other_actions_are_shown_at_once(page, document):
 
 
 def test_searching_leaves_what_matches_in_name_key_or_heading(unchanged):
-    assert search(unchanged, "undo") == ["Labelling", "Ctrl+Z", "Undo"]
-    assert search(unchanged, "ctrl+y") == ["Labelling", "Ctrl+Shift+Z", "Ctrl+Y", "Redo"]
+    assert search(unchanged, "undo") == ["Edit", "Ctrl+Z", "Undo"]
+    assert search(unchanged, "ctrl+y") == ["Edit", "Ctrl+Shift+Z", "Ctrl+Y", "Redo"]
     assert search(unchanged, "overview") == [
         "Mouse",
         "Drag on the overview",
         "Show that stretch of time",
     ]
     assert "Play or pause" in search(unchanged, "playback")
-    assert search(unchanged, "coder") == ["Labelling", "Ctrl+L", "Label as another coder"]
+    assert search(unchanged, "coder") == ["Labels", "Ctrl+L", "Label as another coder"]
 
 
 def test_a_search_in_vain_says_so_in_plain_text(unchanged):

@@ -270,8 +270,8 @@ def test_what_could_not_be_stored_is_said_and_stays_typed(window, path, until, m
 def test_without_a_demonstration_there_is_nothing_to_note_on(window):
     messages = status_messages(window.document)
     window.document.close()
-    window.demonstrations.ask_note()
-    assert messages == [("Open a demonstration first; a note belongs to one.", True)]
+    window.commands["note"].trigger()
+    assert messages == [("Open or make a project first.", True)]
 
 
 @pytest.mark.parametrize("choice", ["light", "dark"])

@@ -24,7 +24,7 @@ from forcelab.gui.shortcuts import COMMANDS, Keys, bind, collision
 from forcelab.vocabulary import KEYS, Vocabulary
 
 LEGO = Vocabulary().with_actions("grab", "hold", *(f"a{i}" for i in range(20)))
-#: The table of ../shared/style.md, row by row.
+#: The table of ../shared/style.md, row by row; Home and End are start and end, as everywhere.
 HABITS = {
     "play": {"Space"},
     "play_segment": {"Shift+Space"},
@@ -32,8 +32,10 @@ HABITS = {
     "step_forward": {"Right"},
     "leap_back": {"Ctrl+Left"},
     "leap_forward": {"Ctrl+Right"},
-    "slower": {"End", "-"},
-    "faster": {"Home", "+"},
+    "to_start": {"Home", "Ctrl+Home"},
+    "to_end": {"End", "Ctrl+End"},
+    "slower": {"-", "<"},
+    "faster": {"+", ">"},
     "normal_speed": {"Backspace", "0"},
     "range_in": {"["},
     "range_out": {"]"},
@@ -47,7 +49,9 @@ HABITS = {
     "accept_all": {"Shift+G"},
     "undo": {"Ctrl+Z"},
     "redo": {"Ctrl+Shift+Z", "Ctrl+Y"},
-    "help": {"?", "F1"},
+    "manual": {"F1"},
+    "help": {"?"},
+    "rename": {"F2"},
     "search": {"Ctrl+F"},
 }
 
@@ -215,7 +219,7 @@ def test_a_field_that_cannot_be_edited_keeps_nothing_plain(window):
 
 def test_commands_of_the_keyboard_work_while_one_types(window):
     line = window.add(QLineEdit())
-    assert window.press_on(line, (Qt.Key_F, Qt.ControlModifier), Qt.Key_F1) == ["search", "help"]
+    assert window.press_on(line, (Qt.Key_F, Qt.ControlModifier), Qt.Key_F1) == ["search", "manual"]
 
 
 def test_the_program_is_not_told_twice_while_a_key_is_held(window):
@@ -298,11 +302,22 @@ def test_a_default_that_was_given_away_is_not_taken_back_silently(keys):
 
 
 def test_settings_that_collide_are_not_used(caplog):
-    settings.store("keys/play", ["Ctrl+Z"])
+    settings.store("keys/play", ["Ctrl+W"])
     settings.store("keys/quit", ["Ctrl+W"])
     keys = Keys()
     assert (keys["play"], keys["quit"]) == (("Space",), ("Ctrl+Q",))
     assert "already means" in caplog.text
+
+
+def test_keys_of_earlier_versions_count_before_newer_defaults(window):
+    """There Home was free to be given away, and F1 meant what ? alone means now."""
+    settings.store("keys/play", ["Home"])
+    settings.store("keys/help", ["F1"])
+    keys = Keys()
+    assert (keys["play"], keys["help"]) == (("Home",), ("F1",))
+    assert (keys["to_start"], keys["manual"]) == (("Ctrl+Home",), ())
+    keys.reset("play")
+    assert keys["to_start"] == ("Home", "Ctrl+Home")
 
 
 def test_a_widget_that_is_gone_does_not_hear_of_new_keys(app, keys):
@@ -315,14 +330,14 @@ def test_a_widget_that_is_gone_does_not_hear_of_new_keys(app, keys):
 
 
 def test_a_list_of_choices_in_focus_leaves_the_timeline_its_keys(window):
-    """Of the speed, Home and End would otherwise be the first and last, 0.1x and 4x."""
+    """Of the speeds, Home and End would otherwise be the first and last, 0.1x and 4x."""
     speed = window.add(QComboBox())
     speed.addItems(["0.1", "1", "4"])
     speed.setCurrentIndex(1)
     presses = (Qt.Key_Home, Qt.Key_End, (Qt.Key_Home, Qt.ControlModifier), Qt.Key_PageDown)
     assert window.press_on(speed, *presses) == [
-        "faster",
-        "slower",
+        "to_start",
+        "to_end",
         "to_start",
         "next_demonstration",
     ]

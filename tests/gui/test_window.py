@@ -232,19 +232,19 @@ def test_a_click_on_what_is_switched_off_says_why(window, until, hovered):
 
 
 def test_a_menu_says_why_an_entry_is_switched_off(window, hovered):
-    split = window.commands["split"]
-    (menu,) = [object_ for object_ in split.associatedObjects() if isinstance(object_, QMenu)]
+    entry = window.commands["range_in"]
+    (menu,) = [object_ for object_ in entry.associatedObjects() if isinstance(object_, QMenu)]
     view = "This acts on the demonstration in view; go to Label or Review."
     for workspace, reason in (("capture", view), ("label", "")):
         window.show_workspace(workspace)
         menu.popup(window.mapToGlobal(QPoint(0, 0)))
-        spot = menu.actionGeometry(split).center()
+        spot = menu.actionGeometry(entry).center()
         assert hovered(menu, spot) == reason
         QToolTip.showText(QPoint(0, 0), "no reason")
         QTest.mouseClick(menu, Qt.MouseButton.LeftButton, pos=spot)
         assert (QToolTip.text() == view) == bool(reason)
         assert menu.isVisible() == bool(reason)
-    assert split.isEnabled()
+    assert entry.isEnabled()
 
 
 def test_redo_of_the_history_says_why_it_is_switched_off(window, until):

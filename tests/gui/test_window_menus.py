@@ -5,17 +5,20 @@ from pathlib import Path
 
 import pytest
 from factories import FOAM_ACTIONS, make_foam_project
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt, QTimer
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMenu
 from window_helpers import status_messages
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
-from forcelab.gui.help import HelpPage
+from forcelab.gui.help import HelpPage, ManualDialog
 from forcelab.gui.keys_dialog import KeysDialog
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.shortcuts import COMMANDS, keys
 from forcelab.gui.window import Window
+
+CTRL, NONE = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.NoModifier
 
 
 @pytest.fixture(scope="module")
@@ -33,13 +36,17 @@ def shared(app, tmp_path_factory):
     window.close()
 
 
+def activate(window):
+    window.activateWindow()
+    assert QTest.qWaitForWindowActive(window)
+
+
 @pytest.fixture
 def window(shared, until):
     shared.commands["reset_layout"].trigger()
     # A menu or a window of another test may have come before it: keys such as Esc are not for one
     # that is behind.
-    shared.activateWindow()
-    assert QTest.qWaitForWindowActive(shared)
+    activate(shared)
     until(lambda: shared.settled)
     yield shared
     shared.show_workspace("label")
@@ -65,6 +72,111 @@ def test_the_menu_ticks_the_workspace_that_is_shown(window):
     assert ticked_workspaces(window) == ["review"]
     window.show_workspace("label")
     assert ticked_workspaces(window) == ["label"]
+
+
+def test_the_menus_are_where_they_are_looked_for(window):
+    titles = [title.text().replace("&", "") for title in window.menuBar().actions()]
+    assert titles == (
+        ["File", "Edit", "View", "Demonstration", "Playback", "Labels", "Review", "Capture", "Help"]
+    )
+    mnemonics = [title.text()[1] for title in window.menuBar().actions()]
+    assert len({*mnemonics}) == len(titles)
+
+
+def test_home_and_end_lead_to_start_and_end(window):
+    view, tracks = window.document.view, window.label.tracks
+    QTest.keyClick(tracks, Qt.Key.Key_End)
+    assert view.cursor == view.bounds[1]
+    assert view.speed == 1.0
+    QTest.keyClick(tracks, Qt.Key.Key_Home)
+    assert view.cursor == view.bounds[0]
+    QTest.keyClick(tracks, Qt.Key.Key_Greater)
+    assert view.speed == 1.5
+    QTest.keyClick(tracks, Qt.Key.Key_Less)
+    assert view.speed == 1.0
+
+
+def answer_dialog(*presses):
+    """Press keys in the dialog that the next key opens; texts are typed. Gives its titles."""
+    titles = []
+
+    def type_into_it():
+        dialog = QApplication.activeModalWidget()
+        titles.append(dialog.windowTitle())
+        for press in presses:
+            field = dialog.focusWidget()
+            (QTest.keyClicks if isinstance(press, str) else QTest.keyClick)(field, press)
+
+    QTimer.singleShot(0, type_into_it)
+    return titles
+
+
+def test_f2_renames_the_open_demonstration(window):
+    document = window.document
+    for old, new in (("01", "pencil"), ("pencil", "01")):
+        assert document.demonstration.name == old
+        titles = answer_dialog(new, Qt.Key.Key_Return)
+        QTest.keyClick(window.label.tracks, Qt.Key.Key_F2)
+        assert titles == ["Rename demonstration"]
+        assert window.windowTitle().startswith(new)
+        activate(window)  # again, after a dialog
+
+
+def test_f1_opens_the_user_guide_and_a_question_mark_the_keys(window):
+    QTest.keyClick(window.label.tracks, Qt.Key.Key_F1)
+    (guide,) = window.findChildren(ManualDialog)
+    assert guide.isVisible()
+    assert guide.windowTitle() == "User guide"
+    guide.close()
+    activate(window)
+    titles = answer_dialog(Qt.Key.Key_Escape)
+    QTest.keyClick(window.label.tracks, Qt.Key.Key_Question)
+    assert titles == ["Keyboard shortcuts"]
+
+
+def entry_of(window, id_):
+    """A command's entry and its menu, opened."""
+    entry = window.commands[id_]
+    (menu,) = [owner for owner in entry.associatedObjects() if isinstance(owner, QMenu)]
+    menu.popup(window.mapToGlobal(QPoint(0, 0)))
+    return entry, menu
+
+
+def test_what_cannot_be_done_is_grey_in_its_menu_and_says_why(window, hovered):
+    document, tracks = window.document, window.label.tracks
+    messages = status_messages(document)
+    document.view.seek(0.0)
+    for id_, key, modifier, sentence in (
+        ("undo", Qt.Key.Key_Z, CTRL, "There is nothing to undo."),
+        ("redo", Qt.Key.Key_Y, CTRL, "There is nothing to redo."),
+        ("split", Qt.Key.Key_B, CTRL, "Move the cursor into the segment to split."),
+        ("merge", Qt.Key.Key_M, CTRL, "Select the first of the two segments to merge."),
+        ("next_segment", Qt.Key.Key_L, NONE, "There is no segment after the cursor."),
+        (
+            "delete",
+            Qt.Key.Key_Delete,
+            NONE,
+            "Select the segment to delete: click it, or go to it with K and L.",
+        ),
+        ("next_demonstration", Qt.Key.Key_PageDown, NONE,
+         "This is the last demonstration of the list."),
+        ("record", Qt.Key.Key_F9, NONE, "Connect devices in the Capture workspace first."),
+    ):  # fmt: skip
+        entry, menu = entry_of(window, id_)
+        assert not entry.isEnabled()
+        assert hovered(menu, menu.actionGeometry(entry).center()) == sentence
+        menu.close()
+        QTest.keyClick(tracks, key, modifier)
+        assert messages[-1] == (sentence, True)
+    document.editor.paint(1.0, 2.0, FOAM_ACTIONS[0])
+    document.view.seek(1.5)
+    QTest.keyClick(tracks, Qt.Key.Key_B, CTRL)
+    assert len(document.editor.segments) == 2
+    for _ in range(2):
+        entry, menu = entry_of(window, "undo")
+        assert entry.isEnabled()
+        QTest.mouseClick(menu, Qt.MouseButton.LeftButton, pos=menu.actionGeometry(entry).center())
+    assert not document.editor.segments
 
 
 def test_no_menu_is_a_long_list_without_a_line(window):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QMessageBox, QWidget
 
-from forcelab.capture.save import unfinished_journals
+from forcelab.capture.save import SavedRecording, unfinished_journals
 from forcelab.gui.capture.controller import RECORD_DOT, CaptureState
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
@@ -127,6 +127,19 @@ class CaptureTab(QWidget):
             "show_recording": self._show_last,
         }
 
+    def obstacles(self) -> dict[str, Callable[[], str]]:
+        """Why commands cannot be carried out now, by their id; empty where they can."""
+        first = "Connect devices in the Capture workspace first."
+        return {
+            "record": lambda: first if self._built is None else self._built.obstacle_to_record,
+            "discard_recording": lambda: (
+                "" if self._built is not None else "Nothing is being recorded."
+            ),
+            "show_recording": lambda: (
+                "" if self._last is not None else "Nothing was recorded just now."
+            ),
+        }
+
     def cancel(self) -> bool:
         """Take back what was begun last, if the workspace is in front; gives whether it was."""
         return self._built is not None and self._built.isVisible() and self._built.cancel()
@@ -153,24 +166,22 @@ class CaptureTab(QWidget):
 
     def _record(self) -> None:
         """Record or stop, whichever workspace is in front."""
-        if self._built is None:
-            self.document.show_message("Connect devices in the Capture workspace first.", True)
-        else:
+        if self._built is not None:
             self._built.record()
 
     def _discard(self) -> None:
-        if self._built is None:
-            self.document.show_message("Nothing is being recorded.")
-        else:
+        if self._built is not None:
             self._built.controller.discard()
+
+    @property
+    def _last(self) -> SavedRecording | None:
+        """The recording that was kept last."""
+        return None if self._built is None else self._built.controller.last_recording.recording
 
     def _show_last(self) -> None:
         """Open the recording that was kept last."""
-        last = None if self._built is None else self._built.controller.last_recording.recording
-        if last is None:
-            self.document.show_message("Nothing was recorded just now.")
-        else:
-            self.document.open_demonstration(last.added.id)
+        if self._last is not None:
+            self.document.open_demonstration(self._last.added.id)
             self.label_wanted.emit()
 
 

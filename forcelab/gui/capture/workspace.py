@@ -498,14 +498,18 @@ class CaptureWorkspace(QWidget):
             return "Keep or discard the last recording first."
         return WAIT if phase in BUSY_STATES else ""
 
+    @property
+    def obstacle_to_record(self) -> str:
+        """Why a recording can neither begin nor end now; empty where it can."""
+        if self.controller.phase in BUSY_STATES:
+            return WAIT
+        if self.controller.phase is CaptureState.DISCONNECTED:
+            return "Connect devices before recording."
+        return self.controller.obstacle
+
     def _update_record_button(self) -> None:
         """Devices may be unplugged and plugged in again at any moment."""
-        controller, obstacle = self.controller, self.controller.obstacle
-        if controller.phase in BUSY_STATES:
-            obstacle = WAIT
-        elif controller.phase is CaptureState.DISCONNECTED:
-            obstacle = "Connect devices before recording."
-        set_enabled_with_reason(self.record_button, obstacle)
+        set_enabled_with_reason(self.record_button, self.obstacle_to_record)
 
     def _update_discard_button(self) -> None:
         """What would be discarded: what is recorded, or what was kept last."""

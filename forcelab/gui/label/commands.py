@@ -39,13 +39,13 @@ def handlers(
         nudges[f"{name}_later"] = partial(segment_commands.nudge, document, part, 1)
     return {
         **nudges,
-        "previous_segment": partial(segment_commands.previous_segment, document),
-        "next_segment": partial(segment_commands.next_segment, document),
+        "previous_segment": partial(_go_to, document, segment_commands.find_previous),
+        "next_segment": partial(_go_to, document, segment_commands.find_next),
         "delete": partial(segment_commands.delete_segment, document),
         "erase_range": partial(segment_commands.erase_range, document),
         "merge": partial(segment_commands.merge_segments, document),
-        "start_to_cursor": partial(segment_commands.start_to_cursor, document),
-        "end_to_cursor": partial(segment_commands.end_to_cursor, document),
+        "start_to_cursor": partial(segment_commands.edge_to_cursor, document, "start"),
+        "end_to_cursor": partial(segment_commands.edge_to_cursor, document, "end"),
         "zoom_selection": partial(segment_commands.zoom_selection, document),
         "play": player.toggle,
         "play_segment": player.play_current,
@@ -62,7 +62,7 @@ def handlers(
         ),
         "snapping": lambda: document.view.set_snapping(not document.view.snapping),
         "split": lambda: document.editor.split(document.view.cursor),
-        "fill_gaps": partial(_fill_gaps, document, window),
+        "fill_gaps": partial(ask_largest_gap, window, document),
         "copy_from": partial(_copy, document, tracks),
         "cancel": partial(_cancel, document, window),
         "step_back": partial(document.view.step, -1),
@@ -93,12 +93,11 @@ def _cancel(document: Document, window: QWidget) -> None:
         document.set_action(None)
 
 
-def _fill_gaps(document: Document, window: QWidget) -> None:
-    """Ask for the longest gap to fill, if there is anything to fill."""
-    if document.editor.segments:
-        ask_largest_gap(window, document)
-    else:
-        document.show_message("You have no segments to fill gaps between.")
+def _go_to(document: Document, find: Callable[[Document], int | None]) -> None:
+    """Select the segment that is found, and go to its start."""
+    if (index := find(document)) is not None:
+        document.view.seek(document.editor.segments[index].start)
+        document.select(index)
 
 
 def _jump(document: Document, direction: int) -> None:
@@ -119,19 +118,10 @@ def _pan(document: Document, share: float) -> None:
 def _copy(document: Document, tracks: TrackPanel) -> None:
     """Copy from the only other author at once; from one of several, ask which."""
     authors = tuple(document.other_tracks)
-    if document.coding_blind:
-        document.refuse("Other labels are hidden until you are done; nothing copied.")
-        return
-    if len(authors) == 1:
-        segment_commands.copy_from(document, authors[0])
-    elif any(
-        segment_commands.copy_candidates(document, author, document.view.cursor)
-        for author in authors
-    ):
+    if len(authors) > 1:
         menu = copy_menu(tracks, document, document.view.cursor)
         tracks.show_menu(menu, tracks.mapToGlobal(QPoint(tracks.GUTTER, 0)))
-    elif authors:
-        sentence = "No other track has a segment at the cursor; mark a range to copy."
-        segment_commands.report_refusal(document, sentence)
-    else:
-        document.refuse("No other track is shown to copy from.")
+    for author in authors if len(authors) == 1 else ():
+        span = segment_commands.copy_candidates(document, author, document.view.cursor)
+        if span is not None:
+            segment_commands.copy_interval(document, author, *span)

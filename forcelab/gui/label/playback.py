@@ -14,7 +14,7 @@ from collections.abc import Callable
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from forcelab.gui.document import Document
-from forcelab.gui.label.segment_commands import current_segment
+from forcelab.gui.label.segment_commands import selection
 
 #: The speeds that the transport offers; normal speed is in the middle.
 SPEEDS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0)
@@ -79,14 +79,11 @@ class Player(QObject):
 
         Without any of them, play on from the cursor.
         """
-        document, index = self.document, current_segment(self.document)
-        if document.view.range is not None:
-            self.play_span(*document.view.range)
-        elif index is not None:
-            segment = document.editor.segments[index]
-            self.play_span(segment.start, segment.end)
-        else:
+        span = selection(self.document)
+        if span is None:
             self.start()
+        else:
+            self.play_span(*span)
 
     def set_loop(self, loop: bool) -> None:
         if loop != self.loop:

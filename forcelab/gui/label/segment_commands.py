@@ -1,7 +1,6 @@
 """What menus, keys and lists do with one segment or one action.
 
-"The segment" is the selected one, or else the one under the cursor. A command that does nothing
-says why.
+"The segment" is the selected one, or else the one under the cursor.
 """
 
 from __future__ import annotations
@@ -73,6 +72,8 @@ def _confirm_rename(
 
 #: How far a key moves an edge or a segment, in seconds, and how far where that is to be finer.
 NUDGE, FINE_NUDGE = 0.010, 0.001
+#: Without a range.
+MARK_RANGE = "Mark a range first, with [ and ]."
 #: What is left free on either side of a segment that is zoomed to, as a share of it.
 MARGIN = 0.25
 
@@ -98,75 +99,63 @@ def for_current_segment(
     return verb(index) is not None
 
 
-def previous_segment(document: Document) -> bool:
-    """Select the last segment that starts before the cursor, and go to its start."""
+def find_previous(document: Document) -> int | None:
+    """The last segment that starts before the cursor."""
     index = bisect_left(document.editor.segments, document.view.cursor - SLIVER, key=_start) - 1
-    return _seek_to(document, index) or report_refusal(
-        document, "There is no segment before the cursor."
-    )
+    return index if index >= 0 else None
 
 
-def next_segment(document: Document) -> bool:
-    """Select the first segment that starts after the cursor, and go to its start."""
-    index = bisect_right(document.editor.segments, document.view.cursor + SLIVER, key=_start)
+def find_next(document: Document) -> int | None:
+    """The first segment that starts after the cursor."""
+    segments = document.editor.segments
+    index = bisect_right(segments, document.view.cursor + SLIVER, key=_start)
     # At first the cursor may stand on the first segment without having been sent there.
     if index and document.selected is None and _starts_at_cursor(document, index - 1):
         index -= 1
-    return _seek_to(document, index) or report_refusal(
-        document, "There is no segment after the cursor."
-    )
+    return index if index < len(segments) else None
 
 
 def delete_segment(document: Document) -> bool:
     """Delete the selected segment; with none selected, make the marked range unlabelled."""
     if document.selected is not None:
         return document.editor.delete(document.selected) is not None
-    if document.view.range is not None:
-        return erase_range(document)
-    return report_refusal(
-        document, "Select the segment to delete: click it, or go to it with K and L."
-    )
+    return erase_range(document)
 
 
 def erase_range(document: Document) -> bool:
     """Make the marked range unlabelled, and forget the range."""
-    if document.view.range is None:
-        return report_refusal(document, "Mark the range to erase first, with [ and ].")
-    start, end = document.view.range
-    done = document.editor.erase(start, end) is not None
-    if not document.refused:
-        document.view.clear_range()
-    return done
+    return _on_range(document, document.editor.erase)
 
 
 def fill_range(document: Document, action: str) -> bool:
     """Paint an action over the marked range, and forget the range."""
-    if document.view.range is None:
-        return report_refusal(document, "Mark the range to fill first, with [ and ].")
-    start, end = document.view.range
-    done = document.editor.paint(start, end, action) is not None
+    return _on_range(document, lambda start, end: document.editor.paint(start, end, action))
+
+
+def _on_range(document: Document, verb: Callable[[float, float], Edit | None]) -> bool:
+    """Apply a verb to the marked range and forget it, unless the store refuses."""
+    if document.view.range is None:  # it may have gone while a dialog was open
+        return report_refusal(document, MARK_RANGE)
+    done = verb(*document.view.range) is not None
     if not document.refused:
         document.view.clear_range()
     return done
 
 
-def merge_segments(document: Document) -> bool:
-    """Merge the segments in the marked range; without one, the segment and the next."""
-    segments = document.editor.segments
+def segments_to_merge(document: Document) -> tuple[int, int] | None:
+    """The first and the last segment in the marked range; without one, the segment and the next."""
+    segments, index = document.editor.segments, current_segment(document)
     if document.view.range is not None:
         chosen = overlapping(segments, *document.view.range, SLIVER)
-        first, last = chosen.start, chosen.stop - 1
-        if last <= first:
-            return report_refusal(
-                document, "The marked range must reach into two segments to merge."
-            )
-        return document.editor.merge(first, last) is not None
-    index = current_segment(document)
-    if index is None:
-        return report_refusal(document, "Select the first of the two segments to merge.")
-    if index + 1 >= len(segments):
-        return report_refusal(document, "There is no segment after this one to merge with.")
-    return document.editor.merge(index, index + 1) is not None
+        return (chosen.start, chosen.stop - 1) if chosen.stop - chosen.start > 1 else None
+    if index is None or index + 1 >= len(segments):
+        return None
+    return index, index + 1
+
+
+def merge_segments(document: Document) -> bool:
+    run = segments_to_merge(document)
+    return run is not None and document.editor.merge(*run) is not None
 
 
 def fill_gaps(document: Document, longest: float) -> bool:
@@ -199,48 +188,40 @@ def copy_candidates(document: Document, author: str, time: float) -> tuple[float
     return None if chosen is None else (chosen.start, chosen.end)
 
 
-def copy_from(document: Document, author: str) -> bool:
-    """Copy what another author has at the cursor (:func:`copy_candidates`)."""
-    stretch = copy_candidates(document, author, document.view.cursor)
-    if stretch is None:
-        return report_refusal(
-            document, f"{author} has no segment at the cursor; mark a range to copy."
-        )
-    return copy_interval(document, author, *stretch)
-
-
 def copy_interval(document: Document, author: str, start: float, end: float) -> bool:
     """Copy an interval of another track, and offer its author first from now on."""
     document.view.copied_from = author
     return document.editor.copy_from(author, start, end) is not None
 
 
-def start_to_cursor(document: Document) -> bool:
-    """Move the segment's start to the cursor; on unlabelled time, that of the next segment."""
-    index = current_segment(document)
+def find_to_start(document: Document) -> int | None:
+    """The segment that can start at the cursor: the current one, or else the next."""
+    segments, index = document.editor.segments, current_segment(document)
     if index is None:
-        index = bisect_right(document.editor.segments, document.view.cursor, key=_start)
-    if index >= len(document.editor.segments):
-        return report_refusal(document, "There is no segment after the cursor.")
-    return document.editor.move_edge(index, "start", document.view.cursor) is not None
+        index = bisect_right(segments, document.view.cursor, key=_start)
+    return index if index < len(segments) else None
 
 
-def end_to_cursor(document: Document) -> bool:
-    """Move the segment's end to the cursor; on unlabelled time, that of the previous segment."""
+def find_to_end(document: Document) -> int | None:
+    """The segment that can end at the cursor: the current one, or else the previous."""
     index = current_segment(document)
     if index is None:
         index = bisect_right(document.editor.segments, document.view.cursor, key=_end) - 1
-    if index < 0:
-        return report_refusal(document, "There is no segment before the cursor.")
-    return document.editor.move_edge(index, "end", document.view.cursor) is not None
+    return index if index >= 0 else None
+
+
+def edge_to_cursor(document: Document, edge: Literal["start", "end"]) -> bool:
+    """Move the start or the end of a segment to the cursor."""
+    index = find_to_start(document) if edge == "start" else find_to_end(document)
+    if index is None:
+        return False
+    return document.editor.move_edge(index, edge, document.view.cursor) is not None
 
 
 def nudge(document: Document, part: Literal["start", "end", "both"], count: int) -> bool:
     """Move an edge of the segment, or all of it, by a number of steps."""
-    index = current_segment(document)
-    if index is None:
-        return report_refusal(document, "Select the segment to change: click it, or use K and L.")
-    return document.nudge(index, part, count * (FINE_NUDGE if document.view.fine_nudges else NUDGE))
+    index, step = current_segment(document), FINE_NUDGE if document.view.fine_nudges else NUDGE
+    return index is not None and document.nudge(index, part, count * step)
 
 
 def set_fine_nudges(document: Document, fine: bool) -> bool:
@@ -251,16 +232,17 @@ def set_fine_nudges(document: Document, fine: bool) -> bool:
     return True
 
 
-def zoom_selection(document: Document) -> bool:
-    """Zoom to the marked range, or else to the segment."""
-    if document.view.range is not None:
-        zoom_to(document, *document.view.range)
-        return True
+def selection(document: Document) -> tuple[float, float] | None:
+    """Start and end (s) of the marked range, or else of the segment."""
     index = current_segment(document)
-    if index is None:
-        return report_refusal(document, "Select a segment or mark a range to zoom to.")
-    zoom_to(document, document.editor.segments[index].start, document.editor.segments[index].end)
-    return True
+    if document.view.range is not None or index is None:
+        return document.view.range
+    return document.editor.segments[index].start, document.editor.segments[index].end
+
+
+def zoom_selection(document: Document) -> None:
+    if (selected := selection(document)) is not None:
+        zoom_to(document, *selected)
 
 
 def zoom_to(document: Document, start: float, end: float) -> None:
@@ -268,15 +250,6 @@ def zoom_to(document: Document, start: float, end: float) -> None:
     margin = MARGIN * (end - start)
     low, high = document.view.bounds
     document.view.set_span(max(start - margin, low), min(end + margin, high))
-
-
-def _seek_to(document: Document, index: int) -> bool:
-    """Select a segment and go to its start, if there is one."""
-    if not 0 <= index < len(document.editor.segments):
-        return False
-    document.view.seek(document.editor.segments[index].start)
-    document.select(index)
-    return True
 
 
 def _starts_at_cursor(document: Document, index: int) -> bool:

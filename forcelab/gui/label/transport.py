@@ -38,6 +38,7 @@ from forcelab.gui.label.history import time_of_edit
 from forcelab.gui.label.key_labelling import pending
 from forcelab.gui.label.playback import SPEEDS, Player
 from forcelab.gui.layout import set_enabled_with_reason
+from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours, themes
 from forcelab.segment_edits import SLIVER
 
@@ -235,6 +236,15 @@ def _seconds(typed: str) -> float:
     return total
 
 
+#: The commands that buttons carry out, by the names of their icons.
+BUTTON_COMMANDS = {
+    "start": "to_start",
+    "step-back": "step_back",
+    "play": "play",
+    "step-forward": "step_forward",
+    "end": "to_end",
+    "magnet": "snapping",
+}
 #: From this width on, in average characters, everything stands in one row.
 ONE_ROW_WIDTH = 150
 
@@ -279,6 +289,8 @@ class Transport(QWidget):
         document.view.playing_changed.connect(self._show_playing)
         document.view.snapping_changed.connect(self._show_snapping)
         player.loop_changed.connect(self.buttons["loop"].setChecked)
+        keys().changed.connect(self._name_keys)
+        self._name_keys()
         self._update()
 
     def sizeHint(self) -> QSize:
@@ -341,7 +353,7 @@ class Transport(QWidget):
         snap = self._button(
             row,
             "magnet",
-            "Snap to contacts, edges, frames and samples (hold Ctrl while dragging not to)",
+            "Snap to contacts, edges, frames and samples; not while you drag with Ctrl",
             lambda: None,
         )
         snap.setCheckable(True)
@@ -381,7 +393,6 @@ class Transport(QWidget):
         button = QToolButton()
         button.setIcon(icon(name))
         button.setIconSize(QSize(18, 18))
-        button.setToolTip(text)
         button.setAccessibleName(text)
         button.setAutoRaise(True)
         button.setAutoRepeat(repeat)
@@ -395,6 +406,13 @@ class Transport(QWidget):
         self.document.view.seek(self.document.view.bounds[index])
 
     # Updates
+
+    def _name_keys(self) -> None:
+        """Say in the buttons' tooltips what they do, and which key does it as well."""
+        for name, button in self.buttons.items():
+            key = keys().shown(BUTTON_COMMANDS[name]) if name in BUTTON_COMMANDS else ""
+            text = button.accessibleName()
+            button.setToolTip(f"{text} ({key})" if key else text)
 
     def _update(self) -> None:
         is_open = self.document.demonstration is not None
@@ -441,8 +459,8 @@ class Transport(QWidget):
         play = self.buttons["play"]
         play.setIcon(icon("pause" if playing else "play"))
         text = "Pause" if playing else "Play"
-        play.setToolTip(text)
         play.setAccessibleName(text)
+        self._name_keys()
         if speed in SPEEDS:
             self.speed.setCurrentIndex(SPEEDS.index(speed))
         else:

@@ -64,8 +64,10 @@ class CameraSelection(QObject):
         if self.all:
             self.show((self.shown + 1) % len(self.all))
             self._document.show_message(f"Camera: {self.all[self.shown].name}")
-        else:
-            self._document.show_message("No other camera filmed this demonstration.")
+
+    def obstacle(self) -> str:
+        """Why there is no next camera; empty where there is one."""
+        return "" if self.all else "No other camera filmed this demonstration."
 
     def _refresh(self) -> None:
         """Read the cameras; the shown one stays while the demonstration does."""

@@ -24,6 +24,7 @@ from forcelab.gui.layout import (
     search_field,
     set_enabled_with_reason,
 )
+from forcelab.gui.obstacles import CHOOSE_DIFFERENCE
 from forcelab.gui.review.queue_list import (
     QueueItem,
     QueueList,
@@ -295,9 +296,7 @@ class VerdictButtons(QWidget):
         """Offer verdicts on what is open, or to withdraw the one on what is judged."""
         for button in self.verdicts.values():
             button.setHidden(judged)
-            set_enabled_with_reason(
-                button, "" if open_ else "Choose a place in the queue first (N)."
-            )
+            set_enabled_with_reason(button, "" if open_ else CHOOSE_DIFFERENCE)
         self.withdraw.setHidden(not judged)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -347,6 +346,10 @@ class VerdictUndo:
         """A verdict was given or withdrawn, with the edit of that number; 0 without one."""
         self._done.append(_VerdictChange(verdict, withdrawn, edit, utc_now()))
         self._undone.clear()
+
+    def holds(self, kind: Literal["undo", "redo"]) -> bool:
+        """Whether there is a verdict that may be undone or redone."""
+        return bool(self._done if kind == "undo" else self._undone)
 
     def undo(self) -> bool:
         """Undo the latest verdict or the latest edit, whichever is newer, where it is."""
@@ -433,7 +436,7 @@ class QueueView(QWidget):
         # Asked for before the comparison was there.
         self._steps = 0
         self._verdict: VerdictKind | None = None
-        self._history = VerdictUndo(document)
+        self.history = VerdictUndo(document)
         self.setAccessibleName("Disagreement queue")
         self.model = QueueModel(self)
         self.list = QueueList(self.model, lambda: self.reader.vocabulary)
@@ -509,7 +512,7 @@ class QueueView(QWidget):
                 self._verdict = verdict  # it may be open again, after an undo
                 self.reader.compare()
                 return False
-            self.document.refuse("Choose a difference to judge first, with N.")
+            self.document.refuse(CHOOSE_DIFFERENCE)
             return False
         difference, run = item.about, read.run
         self.document.show_message("")  # what became of the verdict before is over
@@ -528,7 +531,7 @@ class QueueView(QWidget):
         except ForcelabError as error:
             self.document.refuse(str(error))
             return False
-        self._history.add(stored, edit.id if edit is not None else 0)
+        self.history.add(stored, edit.id if edit is not None else 0)
         self.reader.put_away(self.queue.after(stored, difference))
         if after is not None:
             self.document.review.examine(after)
@@ -538,10 +541,10 @@ class QueueView(QWidget):
         return True
 
     def undo(self) -> bool:
-        return self._revert(self._history.undo)
+        return self._revert(self.history.undo)
 
     def redo(self) -> bool:
-        return self._revert(self._history.redo)
+        return self._revert(self.history.redo)
 
     def _revert(self, verb: Callable[[], bool]) -> bool:
         try:
@@ -563,7 +566,7 @@ class QueueView(QWidget):
             return False
         try:
             withdraw_verdict(project, item.about, self.document.author)
-            self._history.add(item.about, withdrawn=True)
+            self.history.add(item.about, withdrawn=True)
         except ForcelabError as error:
             self.document.refuse(str(error))
             return False

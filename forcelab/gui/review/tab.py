@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from PySide6.QtWidgets import QWidget
 
+from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import page_layout
-from forcelab.gui.review.trainer import MEASURING, TRAINING, Trainer
+from forcelab.gui.review.trainer import MEASURING, RUNNING, TRAINING, Trainer
 from forcelab.gui.review.training_backend import training_progress_text
 from forcelab.gui.status_bar import BackgroundIndicator
 
@@ -115,6 +116,32 @@ class ReviewTab(QWidget):
             "verdict_model": lambda: self.workspace.queue.judge("model"),
             "verdict_ambiguous": lambda: self.workspace.queue.judge("ambiguous"),
         }
+
+    def obstacles(self) -> dict[str, Callable[[], str]]:
+        """Why commands cannot be carried out now, by their id; empty where they can."""
+        trainer, idle = self.trainer, "No training is running."
+        return {
+            "train": lambda: RUNNING if trainer.training_as_asked else trainer.obstacle,
+            "cancel_training": lambda: "" if trainer.training else idle,
+            "next_review": self._missing_run,
+            "previous_review": self._missing_run,
+            "undo": partial(self._nothing_to, "undo"),
+            "redo": partial(self._nothing_to, "redo"),
+        }
+
+    def _missing_run(self) -> str:
+        run = self.document.review.run
+        return "" if run is not None else "There is nothing to review yet; train first, with F5."
+
+    def _nothing_to(self, kind: Literal["undo", "redo"]) -> str:
+        document, project = self.document, self.document.project
+        if project is None or (self._built is not None and self._built.queue.history.holds(kind)):
+            return ""
+        try:
+            some = project.tracks.can_revert(document.id, document.author, kind)
+        except ForcelabError:  # a busy store; the command itself says so
+            return ""
+        return "" if some else f"There is nothing to {kind}."
 
     def _step(self, direction: int) -> None:
         self.workspace.queue.step(direction)

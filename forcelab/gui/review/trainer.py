@@ -210,6 +210,8 @@ class EditCounter(QObject):
 
 #: Automatic training begins when nothing was edited for so many ms.
 QUIET_TIME = 5000
+#: Why no other training can begin.
+RUNNING = "A training is running; wait for it or cancel it."
 #: The keys of the jobs that go on behind a complete screen: of a training, and of a measurement.
 TRAINING, MEASURING = "training", "measuring recognition"
 
@@ -545,6 +547,17 @@ class Trainer(QObject):
         self._automatic_runs.forget()
 
     # How it stands
+
+    @property
+    def obstacle(self) -> str:
+        """Why nothing can be trained; empty where it can."""
+        none = "There is nothing to train on yet; import demonstrations and label them."
+        return "" if self.ready else self.trouble or none
+
+    @property
+    def training_as_asked(self) -> bool:
+        """Whether a training runs that the coder has asked for."""
+        return self.training and not self._training_automatically
 
     @property
     def training(self) -> bool:

@@ -24,7 +24,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.layout import set_enabled_with_reason, set_tone
 from forcelab.gui.review.task_choice import TaskComboBox
-from forcelab.gui.review.trainer import Trainer
+from forcelab.gui.review.trainer import RUNNING, Trainer
 from forcelab.gui.review.training_backend import run_text, training_progress_text
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.text import escape_ampersands
@@ -335,10 +335,7 @@ class TrainingBar(QWidget):
 
     def _why_not_trainable(self, *, training: bool = False) -> str:
         """Why nothing can be trained now; empty where it can."""
-        if training:
-            return "A training is running; wait for it or cancel it."
-        none = "There is nothing to train on yet; import demonstrations and label them."
-        return "" if self.trainer.ready else self.trainer.trouble or none
+        return RUNNING if training else self.trainer.obstacle
 
     def _show_labels(self) -> None:
         """Name the coder whose labels are trained on, and how old the run is."""

@@ -149,7 +149,8 @@ def test_keys_for_what_capture_hides_do_nothing_while_it_is_in_front(window, rec
     pressed(Qt.Key.Key_H, Qt.KeyboardModifier.ShiftModifier)
     pressed(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert [segment.action for segment in document.editor.segments] == ["grab"]
-    assert not messages
+    sentence = "This acts on the demonstration in view; go to Label or Review."
+    assert messages == [(sentence, True)] * 2
     window.show_workspace("label")
     QTest.keyClick(window.label.tracks, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert not document.editor.segments

@@ -298,7 +298,7 @@ def test_a_project_that_is_left_while_recording_gets_the_recording(
 def test_what_cannot_be_opened_is_one_sentence_and_can_be_tried_again(window, until, tmp_path):
     page = window.capture.workspace
     window.commands["record"].trigger()
-    assert "Connect the devices" in page.status.messages.text()
+    assert window.statusBar().currentMessage() == "Connect devices before recording."
     page.connect_button.click()
     assert "Select a device" in page.status.messages.text()
     page.device_list.add(f"optoforce:{tmp_path / 'none'}")

@@ -12,6 +12,7 @@ from forcelab.errors import InputError
 from forcelab.gui import settings, theme
 from forcelab.gui.label.playback import SPEEDS, Player
 from forcelab.gui.label.transport import Transport
+from forcelab.gui.shortcuts import keys
 from forcelab.project import Project
 from forcelab.project.tracks import TrackStore
 
@@ -220,3 +221,17 @@ def test_icons_that_are_there_already_follow_the_theme(app, bar):
 def test_a_click_leaves_the_keyboard_where_it_is(bar):
     for button in bar.buttons.values():
         assert button.focusPolicy() == Qt.FocusPolicy.TabFocus
+
+
+def test_tooltips_name_the_keys_that_count(app, bar):
+    assert bar.buttons["start"].toolTip() == "To the start (Home, Ctrl+Home)"
+    assert bar.buttons["play"].toolTip() == "Play (Space)"
+    assert bar.buttons["loop"].toolTip() == "Loop"
+    keys().set_keys("play", ["F8"])
+    try:
+        assert bar.buttons["play"].toolTip() == "Play (F8)"
+        bar.document.view.set_playing(True)
+        assert bar.buttons["play"].toolTip() == "Pause (F8)"
+    finally:
+        bar.document.view.set_playing(False)
+        keys().reset("play")
