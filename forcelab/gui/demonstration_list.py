@@ -567,8 +567,14 @@ class DemonstrationMenu(QObject):
         menu.addAction(text, lambda: self._ask_remove(rows))
 
     def _withdrawing(self, ids: list[str], author: str) -> Callable[[], object]:
-        """A call that withdraws these assignments."""
-        return lambda: self.unassign(ids, author)
+        """A call that withdraws these assignments, once the coder agrees to what that shows."""
+
+        def withdraw() -> None:
+            own = ids if author == self._document.author else ()
+            if confirm_reveal(self._document, own, self._window, withdrawing=True):
+                self.unassign(ids, author)
+
+        return withdraw
 
     def _each(self, ids: list[str], verb: Callable[[Project, str], object]) -> bool:
         """Change demonstrations one after the other."""
