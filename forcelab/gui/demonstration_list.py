@@ -221,7 +221,7 @@ def _paint_bar(painter: QPainter, bar: QRectF, share: float, theme: Colours) -> 
 #: Where the settings keep what the list is sorted by.
 ORDER_KEY = "list/order"
 #: Letters of what is shown that are always seen.
-NARROW_WIDTH = 4
+NARROW_WIDTH = 3
 
 
 class Search(QLineEdit):
@@ -311,6 +311,7 @@ class ListTools(QWidget):
         for filter_, name in names.items():
             self.shown.addItem(name, filter_)
         choice = QHBoxLayout()
+        choice.setSpacing(2)
         choice.addWidget(self.shown, 1)
         choice.addWidget(self.count)
         choice.addWidget(self.order)
@@ -567,8 +568,14 @@ class DemonstrationMenu(QObject):
         menu.addAction(text, lambda: self._ask_remove(rows))
 
     def _withdrawing(self, ids: list[str], author: str) -> Callable[[], object]:
-        """A call that withdraws these assignments."""
-        return lambda: self.unassign(ids, author)
+        """A call that withdraws these assignments, once the coder agrees to what that shows."""
+
+        def withdraw() -> None:
+            own = ids if author == self._document.author else ()
+            if confirm_reveal(self._document, own, self._window, withdrawing=True):
+                self.unassign(ids, author)
+
+        return withdraw
 
     def _each(self, ids: list[str], verb: Callable[[Project, str], object]) -> bool:
         """Change demonstrations one after the other."""
@@ -933,7 +940,7 @@ class DemonstrationList(QWidget):
         elif listed < total:
             self._count.set_text(f"{listed} of {total}", f"{listed}/{total}")
         else:
-            self._count.set_text(f"{finished} of {total} done", f"{finished}/{total} done")
+            self._count.set_text(f"{finished} of {total} done", f"{finished}/{total}")
         self._count.setToolTip(f"{finished} of {total} done by you; {listed} listed")
 
     def _chosen(self) -> tuple[DemonstrationRow, ...]:

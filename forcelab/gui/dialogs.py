@@ -39,23 +39,28 @@ def handlers(
     }
 
 
-def confirm_reveal(document: Document, ids: Collection[str], window: QWidget) -> bool:
-    """Ask whether to end blind coding of these demonstrations; True if there is nothing to ask."""
+def confirm_reveal(
+    document: Document, ids: Collection[str], window: QWidget, *, withdrawing: bool = False
+) -> bool:
+    """Ask whether to end blind coding of these demonstrations; True if there is nothing to ask.
+
+    It ends as they are marked as done, or by `withdrawing` the coder's assignments.
+    """
     project = document.project
     hidden = set() if project is None else project.coding.blind_to(document.author) & set(ids)
     if not hidden:
         return True
     names = [f"'{info.name}'" for info in document.infos if info.id in hidden]
-    text = f"Mark {names[0]} as done and end blind coding?"
-    if len(names) > 1:
-        text = f"Mark {len(names)} demonstrations as done and end blind coding of them?"
+    which = names[0] if len(names) == 1 else f"{len(names)} demonstrations"
+    step = f"Withdraw your assignment of {which}" if withdrawing else f"Mark {which} as done"
+    text = f"{step} and end blind coding?"
     detail = (
         "You will see the labels and notes of others and the predictions. What has been seen "
         "cannot be hidden again."
     )
-    answers = "Mark as done", "Cancel"
+    answers = "Withdraw" if withdrawing else "Mark as done", "Cancel"
     answer = ask(window, "End blind coding", text, detail, answers, default=1, escape=1)
-    return answer == "Mark as done"
+    return answer == answers[0]
 
 
 def _toggle_done(document: Document, window: QWidget) -> None:

@@ -485,6 +485,9 @@ def test_a_blind_coder_learns_nothing_of_the_others(listing, document, answers):
     entries(listing, [row(listing, "pen-2")])["Mark as done"].trigger()
     assert "Mark 'pen-2' as done and end blind coding?" in questions[0]
     assert document.coding_blind
+    entries(listing, [row(listing, "pen-2")])["Withdraw the assignment (anna)"].trigger()
+    assert "Withdraw your assignment of 'pen-2' and end blind coding?" in questions[1]
+    assert document.coding_blind
     answers("Mark as done")
     entries(listing, [row(listing, "pen-2")])["Mark as done"].trigger()
     assert "bert" in document.other_tracks
