@@ -38,6 +38,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.figures import text
+from forcelab.gui.figures.axes import paint_names
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.figure import Figure
 from forcelab.gui.file_dialogs import ask_picture
@@ -341,6 +342,8 @@ class Plot(PlotView):
         self.zooms, self.zoomed = zooms, False
         self._whole = QRectF(0, 0, 1, 1)
         self.sentence = ""
+        #: Named curves with their pens: pyqtgraph's legend crashes when a window is deleted.
+        self.legend: list[tuple[str, QPen]] = []
         self._readout: tuple[QPointF, str] | None = None
         self.addItem(self.box)
         for axis in (self.left, self.bottom):
@@ -350,10 +353,6 @@ class Plot(PlotView):
             axis.linkToView(self.box)
             self.addItem(axis)
             axis.setVisible(axis in self._shown)
-        self.legend = pg.LegendItem(labelTextSize="11px", verSpacing=-4)
-        self.legend.setFlag(pg.LegendItem.GraphicsItemFlag.ItemIgnoresTransformations, False)
-        self._shown.append(self.legend)
-        self.addItem(self.legend)
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
 
@@ -379,17 +378,12 @@ class Plot(PlotView):
         self.legend.clear()
 
     def add(self, item: pg.GraphicsObject, name: str = "") -> None:
-        """Add an item whose coordinates are those of the box; what is named is in the legend."""
+        """Add an item whose coordinates are those of the box; named ones stand above it."""
         self.box.addItem(item)
         if name:
-            self.legend.setLabelTextColor(colours().text)
-            self.legend.addItem(item, name)
-            self.place_legend()
-
-    def place_legend(self) -> None:
-        """Put the legend into the corner at the upper right."""
-        area = self.area
-        self.legend.setPos(area.right() - self.legend.width() - PADDING, area.top())
+            pen = pg.mkPen(item.opts["pen"])
+            pen.setCosmetic(False)
+            self.legend.append((name, pen))
 
     def show_all_of(self, across: Sequence[float], up: Sequence[float]) -> None:
         """Let the axes go from the first to the second value; no further by wheel or drag."""
@@ -434,7 +428,6 @@ class Plot(PlotView):
     def place(self) -> None:
         area, (left, _, _, bottom) = self.area, self.margins
         self.box.setGeometry(area)
-        self.place_legend()
         self.left.setWidth(left)
         self.left.setGeometry(QRectF(0, area.top(), left, area.height()))
         self.bottom.setHeight(bottom)
@@ -446,6 +439,12 @@ class Plot(PlotView):
             painter.setPen(QColor(colours().muted))
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
             painter.drawText(QRectF(self.rect()).adjusted(16, 8, -16, -8), flags, self.sentence)
+
+    def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
+        if self.legend:
+            x, y = self.area.left(), self.area.top() - NUMBER
+            paint_names(painter, x, y, self.legend, colours())
+        super().drawForeground(painter, rect)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the plot, and above it what is in no file: readout and focus."""

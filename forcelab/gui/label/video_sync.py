@@ -68,7 +68,6 @@ class AlignmentPlot(Plot):
         self.setAccessibleName("Motion of the video and change of the force")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.box.setMouseEnabled(y=False)
-        self.legend.setColumnCount(3)
         document.view.cursor_moved.connect(self._show_cursor)
 
     def sizeHint(self) -> QSize:
@@ -115,10 +114,6 @@ class AlignmentPlot(Plot):
             self.add(pg.InfiniteLine(tap, pen=dashed))
         self._cursor = pg.InfiniteLine(self.document.view.cursor, pen=theme.cursor)
         self.add(self._cursor)
-
-    def place_legend(self) -> None:
-        """Put the legend above the curves."""
-        self.legend.setPos(self.area.left(), -1.0)
 
     def readout(self, pointer: QPointF) -> str:
         return f"{self.value_at(pointer).x():.3f} s" if self.area.contains(pointer) else ""

@@ -49,6 +49,8 @@ def loss_curves(steps: Sequence[TrainingStep]) -> tuple[Curve, ...]:
 class LossCurves(Plot):
     """The curves themselves: the fold at work is bold, the final fit has the range's blue."""
 
+    MARGINS = (58.0, 24.0, 14.0, 38.0)
+
     def __init__(self, trainer: Trainer) -> None:
         super().__init__("loss", "epoch", zooms=True)
         self._trainer = trainer

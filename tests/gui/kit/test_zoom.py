@@ -1,14 +1,15 @@
 """The ordinary plot: zoom, readout, what stands in its place, themes and files."""
 
+import gc
 from itertools import pairwise
 
 import numpy as np
 import pyqtgraph as pg
 import pytest
-from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QGuiApplication, QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QVBoxLayout, QWidget
 from window_helpers import pixels, shown_widget
 
 from forcelab.gui.kit.plot import Plot, ViewFigure
@@ -17,6 +18,8 @@ from forcelab.gui.theme import colours, use_theme
 
 class Line(Plot):
     """A line from the lower left to the upper right corner, in the colour of the cursor."""
+
+    MARGINS = (58.0, 24.0, 14.0, 38.0)
 
     def redraw(self):
         self.clear()
@@ -156,3 +159,30 @@ def test_marks_in_a_file_are_as_large_as_on_screen(app, plot):
         row = np.abs(image[round(scale * spot.y())] - ink).max(axis=1) < 40
         assert row.sum() == pytest.approx(20 * scale, abs=2 * scale)
     assert QRectF(plot.rect()).contains(spot)
+
+
+def test_a_window_with_plots_can_be_deleted(app):
+    """Its items belong to Qt and to Python, and either may end first."""
+    for number in range(20):
+        window = QWidget()
+        plots = [Line("force", "time") for _ in range(3)]
+        column = QVBoxLayout(window)
+        for plot in plots:
+            column.addWidget(plot)
+            plot.redraw()
+        window.show()
+        app.processEvents()
+        for plot in plots:
+            plot.redraw()
+        if number % 2:
+            plots.clear()
+        window.deleteLater()
+        app.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
+        gc.collect()
+
+
+def test_names_of_curves_stand_above_them(plot):
+    named = plot.grab().toImage().copy(0, 0, 400, int(plot.area.top()))
+    plot.clear()
+    plot.update()
+    assert named != plot.grab().toImage().copy(0, 0, 400, int(plot.area.top()))
