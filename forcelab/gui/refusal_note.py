@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QRect, Qt, QTimer
-from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QAbstractSpinBox,
@@ -40,6 +39,7 @@ class RefusalNote(QLabel):
         self.setMargin(4)
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.hide()
+        self._is_new = False  # nothing was done since it was shown
         self._timer = QTimer(self, singleShot=True, interval=SHOWN)
         self._timer.timeout.connect(self.hide)
         for signal in (
@@ -50,7 +50,7 @@ class RefusalNote(QLabel):
             document.selection_changed,
             document.stroke_changed,
         ):
-            signal.connect(self.hide)
+            signal.connect(self._go_on)
         document.view.cursor_moved.connect(self._cursor_moved)
         document.refusal_shown.connect(self.show_at_place)
 
@@ -73,10 +73,9 @@ class RefusalNote(QLabel):
         self.setGeometry(left, top, width, height)
         self.show()
         self.raise_()
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
         self._timer.start()
+        self._is_new = True
+        QTimer.singleShot(0, self, self._age)
 
     def _place_of_focus(self) -> QRect | None:
         """The current row or the field that has the keyboard; None where neither has it."""
@@ -91,7 +90,15 @@ class RefusalNote(QLabel):
     def _in_window(self, widget: QWidget, box: QRect) -> QRect:
         return QRect(widget.mapTo(self._window, box.topLeft()), box.size())
 
+    def _age(self) -> None:
+        self._is_new = False
+
+    def _go_on(self) -> None:
+        """Go, unless it is what was refused that is being put back."""
+        if not self._is_new:
+            self.hide()
+
     def _cursor_moved(self) -> None:
         """Playback moves it, too, while the coder reads."""
         if not self._view.playing:
-            self.hide()
+            self._go_on()

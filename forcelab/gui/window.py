@@ -101,7 +101,6 @@ class Window(DockedWindow):
         self._welcome, self._coders = Welcome(), AuthorChoice(self.document)
         self._sample = SampleProgress()
         self._line = StatusLine(self.document)
-        self._note = RefusalNote(self.document, self.label.tracks, self)
         self._dock = Dock("Demonstrations", self)
         self.obstacles = self._obstacles()
         self.commands = bind(self, self._handlers())
@@ -287,6 +286,7 @@ class Window(DockedWindow):
         for command, panel in PANEL_KEYS.items():
             self.label.toggles[panel].toggled.connect(self.commands[command].setChecked)
             self.commands[command].setChecked(self.label.toggles[panel].isChecked())
+        self._tabs.currentChanged.connect(RefusalNote(document, self.label.tracks, self).hide)
         self.capture.recording_changed.connect(self._recording_changed)
         self.capture.label_wanted.connect(partial(self.show_workspace, "label"))
         self.jobs.trouble.connect(partial(self._line.say, trouble=True))

@@ -12,6 +12,7 @@ from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.refusal_note import RefusalNote
 from forcelab.gui.window import Window
 from forcelab.labels import Segment
+from forcelab.project import Project
 
 TRACK = (Segment(0.2, 0.4, "grab"), Segment(0.5, 0.7, "hold"))
 
@@ -43,7 +44,7 @@ def below(note, widget, box):
     return inside and 0 < note.geometry().top() - corner.y() < 10
 
 
-def test_a_stroke_without_time_is_refused_below_the_own_track(window, note):
+def test_a_stroke_without_time_is_refused_below_the_own_track(app, window, note):
     tracks, document = window.label.tracks, window.document
     document.view.seek(0.45)
     for _ in range(2):
@@ -54,6 +55,7 @@ def test_a_stroke_without_time_is_refused_below_the_own_track(window, note):
     assert below(note, tracks, box)
     cursor = tracks.mapTo(window, QPointF(tracks.x_at(0.45), 0)).x()
     assert abs(note.x() - cursor) < 4
+    app.processEvents()
     QTest.keyClick(tracks, Qt.Key.Key_Right)
     assert not note.isVisible()
 
@@ -69,7 +71,7 @@ def test_it_stays_on_the_track_where_a_list_has_the_keyboard(window, note):
     assert below(note, window.label.tracks, window.label.tracks.rows()[0].box.toRect())
 
 
-def test_an_action_that_exists_is_refused_below_the_field(window, note):
+def test_an_action_that_exists_is_refused_below_the_field(app, window, note):
     window.document.add_actions("zip")
     entry = window.label.vocabulary.entry
     entry.setFocus()
@@ -78,6 +80,7 @@ def test_an_action_that_exists_is_refused_below_the_field(window, note):
     assert note.isVisible()
     assert note.text() == "The action 'zip' already exists."
     assert below(note, entry, entry.rect())
+    app.processEvents()
     QTest.keyClicks(entry, "ped")
     QTest.keyClick(entry, Qt.Key.Key_Return)
     assert "zipped" in window.document.vocabulary
@@ -100,6 +103,42 @@ def test_a_time_that_cannot_be_is_refused_at_its_row(app, window, note):
     assert top < note.y() < top + 3 * box.height() or note.geometry().bottom() < top
 
 
+def test_a_stroke_that_the_store_refuses_goes_on_and_the_note_says_why(
+    app, window, note, monkeypatch
+):
+    def full(*_, **__):
+        raise InputError("The disk is full.")
+
+    tracks, document = window.label.tracks, window.document
+    document.view.seek(0.75)
+    QTest.keyClick(tracks, Qt.Key.Key_1)
+    document.view.seek(0.9)
+    with monkeypatch.context() as broken:
+        broken.setattr(document.project.tracks, "edit", full)
+        QTest.keyClick(tracks, Qt.Key.Key_1)
+    assert document.stroke is not None
+    app.processEvents()
+    assert note.isVisible()
+    assert note.text() == "The disk is full."
+    QTest.keyClick(tracks, Qt.Key.Key_1)
+    assert document.stroke is None
+    assert not note.isVisible()
+
+
+def test_what_another_window_changed_is_refused_where_it_was_tried(app, window, note):
+    project, actions = window.document.project, window.label.vocabulary
+    with Project.open(project.path) as other:
+        other.actions.add("foam", ["press"])
+    actions.list.setFocus()
+    actions.list.setCurrentIndex(actions.list.model().index(1, 0))
+    assert not actions.recolour("hold", "#123456")
+    app.processEvents()
+    assert note.isVisible()
+    assert "changed elsewhere" in note.text()
+    viewport = actions.list.viewport()
+    assert below(note, viewport, actions.list.visualRect(actions.list.currentIndex()))
+
+
 def test_an_edit_by_the_mouse_is_refused_below_the_track(window, note, monkeypatch):
     tracks = window.label.tracks
     row = tracks.rows()[0].box
@@ -120,7 +159,10 @@ def test_an_edit_by_the_mouse_is_refused_below_the_track(window, note, monkeypat
 
 
 def test_it_is_not_shown_where_the_place_cannot_be_seen(window, note):
+    window.document.refuse("here")
+    assert note.isVisible()
     window.show_workspace("capture")
+    assert not note.isVisible()
     window.document.refuse("not here")
     assert not note.isVisible()
     assert window.statusBar().currentMessage() == "not here"

@@ -366,8 +366,6 @@ class LabelWorkspace(DockedWindow):
 
     def _share_height(self, share: float) -> None:
         """Give the lower list a share of the height of both, or the least that it needs."""
-        if (layout := self.layout()) is not None:
-            layout.activate()  # so that heights are those of a layout that was just restored
         video, (actions, below) = self._docks["video"], self._stacked_lists()
         both = actions.height() + below.height()
         lower = max(round(share * both), below.minimumSizeHint().height())
@@ -379,6 +377,8 @@ class LabelWorkspace(DockedWindow):
 
     def _stacked_lists(self) -> tuple[QDockWidget, QDockWidget]:
         """The actions, and below them the segments or the history, whichever is in front."""
+        if (layout := self.layout()) is not None:
+            layout.activate()  # for the heights of a layout that was changed just now
         history = self._docks["history"]
         raised = any(bar.tabText(bar.currentIndex()) == "History" for bar in self._tab_bars())
         return self._docks["actions"], history if raised else self._docks["segments"]
