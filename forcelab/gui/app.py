@@ -27,7 +27,7 @@ from PySide6.QtCore import (
     QtMsgType,
     qInstallMessageHandler,
 )
-from PySide6.QtGui import QPixmap
+from PySide6.QtGui import QIcon, QPixmap
 from PySide6.QtWidgets import QApplication, QWidget
 
 from forcelab.errors import InputError
@@ -67,6 +67,8 @@ def run(options: LaunchOptions) -> int:
     application.setApplicationName("forcelab")
     application.setApplicationDisplayName("forcelab")
     application.setApplicationVersion(__version__)
+    application.setDesktopFileName("forcelab")  # by which Wayland finds the entry and its icon
+    application.setWindowIcon(QIcon(str(Path(__file__).with_name("forcelab.svg"))))
     choices: dict[str, theme.Choice] = {"light": "light", "dark": "dark"}
     choice = options.theme or settings.text("window/theme")
     theme.use_theme(application, choices.get(choice, "system"))
