@@ -43,6 +43,7 @@ _FILE = _group(
     ("attach_video", "Attach video…", ""),
     ("export_labels", "Export labels…", ""),
     ("save", "Save (automatic)", "Ctrl+S"),
+    ("preferences", "Preferences…", "Ctrl+,"),
     ("next_demonstration", "Next demonstration", "PgDown"),
     ("previous_demonstration", "Previous demonstration", "PgUp"),
     ("next_to_label", "Next demonstration to label", "Ctrl+PgDown"),

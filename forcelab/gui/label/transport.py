@@ -31,12 +31,12 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.errors import ForcelabError
-from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon, paint_icon
 from forcelab.gui.label.history import time_of_edit
 from forcelab.gui.label.playback import SPEEDS, Player
 from forcelab.gui.layout import set_enabled_with_reason
+from forcelab.gui.preferences import REACTION_TIME
 from forcelab.gui.theme import colours, themes
 from forcelab.segment_edits import SLIVER
 
@@ -345,22 +345,19 @@ class Transport(QWidget):
         )
         snap.setCheckable(True)
         snap.toggled.connect(self.document.view.set_snapping)
-        self.reaction.setRange(0, round(settings.LONGEST_MS))
-        self.reaction.setSingleStep(10)
+        self.reaction.setRange(0, round(REACTION_TIME.field.highest))
+        self.reaction.setSingleStep(round(REACTION_TIME.field.step))
         self.reaction.setPrefix("Reaction ")
         self.reaction.setSuffix(" ms")
-        self.reaction.setToolTip(
-            "How late you press keys during playback; labels are put that much earlier"
-        )
+        self.reaction.setToolTip(REACTION_TIME.field.tip)
         self.reaction.setAccessibleName("Reaction time in milliseconds")
-        self.reaction.setValue(round(settings.reaction_ms()))
+        self._show_reaction_time()
+        REACTION_TIME.changed.connect(self._show_reaction_time)
         self.reaction.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.reaction.setKeyboardTracking(False)
         self.reaction.lineEdit().returnPressed.connect(self.reaction.clearFocus)
         self.reaction.setButtonSymbols(QSpinBox.ButtonSymbols.NoButtons)
-        self.reaction.valueChanged.connect(
-            lambda milliseconds: settings.store("labelling/reaction_ms", milliseconds)
-        )
+        self.reaction.valueChanged.connect(REACTION_TIME.set_value)
         row.addWidget(self.reaction)
         row.addSpacing(6)
         row.addWidget(self.range, 1)
@@ -447,6 +444,9 @@ class Transport(QWidget):
         else:
             self.speed.setCurrentIndex(-1)
             self.speed.setPlaceholderText(_speed_text(speed))
+
+    def _show_reaction_time(self) -> None:
+        self.reaction.setValue(REACTION_TIME.value)
 
     def _show_snapping(self) -> None:
         self.buttons["magnet"].setChecked(self.document.view.snapping)
