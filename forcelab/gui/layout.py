@@ -314,5 +314,23 @@ def whole_rows(table: QTableView) -> None:
     rows = table.verticalHeader()
     rows.hide()
     rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
-    rows.setDefaultSectionSize(round(ROW_SPACING * table.fontMetrics().height()))
     table.horizontalHeader().setHighlightSections(False)
+    table.installEventFilter(_RowHeights(table))
+
+
+class _RowHeights(QObject):
+    """Keeps the rows of a table as high as its letters need."""
+
+    def __init__(self, table: QTableView) -> None:
+        super().__init__(table)
+        self._table = table
+        self._fit()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.FontChange:
+            self._fit()
+        return False
+
+    def _fit(self) -> None:
+        height = round(ROW_SPACING * self._table.fontMetrics().height())
+        self._table.verticalHeader().setDefaultSectionSize(height)

@@ -192,6 +192,9 @@ def test_letters_grow_at_once_and_all_of_them(window, dialog, app):
     assert TEXT_SIZE.value == 150
     for widget in (window.label.tracks, dialog.search, window.menuBar(), window.demonstrations):
         assert widget.font().pointSizeF() == pytest.approx(1.5 * size)
+    times, table = window.label.transport.time, window.label.segments.table
+    assert times.width() > times.fontMetrics().horizontalAdvance("00000.000")
+    assert table.verticalHeader().defaultSectionSize() > 1.4 * table.fontMetrics().height()
     click(reset_of(dialog, "Text size"))
     assert dialog.search.font().pointSizeF() == size
 

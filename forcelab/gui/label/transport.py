@@ -137,7 +137,7 @@ class TimeEdit(QLineEdit):
         self.setAccessibleName("Time in seconds; type one to jump there")
         self.setToolTip("Time of the cursor; type another one to jump there")
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
-        self.setFixedWidth(self.fontMetrics().horizontalAdvance("00000.000") + 16)
+        self._fit()
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.returnPressed.connect(self._jump)
         self.editingFinished.connect(self._leave)
@@ -146,6 +146,14 @@ class TimeEdit(QLineEdit):
         """Show the cursor's time, unless a time is being typed."""
         if not self.isModified():
             self.setText(f"{self._document.view.cursor:.3f}")
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.FontChange:
+            self._fit()
+
+    def _fit(self) -> None:
+        self.setFixedWidth(self.fontMetrics().horizontalAdvance("00000.000") + 16)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Escape discards what was typed."""
@@ -177,7 +185,7 @@ class FrameCounter(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._text, self._wide = "", 0
+        self._text = self._widest = ""
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Preferred)
 
     def text(self) -> str:
@@ -185,9 +193,8 @@ class FrameCounter(QWidget):
 
     def say(self, text: str, widest: str = "") -> None:
         """Show a text in the width of `widest`, so that nothing moves."""
-        wide = self.fontMetrics().horizontalAdvance(widest) + 2 if widest else 0
-        if wide != self._wide:
-            self._wide = wide
+        if widest != self._widest:
+            self._widest = widest
             self.updateGeometry()
         if text != self._text:
             self._text = text
@@ -195,7 +202,8 @@ class FrameCounter(QWidget):
             self.update()
 
     def sizeHint(self) -> QSize:
-        return QSize(self._wide, self.fontMetrics().height())
+        wide = self.fontMetrics().horizontalAdvance(self._widest) + 2 if self._widest else 0
+        return QSize(wide, self.fontMetrics().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
         with QPainter(self) as painter:
