@@ -28,6 +28,7 @@ class AuthorChoice(QWidget):
         self._box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         self._box.setMaximumWidth(NAME_LETTERS * self.fontMetrics().averageCharWidth())
         self._box.activated.connect(self._chosen)
+        self.setFocusProxy(self._box)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 2, 8, 2)
         if labelled:

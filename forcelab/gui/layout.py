@@ -7,7 +7,7 @@ from functools import cache
 from typing import Literal
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer
-from PySide6.QtGui import QAction, QHelpEvent, QMouseEvent, QPalette, QResizeEvent
+from PySide6.QtGui import QAction, QFont, QHelpEvent, QMouseEvent, QPalette, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
@@ -108,6 +108,10 @@ class Dock(QDockWidget):
 
     def __init__(self, title: str, parent: QWidget | None = None) -> None:
         super().__init__(title, parent)
+        # Qt would draw the title in the application's font of this moment, whatever came later.
+        face = QFont()
+        face.setStyleHint(QFont.StyleHint.SansSerif)
+        self.setFont(face)
         self._set_icons()
 
     def event(self, event: QEvent) -> bool:

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import (
     QApplication,
     QCheckBox,
     QComboBox,
+    QDockWidget,
     QDoubleSpinBox,
     QFileDialog,
     QListWidget,
@@ -186,12 +187,18 @@ def test_the_theme_changes_at_once_and_follows_the_menu(window, dialog):
 
 
 def test_letters_grow_at_once_and_all_of_them(window, dialog, app):
+    def title_width():
+        image = window.findChild(QDockWidget, "demonstrations").grab().toImage()
+        dark = [x for x in range(150) for y in range(5, 20) if image.pixelColor(x, y).value() < 128]
+        return max(dark) - min(dark)
+
     dialog.show_page("Appearance")
-    size = app.font().pointSizeF()
+    size, wide = app.font().pointSizeF(), title_width()
     type_into(named(dialog, QDoubleSpinBox, "Text size"), "150")
     assert TEXT_SIZE.value == 150
     for widget in (window.label.tracks, dialog.search, window.menuBar(), window.demonstrations):
         assert widget.font().pointSizeF() == pytest.approx(1.5 * size)
+    assert title_width() > 1.2 * wide
     times, table = window.label.transport.time, window.label.segments.table
     assert times.width() > times.fontMetrics().horizontalAdvance("00000.000")
     assert table.verticalHeader().defaultSectionSize() > 1.4 * table.fontMetrics().height()
