@@ -129,7 +129,7 @@ def build_parser(argv: Sequence[str]) -> Parser:
 def command_modules() -> dict[str, str]:
     """The module of each command, in the order of the manual."""
     modules = {
-        info.name.rstrip("_"): f"{commands.__name__}.{info.name}"
+        info.name.rstrip("_").replace("_", "-"): f"{commands.__name__}.{info.name}"
         for info in iter_modules(commands.__path__)
     }
     ordered = [name for name in ORDER if name in modules]

@@ -14,10 +14,10 @@ from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import (
     FIELDS,
     WINDOWS_FIELD,
-    SettingField,
     Settings,
     why_not_applied,
 )
+from forcelab.setting_field import SettingField
 
 if TYPE_CHECKING:
     from forcelab.recognition.dataset import DataSelection

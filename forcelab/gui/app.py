@@ -27,14 +27,15 @@ from PySide6.QtCore import (
     QtMsgType,
     qInstallMessageHandler,
 )
-from PySide6.QtGui import QPixmap
+from PySide6.QtGui import QIcon, QPixmap
 from PySide6.QtWidgets import QApplication, QWidget
 
 from forcelab.errors import InputError
-from forcelab.gui import settings, theme
+from forcelab.gui import theme
 from forcelab.gui.exception_hook import ExceptionHook
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.layout import resize_on_screen
+from forcelab.gui.preferences import TEXT_SIZE, THEME
 from forcelab.gui.window import Window
 from forcelab.io import write_atomically
 from forcelab.runtime import collect_garbage, collect_garbage_rarely, switch_threads_often
@@ -67,9 +68,10 @@ def run(options: LaunchOptions) -> int:
     application.setApplicationName("forcelab")
     application.setApplicationDisplayName("forcelab")
     application.setApplicationVersion(__version__)
-    choices: dict[str, theme.Choice] = {"light": "light", "dark": "dark"}
-    choice = options.theme or settings.text("window/theme")
-    theme.use_theme(application, choices.get(choice, "system"))
+    application.setDesktopFileName("forcelab")  # by which Wayland finds the entry and its icon
+    application.setWindowIcon(QIcon(str(Path(__file__).with_name("forcelab.svg"))))
+    theme.use_theme(application, options.theme or THEME.value)
+    theme.use_text_size(application, TEXT_SIZE.value)
     if options.screenshot is not None:
         quiet_qt()
         draw(Window(options.author, remembering=False), options, options.screenshot)

@@ -73,6 +73,7 @@ _EDIT = _group(
     ("search", "Find demonstrations", "Ctrl+F", "listed"),
     ("choose_all", "Select all demonstrations", "Ctrl+A", "listed"),
     (),
+    ("preferences", "Preferences…", "Ctrl+,"),
     ("change_keys", "Change keys…", ""),
 )
 _VIEW = _group(

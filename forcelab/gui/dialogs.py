@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import partial
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
@@ -13,6 +14,10 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.text import ask
+
+if TYPE_CHECKING:
+    from forcelab.gui.project_actions import ProjectActions
+    from forcelab.gui.review.trainer import Trainer
 
 
 def handlers(
@@ -32,7 +37,6 @@ def handlers(
         "save": partial(_report_stored, document),
         "done": partial(_toggle_done, document, window),
         "synchronise": partial(_synchronise, document, jobs, window),
-        "change_keys": lambda: _change_keys(document, window, commands()),
         "help": lambda: _help(document, window, commands()),
         "manual": lambda: show_manual(document, window),
         "about": lambda: _about(window),
@@ -87,10 +91,25 @@ def _synchronise(document: Document, jobs: Jobs, window: QWidget) -> None:
     SynchroniseDialog(document, jobs, window).show()
 
 
-def _change_keys(document: Document, window: QWidget, commands: Mapping[str, QAction]) -> None:
-    from forcelab.gui.keys_dialog import KeysDialog
+def show_preferences(
+    document: Document,
+    trainer: Trainer,
+    opening: ProjectActions,
+    window: QWidget,
+    commands: Mapping[str, QAction],
+    page: str,
+) -> None:
+    """Show the preferences beside the window; with a page of them in front, if one is named."""
+    from forcelab.gui.preferences_dialog import PreferencesDialog
 
-    _run(KeysDialog(document, keys(), window, commands))
+    dialog = window.findChild(PreferencesDialog)
+    if dialog is None:
+        dialog = PreferencesDialog(document, trainer, opening, keys(), window, commands)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    if page:
+        dialog.show_page(page)
+    dialog.show()
+    dialog.activateWindow()
 
 
 def _help(document: Document, window: QWidget, commands: Mapping[str, QAction]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from importlib.metadata import metadata
 
@@ -38,10 +38,10 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui import settings
+from forcelab.gui.document import Document
 from forcelab.gui.exception_hook import log_file
-from forcelab.gui.keys_dialog import CommandDialog
-from forcelab.gui.layout import emphasise, resize_on_screen
-from forcelab.gui.shortcuts import GROUPS, key_name
+from forcelab.gui.layout import emphasise, resize_on_screen, search_field
+from forcelab.gui.shortcuts import COMMANDS, GROUPS, Keys, key_name
 from forcelab.resources import versions
 from forcelab.version import __version__
 
@@ -117,13 +117,22 @@ class _Section:
     caps: bool
 
 
-class HelpPage(CommandDialog):
-    """All keys and gestures, searchable."""
+class HelpPage(QDialog):
+    """All keys and gestures, searchable; `offered` are the ids of the commands, by default all."""
 
-    search_hints = "Search", "Search keys and gestures"
-
-    def _build(self) -> tuple[QWidget, ...]:
+    def __init__(
+        self,
+        document: Document,
+        keys: Keys,
+        parent: QWidget | None = None,
+        offered: Collection[str] | None = None,
+    ) -> None:
+        super().__init__(parent)
         self.setWindowTitle("Keyboard shortcuts")
+        self._document, self._keys = document, keys
+        self._offered = [c for c in COMMANDS if offered is None or c.id in offered]
+        self._search = search_field("Search", "Search keys and gestures")
+        self._search.setTextMargins(4, 2, 4, 2)
         self._search.textChanged.connect(self._fill)
         self._area = QScrollArea()
         self._area.setWidgetResizable(True)
@@ -135,8 +144,15 @@ class HelpPage(CommandDialog):
         close.setAccessibleName("Close")
         close.clicked.connect(self.accept)
         buttons.addButton(close, QDialogButtonBox.ButtonRole.AcceptRole)
+        layout = QVBoxLayout(self)
+        layout.setSpacing(10)
+        for part in (self._search, self._area, buttons):
+            layout.addWidget(part)
         resize_on_screen(self, self.sizeHint())
-        return self._area, buttons
+        self._fill()
+        keys.changed.connect(self._fill)
+        document.vocabulary_changed.connect(self._fill)
+        self._search.setFocus()
 
     def sizeHint(self) -> QSize:
         metrics = self.fontMetrics()

@@ -7,7 +7,7 @@ from functools import cache
 from typing import Literal
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer
-from PySide6.QtGui import QAction, QHelpEvent, QMouseEvent, QPalette, QResizeEvent
+from PySide6.QtGui import QAction, QFont, QHelpEvent, QMouseEvent, QPalette, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
@@ -112,6 +112,10 @@ class Dock(QDockWidget):
 
     def __init__(self, title: str, parent: QWidget | None = None) -> None:
         super().__init__(title, parent)
+        # Qt would draw the title in the application's font of this moment, whatever came later.
+        face = QFont()
+        face.setStyleHint(QFont.StyleHint.SansSerif)
+        self.setFont(face)
         self._set_icons()
 
     def event(self, event: QEvent) -> bool:
@@ -330,5 +334,23 @@ def whole_rows(table: QTableView) -> None:
     rows = table.verticalHeader()
     rows.hide()
     rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
-    rows.setDefaultSectionSize(round(ROW_SPACING * table.fontMetrics().height()))
     table.horizontalHeader().setHighlightSections(False)
+    table.installEventFilter(_RowHeights(table))
+
+
+class _RowHeights(QObject):
+    """Keeps the rows of a table as high as its letters need."""
+
+    def __init__(self, table: QTableView) -> None:
+        super().__init__(table)
+        self._table = table
+        self._fit()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.FontChange:
+            self._fit()
+        return False
+
+    def _fit(self) -> None:
+        height = round(ROW_SPACING * self._table.fontMetrics().height())
+        self._table.verticalHeader().setDefaultSectionSize(height)

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QMainWindow, QMenu, QTabWidget, QWidget
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.layout import set_enabled_with_reason
+from forcelab.gui.preferences import THEME
 from forcelab.gui.shortcuts import COMMANDS
 from forcelab.gui.text import escape_ampersands
 
@@ -48,11 +49,10 @@ def fill_menus(
     view.addSeparator()
     view.addMenu("Panels").addActions(panels)
     view.addMenu(shown_tracks)
-    chosen = settings.text("window/theme", "system")
     themes = [commands[f"theme_{choice}"] for choice in ("light", "dark", "system")]
     view.addMenu("Theme").addActions(themes)
     _exclusive_group(window, themes)
-    commands[f"theme_{chosen}"].setChecked(True)
+    commands[f"theme_{THEME.value}"].setChecked(True)
 
 
 def _disable_entries(menu: QMenu, obstacle: Callable[[str], str]) -> None:

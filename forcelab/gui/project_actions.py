@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QStandardPaths, Signal
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from forcelab.errors import ForcelabError
@@ -13,6 +13,7 @@ from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.file_dialogs import last_folder
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.preferences import SAMPLE_FOLDER
 from forcelab.gui.text import ask
 from forcelab.jobs import Progress
 from forcelab.project import Project
@@ -72,9 +73,13 @@ class ProjectActions(QObject):
         answers = "Locate…", "Remove from list", "Cancel"
         answer = ask(self._window, "Project not found", _not_found(path), "", answers, escape=2)
         if answer == "Remove from list":
-            settings.forget_project(path)
-            self.recent_changed.emit()
+            self.forget_recent(path)
         return answer == "Locate…" and self._locate(path)
+
+    def forget_recent(self, path: Path) -> None:
+        """Remove a project from the list of recent ones."""
+        settings.forget_project(path)
+        self.recent_changed.emit()
 
     def is_found(self, path: Path) -> bool:
         """Whether a recent project is still there; says so if not."""
@@ -204,9 +209,7 @@ def _not_found(path: Path) -> str:
 
 def sample_place() -> Path:
     """Where this user's sample project lies."""
-    where = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
-    folder = Path(where) if where and Path(where).is_dir() else Path.home()
-    return folder / "sample.forcelab"
+    return SAMPLE_FOLDER.value / "sample.forcelab"
 
 
 def _last_demonstration_key(project: Path) -> str:

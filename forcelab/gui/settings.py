@@ -25,16 +25,15 @@ from PySide6.QtCore import QSettings, QStandardPaths
 from forcelab.text import tidy_name
 
 __all__ = [
+    "account",
     "coder",
     "data",
     "flag",
     "forget",
     "forget_project",
-    "hold_ms",
     "is_folder",
     "key_of",
     "number",
-    "reaction_ms",
     "recent_projects",
     "remember_coder",
     "remember_project",
@@ -48,8 +47,6 @@ log = logging.getLogger(__name__)
 
 #: How many projects the list of recent ones holds.
 RECENT = 10
-#: Longest reaction time and longest hold that make sense, in ms.
-LONGEST_MS = 2000.0
 
 #: A value that Qt would deserialise; a text that looks like it is stored with a second @.
 _VARIANT = re.compile(rb"(?:^[^=\n]*=|,)\s*\"?@Variant\(", re.MULTILINE)
@@ -169,7 +166,7 @@ def coder(project: Path | None = None, known: Collection[str] = ()) -> str:
     """
     stored = tidy_name(text(key_of("coders", project))) if project is not None else ""
     used = (tidy_name(name) for name in (text("coder/name"), *strings("coder/names")))
-    return stored or next((name for name in used if name in known), "") or _account()
+    return stored or next((name for name in used if name in known), "") or account()
 
 
 def remember_coder(project: Path | None, name: str) -> None:
@@ -186,17 +183,7 @@ def key_of(section: str, project: Path) -> str:
     return f"{section}/" + str(project.resolve()).replace("/", "|").replace("\\", "|")
 
 
-def reaction_ms() -> float:
-    """How late a coder presses a key while a demonstration plays, in ms; 0 corrects nothing."""
-    return number("labelling/reaction_ms", 0.0, lowest=0.0, highest=LONGEST_MS)
-
-
-def hold_ms() -> float:
-    """From how many ms on a pressed key counts as held: its release then ends the stroke."""
-    return number("labelling/hold_ms", 250.0, lowest=50.0, highest=LONGEST_MS)
-
-
-def _account() -> str:
+def account() -> str:
     """The name of the account, with a capital."""
     try:
         name = getpass.getuser()

@@ -15,6 +15,12 @@ def escape_ampersands(name: str) -> str:
     return name.replace("&", "&&")
 
 
+def contains_words(text: str, query: str) -> bool:
+    """Whether a text has each word of what is searched for, in any order."""
+    text = text.casefold()
+    return all(word in text for word in query.casefold().split())
+
+
 def settle_name(parent: QWidget | None, name: str, known: Iterable[str]) -> str:
     """A tidied name; if it nearly is a known one, the coder is asked which to use."""
     name = tidy_name(name)

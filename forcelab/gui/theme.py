@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Literal
 
 from PySide6.QtCore import QObject, Qt, Signal
-from PySide6.QtGui import QColor, QGuiApplication, QPalette
+from PySide6.QtGui import QColor, QFont, QGuiApplication, QPalette
 from PySide6.QtWidgets import QApplication, QWidget
 
 from forcelab.gui.figures.colormap import mixed
@@ -88,8 +87,6 @@ DARK = Colours(
 )
 
 
-Choice = Literal["light", "dark", "system"]
-
 #: Widgets that get a frame of their own (:func:`framed`).
 FRAMED = ("QAbstractSpinBox", "QComboBox", "QCheckBox", "QRadioButton")
 
@@ -101,11 +98,11 @@ class _Themes(QObject):
 
     def __init__(self) -> None:
         super().__init__()
-        self.choice: Choice = "system"
+        self.choice = "system"
         self.colours = LIGHT
         self._begun = False
 
-    def apply(self, app: QApplication, choice: Choice) -> None:
+    def apply(self, app: QApplication, choice: str) -> None:
         """Use a theme, and follow the system if that is the choice."""
         self.choice = choice
         hints = QGuiApplication.styleHints()
@@ -148,7 +145,7 @@ def colours() -> Colours:
     return themes().colours
 
 
-def use_theme(app: QApplication, choice: Choice) -> None:
+def use_theme(app: QApplication, choice: str) -> None:
     """Give the application a theme: Fusion and a palette; ``"system"`` follows the system.
 
     Its windows get the style sheet from :func:`apply_to_application`.
@@ -165,7 +162,7 @@ def apply_to_application(window: QWidget) -> None:
     window.setStyleSheet(_sheet(colours()))
 
 
-def _chosen(choice: Choice) -> Colours:
+def _chosen(choice: str) -> Colours:
     if choice == "system":
         return DARK if _system() == Qt.ColorScheme.Dark else LIGHT
     return DARK if choice == "dark" else LIGHT
@@ -288,3 +285,26 @@ def _sheet(colours: Colours) -> str:
     QCommandLinkButton:focus {{ border-color: {c.accent}; }}
     QDialogButtonBox {{ dialogbuttonbox-buttons-have-icons: 0; }}
     """
+
+
+def use_text_size(app: QApplication, percent: int) -> None:
+    """Give the application letters of so many percent of the system's size.
+
+    Windows get their style sheet anew: beneath one, fonts do not follow.
+    """
+    face = QFont(_system_font())
+    face.setPointSizeF(face.pointSizeF() * percent / 100)
+    if face == app.font():
+        return
+    app.setFont(face)
+    dressed = [window for window in app.topLevelWidgets() if window.styleSheet()]
+    for window in dressed:
+        window.setStyleSheet("")
+    for window in dressed:
+        apply_to_application(window)
+
+
+@cache
+def _system_font() -> QFont:
+    """The application's font as the system wants it."""
+    return QApplication.font()

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from forcelab.demonstration import Demonstration
+from forcelab.gui.preferences import SNAPPING
 from forcelab.segment_edits import SLIVER
 
 __all__ = ["SHORTEST_SPAN", "Snap", "ViewState"]
@@ -45,7 +46,7 @@ class ViewState(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.snapping = True  # painted times snap to edges, contacts and frames nearby
+        SNAPPING.changed.connect(self.snapping_changed)
         self.fine_nudges = False  # whether keys move edges and segments by finer steps
         self.playing = False  # whether playback moves the cursor
         self.speed = 1.0  # seconds of the demonstration that pass in one second
@@ -175,11 +176,15 @@ class ViewState(QObject):
             self.peek = time
             self.peek_changed.emit()
 
+    @property
+    def snapping(self) -> bool:
+        """Whether painted times snap to edges, contacts and frames nearby."""
+        return SNAPPING.value
+
     def set_snapping(self, snapping: bool) -> None:
         """Let painted times snap to what is near, or not."""
         if snapping != self.snapping:
-            self.snapping = snapping
-            self.snapping_changed.emit()
+            SNAPPING.set_value(snapping)
 
     def set_frame_times(self, times: NDArray[np.float64] | None) -> None:
         """Set the times of the video's frames, in force time."""

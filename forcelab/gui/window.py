@@ -20,43 +20,38 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
-    QComboBox,
-    QHBoxLayout,
-    QInputDialog,
-    QLabel,
     QMenu,
     QStackedWidget,
     QTabWidget,
-    QWidget,
 )
 
-from forcelab.errors import ForcelabError
 from forcelab.formats.signatures import is_bag_folder
 from forcelab.gui import dialogs, settings, theme
+from forcelab.gui.author_choice import AuthorChoice
 from forcelab.gui.capture.tab import ENDLESS, CaptureTab
 from forcelab.gui.demonstration_list import DemonstrationList
 from forcelab.gui.document import Document
 from forcelab.gui.file_dialogs import accept_as_copy
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.key_events import application
 from forcelab.gui.label import commands
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.layout import Dock, DockedWindow
 from forcelab.gui.menus import RecentProjects, ShownTracks, fill_menus, follow_tabs
 from forcelab.gui.obstacles import Obstacles
+from forcelab.gui.preferences import TEXT_SIZE, THEME
 from forcelab.gui.project_actions import ProjectActions, sample_place
 from forcelab.gui.refusal_note import RefusalNote
 from forcelab.gui.review.tab import BACKGROUND_JOBS, ReviewTab
 from forcelab.gui.shortcuts import bind
 from forcelab.gui.status_bar import StatusLine
-from forcelab.gui.text import settle_name
 from forcelab.gui.toolbar import ToolBar
 from forcelab.gui.welcome import SampleProgress, Welcome
-from forcelab.gui.widgets import ElidedComboBox
 from forcelab.jobs import Progress
 from forcelab.runtime import return_memory
 
-__all__ = ["AuthorChoice", "Window"]
+__all__ = ["Window"]
 
 #: The workspaces in the order of their tabs, as the command line names them.
 WORKSPACES = ("label", "review", "capture")
@@ -75,8 +70,6 @@ NARROWEST, WIDEST = 200, 250
 LOWEST_WITH_TOOLBAR = 560
 #: The share of the time that such looks may take, in a project with thousands of tracks.
 VIEW_SHARE = 0.05
-#: How many letters of a name are shown at most; the tooltip has all of it.
-NAME_LETTERS = 44
 
 
 class Window(DockedWindow):
@@ -292,6 +285,8 @@ class Window(DockedWindow):
         self.jobs.trouble.connect(partial(self._line.say, trouble=True))
         opening.sampling.connect(self._show_sample)
         theme.themes().changed.connect(self._dress)
+        THEME.changed.connect(self._use_theme)
+        TEXT_SIZE.changed.connect(self._use_text_size)
         self._welcome.cancelled.connect(opening.cancel_sample)
         self._sample.cancelled.connect(opening.cancel_sample)
         self.demonstrations.importing.connect(opening.ask_import)
@@ -339,9 +334,10 @@ class Window(DockedWindow):
             handlers[command] = self.label.toggles[panel].toggle
         for name in (*WORKSPACES, "tradeoff"):
             handlers[f"workspace_{name}"] = partial(self.show_workspace, name)
-        choices: tuple[theme.Choice, ...] = ("light", "dark", "system")
-        for choice in choices:
-            handlers[f"theme_{choice}"] = partial(self._set_theme, choice)
+        for command, subject in (("preferences", ""), ("change_keys", "Keys")):
+            handlers[command] = partial(self._show_preferences, subject)
+        for choice, _ in THEME.field.options:
+            handlers[f"theme_{choice}"] = partial(THEME.set_value, choice)
         label = commands.handlers(document, self.label.tracks, self.label.player, self)
         shown = self.demonstrations.model.ids
         dialog_handlers = dialogs.handlers(document, self.jobs, self, lambda: self.commands, shown)
@@ -447,13 +443,16 @@ class Window(DockedWindow):
     def _check_snapping(self) -> None:
         self.commands["snapping"].setChecked(self.document.view.snapping)
 
-    def _set_theme(self, choice: theme.Choice) -> None:
-        """Use another theme and store the choice."""
-        application = QApplication.instance()
-        assert isinstance(application, QApplication)
-        theme.use_theme(application, choice)
-        settings.store("window/theme", choice)
-        self.commands[f"theme_{choice}"].setChecked(True)
+    def _show_preferences(self, page: str) -> None:
+        trainer = self.review.trainer
+        dialogs.show_preferences(self.document, trainer, self.opening, self, self.commands, page)
+
+    def _use_theme(self) -> None:
+        theme.use_theme(application(), THEME.value)
+        self.commands[f"theme_{THEME.value}"].setChecked(True)
+
+    def _use_text_size(self) -> None:
+        theme.use_text_size(application(), TEXT_SIZE.value)
 
     def _dress(self) -> None:
         theme.apply_to_application(self)
@@ -479,64 +478,3 @@ class Window(DockedWindow):
         """Give the list a fifth of the width, and no more than any workspace leaves it."""
         width = min(max(self.width() * 3 // 16, NARROWEST), WIDEST)
         self.set_widths([self._dock], width)
-
-
-class AuthorChoice(QWidget):
-    """The project's coders, and a way to become another one."""
-
-    def __init__(self, document: Document) -> None:
-        super().__init__()
-        self._document = document
-        self._box = ElidedComboBox()
-        self._box.setAccessibleName("Coder")
-        self._box.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # after a click keys paint, as before
-        self._box.setMinimumContentsLength(10)
-        self._box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
-        self._box.setMaximumWidth(NAME_LETTERS * self.fontMetrics().averageCharWidth())
-        self._box.activated.connect(self._chosen)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 2, 8, 2)
-        row.addWidget(QLabel("Coder"))
-        row.addWidget(self._box)
-        document.project_changed.connect(self._list)
-        document.author_changed.connect(self._list)
-        document.listing_changed.connect(self._relist)
-        self._list()
-
-    def choose(self) -> None:
-        """Open the list, as a click does."""
-        self._box.showPopup()
-
-    def _list(self) -> None:
-        names = self._names()
-        self._box.clear()
-        self._box.addItems(names)
-        self._box.setCurrentIndex(names.index(self._document.author))
-        self._box.insertSeparator(len(names))
-        self._box.addItem("Another coder…")
-        self._box.setToolTip(f"You label as {self._document.author}")
-
-    def _relist(self) -> None:
-        """List the coders again if somebody was assigned something, or has begun to label."""
-        try:
-            names = self._names()
-        except ForcelabError:  # whoever reads the listing says so
-            return
-        if names != [self._box.itemText(at) for at in range(self._box.count() - 2)]:
-            self._list()
-
-    def _names(self) -> list[str]:
-        """The project's coders and the current one."""
-        project, author = self._document.project, self._document.author
-        return list(dict.fromkeys([*(() if project is None else project.coding.people()), author]))
-
-    def _chosen(self, index: int) -> None:
-        name = self._box.itemText(index)
-        if index == self._box.count() - 1:
-            title, text = "Another coder", "Name of the coder:"
-            name, agreed = QInputDialog.getText(self, title, text)
-            name = settle_name(self, name, self._names()) if agreed else ""
-        self._document.set_author(name)
-        project = self._document.project
-        settings.remember_coder(project.path if project else None, self._document.author)
-        self._list()

@@ -10,7 +10,7 @@ import dataclasses
 import itertools
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
 from forcelab.recognition.classifiers import REGISTRY
 from forcelab.recognition.features import PEAKS, SPANS
+from forcelab.setting_field import SettingField
 from forcelab.signals.cwt import frequencies, geometric_scales
 from forcelab.signals.wavelets import WAVELETS, Wavelet, wavelet_named
 from forcelab.text import unknown_word
@@ -438,35 +439,6 @@ def _unmet_need(name: str, values: Mapping[str, Any]) -> Need | None:
 def _word(value: object) -> str:
     """A value as it is written."""
     return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)
-
-
-FieldKind = Literal["number", "whole", "choice", "flag", "channels", "windows", "merge"]
-#: What a form holds, by the names of :class:`~forcelab.recognition.settings.Settings`.
-FormValues = Mapping[str, Any]
-
-
-@dataclass(frozen=True, slots=True)
-class SettingField:
-    """One setting in the form."""
-
-    name: str  # as of :class:`~forcelab.recognition.settings.Settings`
-    kind: FieldKind  # which editor it has
-    #: label, tip: what it is called, and what it does
-    label: str
-    tip: str
-    #: lowest, highest, step: of a number: its range in the form, and what one click adds
-    lowest: float = 0.0
-    highest: float = 1e6
-    step: float = 1.0
-    decimals: int = 0  # of a number
-    unit: str = ""  # of a number
-    options: tuple[tuple[str, str], ...] = ()  # of a choice: values, and what they are called
-    #: What a switch that is turned on begins with; a field that has it can be off, which is None
-    default: float | None = None
-
-    def applies(self, values: FormValues) -> bool:
-        """Whether it changes anything, given all values of the form."""
-        return applies(self.name, values)
 
 
 _FEATURE_FIELDS = (

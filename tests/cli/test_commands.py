@@ -33,7 +33,7 @@ COMMANDS = [
     "gui", "demo", "simulate", "import", "list", "runs", "assign", "note", "agree", "attach",
     "sync", "rename", "remove", "capture", "replay", "evaluate",
     "train", "predict", "review", "why", "export", "plan", "actions", "figures", "measure",
-    "doctor",
+    "doctor", "install-launcher",
 ]  # fmt: skip
 
 
@@ -48,7 +48,7 @@ def test_every_command_has_a_manual_and_json(capsys, command):
 def test_the_list_of_commands_is_that_of_the_manual(capsys):
     assert main(["--help"]) == 0
     listed = capsys.readouterr().out.partition("\ncommands:\n")[2]
-    assert re.findall(r"^    (\w+) ", listed, re.M) == COMMANDS
+    assert re.findall(r"^    ([\w-]+)(?= |$)", listed, re.M) == COMMANDS
 
 
 def test_the_manual_names_every_choice_there_is(capsys):

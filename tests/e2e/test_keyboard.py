@@ -98,3 +98,45 @@ def label(program, project):
     program.until(lambda state: state["title"].startswith("pen 2") and state["settled"])
     program.press("ctrl+End", "4", "ctrl+Home", "4")
     check((0.0, 10.0, "pull"), name="pen 2")
+
+
+def test_the_hold_time_is_changed_from_the_keyboard_and_remembered(screen, start, project):
+    arguments = (project, "--author", "Ada", "--demo", "pen 1")
+    program = start(*arguments, display=screen)
+    program.focus()
+    set_hold_time(program, "2000")
+    hold_for_half_a_second(program)
+    assert program.ask("state")["stroke"] == "grab"  # that was no hold
+    program.press("Escape", "ctrl+q")
+    assert program.process.wait(PATIENCE) == 0
+    program = start(*arguments, display=screen)
+    program.focus()
+    hold_for_half_a_second(program)
+    assert program.ask("state")["stroke"] == "grab"
+    program.press("Escape")
+    set_hold_time(program, "250")
+    hold_for_half_a_second(program)
+    program.until(lambda state: state["stroke"] is None)
+    wait_for_stored_segments(project, "pen 1", lambda found: found == [(0.0, 0.07, "grab")])
+
+
+def set_hold_time(program, milliseconds):
+    """Find it in the preferences, and change it."""
+    program.press("ctrl+comma")
+    program.until(lambda state: state["focus"] == "QLineEdit")
+    program.xdotool("type", "held press")
+    program.press("Return")
+    program.until(lambda state: state["focus"] == "QDoubleSpinBox")
+    program.press("ctrl+a")
+    program.xdotool("type", milliseconds)
+    program.press("Tab", "Escape")
+    program.focus()  # which a window manager would give back
+    program.until(lambda state: state["focus"] == "TrackPanel")
+
+
+def hold_for_half_a_second(program):
+    program.press("ctrl+Home")
+    program.xdotool("keydown", "2")
+    program.press("Right", times=7)
+    program.until(lambda state: state["stroke"] == "grab")
+    program.xdotool("sleep", "0.5", "keyup", "2")

@@ -8,12 +8,13 @@ from window_helpers import status_messages
 
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
+from forcelab.gui.author_choice import AuthorChoice
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.project_actions import ProjectActions
 from forcelab.gui.welcome import SampleProgress
-from forcelab.gui.window import AuthorChoice, Window
+from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.project import Project
 

@@ -157,14 +157,7 @@ def test_an_account_without_a_name_is_called_coder(monkeypatch, error):
     assert settings.coder() == "Coder"
 
 
-def test_times_of_the_hand_have_defaults_and_limits():
-    assert (settings.reaction_ms(), settings.hold_ms()) == (0.0, 250.0)
-    settings.store("labelling/reaction_ms", 180)
-    settings.store("labelling/hold_ms", 1e9)
-    assert (settings.reaction_ms(), settings.hold_ms()) == (180.0, 250.0)
-
-
 def test_what_is_forgotten_has_its_default_again():
-    settings.store("labelling/hold_ms", 400)
-    settings.forget("labelling/hold_ms")
-    assert settings.hold_ms() == 250.0
+    settings.store("thing/number", 400)
+    settings.forget("thing/number")
+    assert settings.number("thing/number", 250.0) == 250.0

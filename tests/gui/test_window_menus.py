@@ -13,7 +13,7 @@ from window_helpers import status_messages
 from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
 from forcelab.gui.help import HelpPage, ManualDialog
-from forcelab.gui.keys_dialog import KeysDialog
+from forcelab.gui.keys_page import KeysPage
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.shortcuts import COMMANDS, keys
 from forcelab.gui.window import Window
@@ -292,14 +292,14 @@ def test_keys_paint_again_after_a_field_was_left_by_enter_or_escape(window):
 def test_help_and_the_keys_tell_of_what_works_and_of_nothing_else(window):
     shown = HelpPage(window.document, keys(), window, window.commands)
     texts = {text for section in shown._sections() for _, text in section.rows}
-    dialog = KeysDialog(window.document, keys(), window, window.commands)
-    rows = {item.text(0) for item in dialog._items()}
+    changed = KeysPage(window.document, keys(), window.commands)
+    rows = {item.text(0) for item in changed._items()}
     for command in COMMANDS:
         offered = command.id in window.commands
         assert (command.text.rstrip("…") in rows) == offered
         if command.keys:
             assert (command.text.rstrip("…") in texts) == offered
-    for page in (shown, dialog):
+    for page in (shown, changed):
         page.deleteLater()
 
 

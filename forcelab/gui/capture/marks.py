@@ -12,10 +12,10 @@ from PySide6.QtGui import QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QLabel, QWidget
 
 from forcelab.capture.assemble import AUTOREPEAT_SECONDS
-from forcelab.gui import settings
 from forcelab.gui.capture.controller import CaptureController
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.key_events import AutoRepeatFilter, KeyEventFilter, action_key, is_typing
+from forcelab.gui.preferences import HOLD_TIME
 from forcelab.gui.shortcuts import keys
 from forcelab.vocabulary import Vocabulary
 
@@ -88,7 +88,7 @@ class HeldKeys(KeyEventFilter):
     """Marks with the keys of actions going down and up, but not where keys are text.
 
     An action lasts as long as its key is held. A key that is only tapped (shorter than
-    ``settings.hold_ms``, no other one being down) begins its action; the next press ends it, and
+    ``HOLD_TIME``, no other one being down) begins its action; the next press ends it, and
     one of another key begins its own there, as in the Label workspace. What is forgotten meanwhile
     (:meth:`forget`) no press and no release ends any more.
     """
@@ -151,7 +151,7 @@ class HeldKeys(KeyEventFilter):
         press = self._down.pop(key, None)
         if press is None or not press.marks:
             return
-        if 1000 * (at - press.since) < settings.hold_ms() and not self._down:
+        if 1000 * (at - press.since) < HOLD_TIME.value and not self._down:
             self.tapped_action, self._tap = press.action, (key, press, at)
         else:
             self._mark(press.action, False, at)

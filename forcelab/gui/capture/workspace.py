@@ -282,10 +282,18 @@ RECORD_TEXTS = {
     CaptureState.RECOVERING: "Recovering…",
     CaptureState.UNSAVED: "Retry saving",
 }
-#: Width of the left side at least, in pixels.
-SIDE = 250
+#: Width of the left side at least, in average letters, and in pixels of letters of usual size.
+SIDE_LETTERS, SIDE = 42, 250
 #: The same of both sides when they are first laid out; what is added goes to the right one.
 WINDOW = 900
+
+
+class LeftSide(QWidget):
+    """Widens with its letters."""
+
+    def minimumSizeHint(self) -> QSize:
+        wide = SIDE_LETTERS * self.fontMetrics().averageCharWidth()
+        return QSize(wide, super().minimumSizeHint().height())
 
 
 class CaptureWorkspace(QWidget):
@@ -402,8 +410,7 @@ class CaptureWorkspace(QWidget):
         recording.setContentsMargins(8, 0, 8, 8)
         for widget in (self.legend, self.elapsed, self.record_button, self.discard_button):
             recording.addWidget(widget)
-        side = QWidget()
-        side.setMinimumWidth(SIDE)
+        side = LeftSide()
         above = scroll_area(setting_up)
         page_layout(side, above, growing=above, spacing=6).addLayout(recording)
         return side

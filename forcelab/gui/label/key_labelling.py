@@ -10,7 +10,6 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QAbstractItemView, QApplication, QDockWidget, QMenuBar, QWidget
 
-from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.key_events import AutoRepeatFilter, action_key, is_reserved_key, is_typing
 from forcelab.gui.label.segment_commands import fill_range
@@ -20,6 +19,7 @@ from forcelab.gui.label.track_gestures import (
     snap_or_round,
     snap_targets,
 )
+from forcelab.gui.preferences import HOLD_TIME, REACTION_TIME
 from forcelab.gui.shortcuts import keys
 from forcelab.segment_edits import SLIVER
 from forcelab.vocabulary import KEYS
@@ -59,10 +59,10 @@ class KeyLabelling(QObject):
     * gives the selected segment its action, if nothing is playing;
     * otherwise begins a stroke at the cursor.
 
-    A key that is released ends what it has begun if it was held (``settings.hold_ms``) and the
+    A key that is released ends what it has begun if it was held (``HOLD_TIME``) and the
     cursor has moved meanwhile. Esc cancels a stroke.
 
-    While playing, the coder reacts to what was seen ``settings.reaction_ms`` ago: positions are
+    While playing, the coder reacts to what was seen ``REACTION_TIME`` ago: positions are
     that much before the cursor, times the speed, for releases as well. While paused, it is the
     cursor: as it is where it stands exactly on a sample, a frame or an edge, because then it was
     sent there; anywhere else it snaps like the pointer (:mod:`forcelab.gui.label.track_gestures`).
@@ -239,7 +239,7 @@ class KeyLabelling(QObject):
             return
         _, pressed, began = self._held
         self._held = None
-        was_held = 1000 * (released - pressed) >= settings.hold_ms()
+        was_held = 1000 * (released - pressed) >= HOLD_TIME.value
         if was_held and cursor != began and self.document.stroke is not None:
             self.document.end_stroke(position)
 
@@ -248,7 +248,7 @@ class KeyLabelling(QObject):
         document = self.document
         targets = snap_targets(document)
         if document.view.playing:
-            delay = settings.reaction_ms() / 1000 * document.view.speed
+            delay = REACTION_TIME.value / 1000 * document.view.speed
             earliest = document.view.bounds[0] if document.stroke is None else document.stroke.start
             # A stroke begun while paused was not late: it must not be turned around.
             time = max(document.view.cursor - delay, min(earliest, document.view.cursor))

@@ -14,6 +14,7 @@ from typing import Any, Literal, cast
 from PySide6.QtCore import (
     QAbstractItemModel,
     QAbstractTableModel,
+    QEvent,
     QItemSelectionModel,
     QModelIndex,
     QObject,
@@ -328,6 +329,11 @@ class SegmentRowList(QTableView):
             name = str(model.headerData(column, Qt.Orientation.Horizontal))
             header.resizeSection(column, max(width + 10, measure(name) + 14))
         self._hide_columns()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.FontChange:
+            self.fit_columns()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

@@ -31,13 +31,13 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.errors import ForcelabError
-from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon, paint_icon
 from forcelab.gui.label.history import time_of_edit
 from forcelab.gui.label.key_labelling import pending
 from forcelab.gui.label.playback import SPEEDS, Player
 from forcelab.gui.layout import set_enabled_with_reason
+from forcelab.gui.preferences import REACTION_TIME
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours, themes
 from forcelab.segment_edits import SLIVER
@@ -139,7 +139,7 @@ class TimeEdit(QLineEdit):
         self.setAccessibleName("Time in seconds; type one to jump there")
         self.setToolTip("Time of the cursor; type another one to jump there")
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
-        self.setFixedWidth(self.fontMetrics().horizontalAdvance("00000.000") + 16)
+        self._fit()
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.returnPressed.connect(self._jump)
         self.editingFinished.connect(self._leave)
@@ -148,6 +148,14 @@ class TimeEdit(QLineEdit):
         """Show the cursor's time, unless a time is being typed."""
         if not self.isModified():
             self.setText(f"{self._document.view.cursor:.3f}")
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.FontChange:
+            self._fit()
+
+    def _fit(self) -> None:
+        self.setFixedWidth(self.fontMetrics().horizontalAdvance("00000.000") + 16)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Escape discards what was typed."""
@@ -177,7 +185,7 @@ class FrameCounter(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._text, self._wide = "", 0
+        self._text = self._widest = ""
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Preferred)
 
     def text(self) -> str:
@@ -185,9 +193,8 @@ class FrameCounter(QWidget):
 
     def say(self, text: str, widest: str = "") -> None:
         """Show a text in the width of `widest`, so that nothing moves."""
-        wide = self.fontMetrics().horizontalAdvance(widest) + 2 if widest else 0
-        if wide != self._wide:
-            self._wide = wide
+        if widest != self._widest:
+            self._widest = widest
             self.updateGeometry()
         if text != self._text:
             self._text = text
@@ -195,7 +202,8 @@ class FrameCounter(QWidget):
             self.update()
 
     def sizeHint(self) -> QSize:
-        return QSize(self._wide, self.fontMetrics().height())
+        wide = self.fontMetrics().horizontalAdvance(self._widest) + 2 if self._widest else 0
+        return QSize(wide, self.fontMetrics().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
         with QPainter(self) as painter:
@@ -358,22 +366,19 @@ class Transport(QWidget):
         )
         snap.setCheckable(True)
         snap.toggled.connect(self.document.view.set_snapping)
-        self.reaction.setRange(0, round(settings.LONGEST_MS))
-        self.reaction.setSingleStep(10)
+        self.reaction.setRange(0, round(REACTION_TIME.field.highest))
+        self.reaction.setSingleStep(round(REACTION_TIME.field.step))
         self.reaction.setPrefix("Reaction ")
         self.reaction.setSuffix(" ms")
-        self.reaction.setToolTip(
-            "How late you press keys during playback; labels are put that much earlier"
-        )
+        self.reaction.setToolTip(REACTION_TIME.field.tip)
         self.reaction.setAccessibleName("Reaction time in milliseconds")
-        self.reaction.setValue(round(settings.reaction_ms()))
+        self._show_reaction_time()
+        REACTION_TIME.changed.connect(self._show_reaction_time)
         self.reaction.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.reaction.setKeyboardTracking(False)
         self.reaction.lineEdit().returnPressed.connect(self.reaction.clearFocus)
         self.reaction.setButtonSymbols(QSpinBox.ButtonSymbols.NoButtons)
-        self.reaction.valueChanged.connect(
-            lambda milliseconds: settings.store("labelling/reaction_ms", milliseconds)
-        )
+        self.reaction.valueChanged.connect(REACTION_TIME.set_value)
         row.addWidget(self.reaction)
         row.addSpacing(6)
         row.addWidget(self.range, 1)
@@ -466,6 +471,9 @@ class Transport(QWidget):
         else:
             self.speed.setCurrentIndex(-1)
             self.speed.setPlaceholderText(_speed_text(speed))
+
+    def _show_reaction_time(self) -> None:
+        self.reaction.setValue(REACTION_TIME.value)
 
     def _show_snapping(self) -> None:
         self.buttons["magnet"].setChecked(self.document.view.snapping)

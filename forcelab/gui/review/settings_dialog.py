@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
 from statistics import median_low
@@ -15,7 +14,6 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QCompleter,
     QDialog,
-    QDoubleSpinBox,
     QFormLayout,
     QGridLayout,
     QGroupBox,
@@ -37,7 +35,6 @@ from forcelab.errors import InputError
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.item_views import Index
-from forcelab.gui.key_events import ignore_wheel
 from forcelab.gui.layout import (
     dialog_buttons,
     muted_label,
@@ -47,13 +44,16 @@ from forcelab.gui.layout import (
     set_enabled_with_reason,
     set_tone,
 )
-from forcelab.gui.review.trainer import default_author
+from forcelab.gui.review.trainer import Trainer, default_author
+from forcelab.gui.review.training_preferences import PRESET_TEXTS
+from forcelab.gui.setting_editors import Editor, editor_for
 from forcelab.gui.text import escape_ampersands, thousands
 from forcelab.gui.widgets import combo_box
 from forcelab.label_map import MergeMap
 from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.presets import PRESETS, preset
-from forcelab.recognition.settings import FIELD_GROUPS, FIELDS, SettingField, Settings
+from forcelab.recognition.settings import FIELD_GROUPS, FIELDS, Settings, applies
+from forcelab.setting_field import SettingField
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import frequencies
 
@@ -100,30 +100,13 @@ def training_facts(document: Document, choice: DataSelection) -> TrainingFacts:
     )
 
 
-#: Each preset in one sentence.
-PRESET_TEXTS = {
-    "paper": "The published method, unchanged: to compare with what was published.",
-    "released": (
-        "What the authors' published code does where it differs from their text: slower movements "
-        "and stronger filters."
-    ),
-    "fast": (
-        "As best, but without peaks, trained on every fifth decision, contradicted or not, and not "
-        "calibrated."
-    ),
-    "best": "Extra trees that look at windows and peaks, with calibrated probabilities.",
-    "mlp": "As best, but with the paper's classifier, whose loss is drawn while it trains.",
-    "ensemble": "The mean of best and mlp: about as accurate as the better of the two.",
-}
-
-
 def settings_summary(settings: Settings, facts: TrainingFacts) -> str:
     """The settings in use, a line each."""
     values = {field.name: getattr(settings, field.name) for field in FIELDS}
     lines = []
     for field in FIELDS:
         value = values[field.name]
-        if not field.applies(values) or (value is None and field.name != "channels"):
+        if not applies(field.name, values) or (value is None and field.name != "channels"):
             continue
         if field.name == "stride" and value == 1:
             continue  # all of them
@@ -140,124 +123,6 @@ def settings_summary(settings: Settings, facts: TrainingFacts) -> str:
         if text:
             lines.append(f"{field.label}: {text}")
     return "\n".join(lines)
-
-
-class Editor(QWidget):
-    """Shows the value of a field and lets it be changed."""
-
-    changed = Signal()
-
-    def __init__(self, field: SettingField) -> None:
-        super().__init__()
-        self.field = field
-        self.setToolTip(field.tip)
-
-    @abstractmethod
-    def value(self) -> Any:
-        """The value, as :class:`~forcelab.recognition.settings.Settings` takes it."""
-
-    def set_value(self, value: Any) -> None:
-        """Show another value; emits no signal."""
-        with QSignalBlocker(self):
-            self._show(value)
-
-    @abstractmethod
-    def _show(self, value: Any) -> None: ...
-
-    def _lay_out(self, *controls: QWidget) -> None:
-        """Put controls beside each other; the first gets the keyboard."""
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        for control in controls:
-            row.addWidget(control)
-        row.addStretch(1)
-        self.setFocusProxy(controls[0])
-
-
-class NumberEditor(Editor):
-    """A number, behind a switch where it may be off."""
-
-    def __init__(self, field: SettingField) -> None:
-        super().__init__(field)
-        # One that holds whole numbers only ends at 2^31.
-        self.box = QDoubleSpinBox(
-            decimals=field.decimals,
-            minimum=field.lowest,
-            maximum=field.highest,
-            singleStep=field.step,
-            suffix=f" {field.unit}" if field.unit else "",
-        )
-        self.box.setAccessibleName(field.label)
-        self.box.setMinimumWidth(16 * self.fontMetrics().averageCharWidth())
-        self.box.valueChanged.connect(lambda _: self.changed.emit())
-        ignore_wheel(self.box)
-        self.switch: QCheckBox | None = None
-        if field.default is None:
-            self._lay_out(self.box)
-        else:
-            self.switch = QCheckBox("on")
-            self.switch.setAccessibleName(f"Use: {field.label}")
-            self.switch.toggled.connect(self.box.setVisible)
-            self.switch.toggled.connect(lambda _: self.changed.emit())
-            self._lay_out(self.switch, self.box)
-            self.box.hide()
-        self._exact: float | None = None
-
-    def value(self) -> float | int | None:
-        if self.switch is not None and not self.switch.isChecked():
-            return None
-        number = self.box.value()
-        if self.field.kind == "whole":
-            return round(number)
-        # A value that was set may have more decimals than are shown.
-        exact = self._exact
-        rounded = None if exact is None else round(exact, self.field.decimals)
-        return exact if exact is not None and rounded == round(number, 9) else number
-
-    def _show(self, value: Any) -> None:
-        self._exact = None if value is None or self.field.kind == "whole" else float(value)
-        if self.switch is not None:
-            self.switch.setChecked(value is not None)
-        if value is None:
-            value = self.field.default
-        if value is not None:
-            # What was set elsewhere is shown as it is, also where the form would not lead there.
-            self.box.setRange(min(value, self.field.lowest), max(value, self.field.highest))
-            self.box.setValue(value)
-
-
-class ChoiceEditor(Editor):
-    """One of several values."""
-
-    def __init__(self, field: SettingField) -> None:
-        super().__init__(field)
-        self.box = combo_box(field.label, {name: value for value, name in field.options})
-        self.box.currentIndexChanged.connect(lambda _: self.changed.emit())
-        ignore_wheel(self.box)
-        self._lay_out(self.box)
-
-    def value(self) -> str:
-        return str(self.box.currentData())
-
-    def _show(self, value: Any) -> None:
-        self.box.setCurrentIndex(max(self.box.findData(value), 0))
-
-
-class FlagEditor(Editor):
-    """Yes or no."""
-
-    def __init__(self, field: SettingField) -> None:
-        super().__init__(field)
-        self.box = QCheckBox("on")
-        self.box.setAccessibleName(field.label)
-        self.box.toggled.connect(lambda _: self.changed.emit())
-        self._lay_out(self.box)
-
-    def value(self) -> bool:
-        return self.box.isChecked()
-
-    def _show(self, value: Any) -> None:
-        self.box.setChecked(bool(value))
 
 
 class ChannelsEditor(Editor):
@@ -563,7 +428,7 @@ class SettingsForm(QWidget):
             values = {}
         for field in FIELDS if values else ():
             form, cell = self._rows[field.name]
-            form.setRowVisible(cell, field.applies(values))
+            form.setRowVisible(cell, applies(field.name, values))
         self.settings()
         self.changed.emit()
 
@@ -577,15 +442,11 @@ class _RefusedError(Exception):
 
 
 def _editor_for(field: SettingField, facts: TrainingFacts) -> Editor:
-    if field.kind in ("number", "whole"):
-        return NumberEditor(field)
-    if field.kind == "choice":
-        return ChoiceEditor(field)
-    if field.kind == "flag":
-        return FlagEditor(field)
     if field.kind == "channels":
         return ChannelsEditor(field, facts)
-    return MergeEditor(field, facts)
+    if field.kind == "merge":
+        return MergeEditor(field, facts)
+    return editor_for(field)
 
 
 SUMMARY_PAGE, FORM_PAGE = 0, 1
@@ -732,3 +593,19 @@ class SettingsDialog(QDialog):
         if not steps:
             return f"{features} features; nothing is labelled yet."
         return f"{features} features, {thousands(steps)} labelled time steps to train on"
+
+
+def change_settings(trainer: Trainer, parent: QWidget, field: str = "") -> None:
+    """Ask for other settings of a trainer's task, one of them first."""
+    facts = training_facts(trainer.document, trainer.choice)
+    dialog = SettingsDialog(trainer.settings, facts, parent)
+    if field:
+        dialog.open_form(field=field)
+
+    def take() -> None:
+        if dialog.chosen is not None:
+            trainer.set_settings(dialog.chosen)
+
+    dialog.accepted.connect(take)
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    dialog.open()

@@ -18,6 +18,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import training_preferences
 from forcelab.gui.review.training_backend import Backend, SettingsAndChoice, freshness_text
+from forcelab.gui.review.training_preferences import PRESET
 from forcelab.labels import Segments, is_model
 from forcelab.recognition.groups import default_fold_count
 
@@ -253,6 +254,7 @@ class Trainer(QObject):
         self.pause.timeout.connect(self._train_automatically)
         self._automatic_runs = AutomaticRuns(document)
         self._forget()
+        PRESET.changed.connect(self._preset_changed)
         document.project_changed.connect(self._project_changed)
         document.demonstration_changed.connect(self._demonstration_changed)
         self._project_changed()
@@ -295,8 +297,10 @@ class Trainer(QObject):
     def classifier(self) -> str:
         if self._settings is not None:
             return self._settings.classifier
-        values = training_preferences.recall_values(self._path or Path(), self.task) or {}
-        return str(values.get("classifier", training_preferences.DEFAULT_CLASSIFIER))
+        values = training_preferences.recall_values(self._path or Path(), self.task)
+        if values is None and PRESET.value != PRESET.default:
+            return self.settings.classifier
+        return str((values or {}).get("classifier", training_preferences.DEFAULT_CLASSIFIER))
 
     @property
     def chosen(self) -> tuple[tuple[str, ...], str | None, bool]:
@@ -401,6 +405,11 @@ class Trainer(QObject):
         if self._path is not None:
             training_preferences.remember(self._path, self.task, value)
         self.trouble = ""
+        self.changed.emit()
+
+    def _preset_changed(self) -> None:
+        """A task with no settings of its own has those of the other preset now."""
+        self._settings = None
         self.changed.emit()
 
     def _switch_task(self, task: str) -> None:

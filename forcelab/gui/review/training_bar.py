@@ -454,26 +454,10 @@ class TrainingBar(QWidget):
 
     def open_settings(self, *, field: str = "") -> None:
         """Ask for other settings, one of them first."""
-        trainer = self.trainer
-        if not trainer.ready:
-            return
-        from forcelab.gui.review.settings_dialog import (
-            SettingsDialog,  # loads much
-            training_facts,
-        )
+        if self.trainer.ready:
+            from forcelab.gui.review.settings_dialog import change_settings  # loads much
 
-        facts = training_facts(trainer.document, trainer.choice)
-        dialog = SettingsDialog(trainer.settings, facts, self.window())
-        if field:
-            dialog.open_form(field=field)
-
-        def take() -> None:
-            if dialog.chosen is not None:
-                trainer.set_settings(dialog.chosen)
-
-        dialog.accepted.connect(take)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.open()
+            change_settings(self.trainer, self.window(), field)
 
 
 def _width_needed(widget: QWidget) -> int:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from forcelab.errors import InputError
 from forcelab.gui import settings
+from forcelab.gui.preferences import choice
+from forcelab.setting_field import SettingField
 
 if TYPE_CHECKING:
     from forcelab.recognition.dataset import DataSelection
@@ -18,16 +20,44 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-#: What a task is trained with until the coder chooses otherwise: an MLP, as in the paper. Averaged
-#: with the trees of `best` it is about as accurate as the better of the two; by itself it is behind
-#: on some tasks. Scripts begin with preset ``paper``.
-DEFAULT_PRESET = "ensemble"
-#: Its classifier, written out: to look presets up loads much.
+#: Each preset in one sentence.
+PRESET_TEXTS = {
+    "paper": "The published method, unchanged: to compare with what was published.",
+    "released": (
+        "What the authors' published code does where it differs from their text: slower movements "
+        "and stronger filters."
+    ),
+    "fast": (
+        "As best, but without peaks, trained on every fifth decision, contradicted or not, and not "
+        "calibrated."
+    ),
+    "best": "Extra trees that look at windows and peaks, with calibrated probabilities.",
+    "mlp": "As best, but with the paper's classifier, whose loss is drawn while it trains.",
+    "ensemble": "The mean of best and mlp: about as accurate as the better of the two.",
+}
+
+#: An MLP, as in the paper. Averaged with the trees of `best` it is about as accurate as the better
+#: of the two; by itself it is behind on some tasks. Scripts begin with preset ``paper``.
+PRESET = choice(
+    "training/preset",
+    "ensemble",
+    "Preset of new tasks",
+    "A task is trained with it until you choose other settings for the task.",
+    {name: name for name in PRESET_TEXTS},
+)
+#: The classifier of its default, written out: to look presets up loads much.
 DEFAULT_CLASSIFIER = "trees-mlp"
+#: It belongs to a project; see `recall_automatic`.
+AUTOMATIC = SettingField(
+    "automatic",
+    "flag",
+    "Train automatically",
+    "This project is trained again five seconds after the last edit.",
+)
 
 
 def recall_settings(project: Path, task: str) -> Settings:
-    """The settings a task was last trained with; at first those of preset `DEFAULT_PRESET`."""
+    """The settings a task was last trained with; at first those of `PRESET`."""
     return settings_of(recall_values(project, task), task)
 
 
@@ -37,7 +67,7 @@ def recall_values(project: Path, task: str) -> dict[str, Any] | None:
 
 
 def settings_of(values: dict[str, Any] | None, task: str) -> Settings:
-    """Settings from plain values; `DEFAULT_PRESET` where there are none or they are broken."""
+    """Settings from plain values; those of `PRESET` where there are none or they are broken."""
     from forcelab.recognition.presets import preset
     from forcelab.recognition.settings import Settings
 
@@ -46,12 +76,12 @@ def settings_of(values: dict[str, Any] | None, task: str) -> Settings:
             return Settings.from_json(values)
         except InputError as error:  # such as of a newer forcelab
             log.warning("The settings kept for '%s' are not used: %s", task, error)
-    return preset(DEFAULT_PRESET)
+    return preset(PRESET.value)
 
 
 def recall_preset(project: Path, task: str) -> tuple[str, bool]:
     """The name of the preset that a task was trained with last, and whether it was changed."""
-    name = settings.text(_task_key(project, task, "preset"), DEFAULT_PRESET)
+    name = settings.text(_task_key(project, task, "preset"), PRESET.value)
     return name, settings.flag(_task_key(project, task, "changed"))
 
 

@@ -17,9 +17,9 @@ from PySide6.QtWidgets import (
 )
 from window_helpers import open_foam_document, stored_rows
 
-from forcelab.gui import settings
 from forcelab.gui.label.key_labelling import KeyLabelling
 from forcelab.gui.label.tracks import TrackPanel
+from forcelab.gui.preferences import HOLD_TIME, REACTION_TIME
 from forcelab.labels import Segment
 from forcelab.vocabulary import Vocabulary
 
@@ -138,7 +138,7 @@ def test_a_short_press_is_no_hold(document, desk):
     document.view.seek(1.0)
     desk.press(GRAB)
     document.view.seek(1.1)
-    desk.now += settings.hold_ms() / 1000 - 0.01
+    desk.now += HOLD_TIME.value / 1000 - 0.01
     desk.release(GRAB)
     assert document.stroke is not None
     assert stored_rows(document) == []
@@ -257,7 +257,7 @@ def test_esc_forgets_the_stroke(document, desk):
 
 
 def test_while_playing_the_reaction_time_is_taken_off(document, desk):
-    settings.store("labelling/reaction_ms", 200.0)
+    REACTION_TIME.set_value(200)
     document.view.set_speed(0.5)
     document.view.set_playing(True)
     desk.tap(GRAB, 1.0)
@@ -266,7 +266,7 @@ def test_while_playing_the_reaction_time_is_taken_off(document, desk):
 
 
 def test_the_reaction_time_never_turns_a_stroke_around(document, desk):
-    settings.store("labelling/reaction_ms", 500.0)
+    REACTION_TIME.set_value(500)
     document.view.seek(1.0)
     desk.tap(GRAB)  # paused: begins at 1.0 s
     document.view.set_playing(True)

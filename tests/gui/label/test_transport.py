@@ -9,9 +9,10 @@ from PySide6.QtTest import QTest
 from window_helpers import shown_widget
 
 from forcelab.errors import InputError
-from forcelab.gui import settings, theme
+from forcelab.gui import theme
 from forcelab.gui.label.playback import SPEEDS, Player
 from forcelab.gui.label.transport import Transport
+from forcelab.gui.preferences import REACTION_TIME
 from forcelab.gui.shortcuts import keys
 from forcelab.project import Project
 from forcelab.project.tracks import TrackStore
@@ -130,7 +131,7 @@ def test_snapping_goes_both_ways_and_the_reaction_time_is_remembered(bar, docume
     document.view.set_snapping(True)
     assert bar.buttons["magnet"].isChecked()
     bar.reaction.setValue(180)
-    assert settings.reaction_ms() == 180
+    assert REACTION_TIME.value == 180
 
 
 def test_it_says_since_when_all_is_stored(bar, document, until):

@@ -24,7 +24,7 @@ from forcelab.gui.review.tradeoff import (
 )
 from forcelab.gui.review.tradeoff_plot import MARK, Point, TradeoffPlot
 from forcelab.gui.review.trainer import Trainer
-from forcelab.gui.review.training_preferences import recall_preset
+from forcelab.gui.review.training_preferences import PRESET, recall_preset
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Segment, Track
 from forcelab.measure.recognition import Measured, Variant, measure_and_store
@@ -120,7 +120,7 @@ def work(document):
 
 @pytest.fixture
 def hidden_controller(document, jobs, work, until, monkeypatch):
-    monkeypatch.setattr("forcelab.gui.review.training_preferences.DEFAULT_PRESET", "paper")
+    PRESET.set_value("paper")
     monkeypatch.setattr(tradeoff, "COUNT_DELAY", 20)
     monkeypatch.setattr(tradeoff, "measure_task", work.measure)
     monkeypatch.setattr(tradeoff, "read_latest", work.latest)

@@ -44,7 +44,7 @@ def test_training_ends_with_the_run_in_the_document(trainer, document, work, unt
     assert [step.epoch for step in trainer.step_history] == [1, 2, 3]
     path, settings, choice, name = work.requests[0]
     assert path == document.project.path
-    assert settings == preset(training_preferences.DEFAULT_PRESET)
+    assert settings == preset(training_preferences.PRESET.default)
     assert choice.tasks == ("foam",)
     assert name == "foam"
 
@@ -354,7 +354,7 @@ def test_each_task_has_its_own_settings_and_choice(trainer, document, work, unti
     stylus = next(info.id for info in document.infos if info.task == "stylus")
     document.open_demonstration(stylus)
     assert trainer.task == "stylus"
-    assert trainer.settings == preset(training_preferences.DEFAULT_PRESET)
+    assert trainer.settings == preset(training_preferences.PRESET.default)
     assert trainer.choice == DataSelection(("stylus",))
     trainer.set_task("foam")
     assert trainer.settings == Settings(stride=10)
@@ -377,7 +377,7 @@ def test_broken_settings_do_not_stand_in_the_way(trainer, document, work):
     settings.store(training_preferences._task_key(path, "foam", "settings"), '{"stride": -3}')
     settings.store(training_preferences._task_key(path, "foam", "choice"), '{"tasks": 5}')
     again = Trainer(document, trainer.jobs, backend=work)
-    assert again.settings == preset(training_preferences.DEFAULT_PRESET)
+    assert again.settings == preset(training_preferences.PRESET.default)
     assert again.choice == DataSelection(("foam",))
 
 
@@ -472,7 +472,7 @@ def test_what_was_trained_with_other_settings_is_not_said_to_be_up_to_date(
     trainer.set_settings(preset("fast"))
     assert line.text() == f"{'Recogniser' if has_recogniser else 'Run 1'}: {words}"
     assert bar.freshness.text == words
-    trainer.set_settings(preset(training_preferences.DEFAULT_PRESET))
+    trainer.set_settings(preset(training_preferences.PRESET.default))
     assert "up to date" in line.text()
     assert "up to date" in bar.freshness.text
     bar.deleteLater()
@@ -540,8 +540,8 @@ def test_what_was_trained_on_another_coder_is_not_up_to_date(
 
 def test_the_first_training_is_with_the_best_preset_that_has_an_mlp(trainer):
     assert "mlp" in trainer.classifier
-    assert trainer.classifier == preset(training_preferences.DEFAULT_PRESET).classifier
-    assert trainer.preset_used == (training_preferences.DEFAULT_PRESET, False)
+    assert trainer.classifier == preset(training_preferences.PRESET.default).classifier
+    assert trainer.preset_used == (training_preferences.PRESET.default, False)
 
 
 def test_demonstrations_of_no_task_are_trained_too(app, until):

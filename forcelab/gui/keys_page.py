@@ -1,18 +1,14 @@
-"""The dialog in which every key can be changed: of all commands and of the task's actions."""
+"""The page on which every key can be changed: of all commands and of the task's actions."""
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar
 
 from PySide6.QtCore import QModelIndex, QSize, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import (
-    QDialog,
-    QDialogButtonBox,
     QFormLayout,
     QGroupBox,
     QHBoxLayout,
@@ -28,8 +24,9 @@ from PySide6.QtWidgets import (
 
 from forcelab.errors import InputError
 from forcelab.gui.document import Document
-from forcelab.gui.layout import search_field, set_enabled_with_reason, set_tone
+from forcelab.gui.layout import page_layout, set_enabled_with_reason, set_tone
 from forcelab.gui.shortcuts import COMMANDS, Keys, key_name
+from forcelab.gui.text import contains_words
 
 _ROW = Qt.ItemDataRole.UserRole
 
@@ -42,64 +39,49 @@ class _Row:
     is_action: bool
 
 
-class CommandDialog(QDialog):
-    """A dialog on keys with a search; `offered` are the ids of the commands, by default all."""
+class KeysPage(QWidget):
+    """All keys in one table; each change counts at once.
 
-    #: Placeholder and accessible name of the search field.
-    search_hints: ClassVar[tuple[str, str]]
+    `offered` are the ids of the commands, by default all.
+    """
 
     def __init__(
-        self,
-        document: Document,
-        keys: Keys,
-        parent: QWidget | None = None,
-        offered: Collection[str] | None = None,
+        self, document: Document, keys: Keys, offered: Collection[str] | None = None
     ) -> None:
-        super().__init__(parent)
+        super().__init__()
         self._document, self._keys = document, keys
         self._offered = [c for c in COMMANDS if offered is None or c.id in offered]
-        self._search = search_field(*self.search_hints)
-        self._search.setTextMargins(4, 2, 4, 2)
-        layout = QVBoxLayout(self)
-        layout.setSpacing(10)
-        layout.addWidget(self._search)
-        for part in self._build():
-            layout.addWidget(part)
+        self._query = ""
+        self._groups: list[tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = []
+        self._table = self._make_table()
+        page_layout(self, self._table, self._make_editor(), growing=self._table, spacing=10)
         self._fill()
         keys.changed.connect(self._show_keys)
         document.vocabulary_changed.connect(self._fill)
-        self._search.setFocus()
 
-    @abstractmethod
-    def _build(self) -> tuple[QWidget, ...]:
-        """What stands below the search field."""
+    def show_matching(self, query: str) -> bool:
+        """Show the rows in whose name or keys these words occur; one of them is current.
 
-    @abstractmethod
-    def _fill(self) -> None:
-        """List commands and actions with their keys."""
+        Gives whether there are any.
+        """
+        self._query = query
+        for top, rows in self._groups:
+            for item in rows:
+                item.setHidden(not contains_words(f"{item.text(0)} {item.text(1)}", query))
+            top.setHidden(all(item.isHidden() for item in rows))
+        shown = [item for item in self._items() if not item.isHidden()]
+        if self._table.currentItem() not in shown:
+            first = self._table.indexFromItem(shown[0]) if shown else QModelIndex()
+            self._table.setCurrentIndex(first)
+        return bool(shown)
 
-    def _show_keys(self) -> None:
-        """Show keys that have changed."""
-        self._fill()
+    def reset(self) -> None:
+        """Give all commands their default keys back."""
+        self._keys.reset_all()
 
-
-class KeysDialog(CommandDialog):
-    """All keys in one table; each change counts at once."""
-
-    search_hints = "Search for a command, an action or a key", "Search keys"
-
-    def _build(self) -> tuple[QWidget, ...]:
-        self.setWindowTitle("Change keys")
-        self._groups: list[tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = []
-        self._search.textChanged.connect(self._filter)
-        self._table = self._make_table()
-        self._search.returnPressed.connect(self._table.setFocus)
-        return self._table, self._make_editor(), self._make_buttons()
-
-    def sizeHint(self) -> QSize:
-        """Wide enough for the longest row, high enough for some twenty."""
-        metrics = self.fontMetrics()
-        return QSize(metrics.averageCharWidth() * 78, metrics.lineSpacing() * 42)
+    def focus_first(self) -> None:
+        """Give the table the keyboard; Enter leads on to the keys of the row."""
+        self._table.setFocus()
 
     def _make_table(self) -> QTreeWidget:
         table = QTreeWidget()
@@ -143,7 +125,7 @@ class KeysDialog(CommandDialog):
             field.addWidget(edit, 1)
             field.addWidget(remove)
             form.addRow(label, field)
-        self._reset = QPushButton("Default")
+        self._reset = QPushButton("Reset")
         self._reset.setAccessibleName("Give this command its default keys back")
         self._reset.setAutoDefault(False)
         self._reset.clicked.connect(self._reset_current)
@@ -160,21 +142,6 @@ class KeysDialog(CommandDialog):
         column.addLayout(row)
         column.addWidget(self._trouble)
         return self._editor
-
-    def _make_buttons(self) -> QDialogButtonBox:
-        buttons = QDialogButtonBox()
-        reset = QPushButton("All defaults")
-        reset.setAccessibleName("Give all commands their default keys back")
-        reset.setAutoDefault(False)
-        reset.clicked.connect(self._keys.reset_all)
-        close = QPushButton("Close")
-        close.setAccessibleName("Close")
-        close.setAutoDefault(False)
-        close.clicked.connect(self.accept)
-        buttons.addButton(reset, QDialogButtonBox.ButtonRole.ResetRole)
-        # None is the default: Enter leads from the search to a row and from there to its keys.
-        buttons.addButton(close, QDialogButtonBox.ButtonRole.RejectRole)
-        return buttons
 
     def _fill(self) -> None:
         """List the task's actions and all commands."""
@@ -193,7 +160,7 @@ class KeysDialog(CommandDialog):
         self._table.setCurrentItem((current or self._items())[0])
         self._table.expandAll()
         self._show_keys()
-        self._filter(self._search.text())
+        self.show_matching(self._query)
 
     def _group(
         self, heading: str, members: Sequence[tuple[str, _Row]]
@@ -256,7 +223,7 @@ class KeysDialog(CommandDialog):
         for widget in (self._edits[1], self._labels[1], self._removers[1], self._reset):
             widget.setVisible(command)
         changed = row is not None and command and self._keys.changed_by_coder(row.name)
-        set_enabled_with_reason(self._reset, "" if changed else "The keys are the default ones.")
+        set_enabled_with_reason(self._reset, "" if changed else "These are the default keys.")
 
     def _take(self, place: int) -> None:
         """Give the current row the key that was pressed in a field."""
@@ -305,15 +272,3 @@ class KeysDialog(CommandDialog):
             self._keys.reset(row.name)
         except InputError as error:
             self._refuse(error)
-
-    def _filter(self, text: str) -> None:
-        """Show the rows whose name or keys contain the text; one of them is current."""
-        query = text.casefold().strip()
-        for top, rows in self._groups:
-            for item in rows:
-                item.setHidden(query not in f"{item.text(0)} {item.text(1)}".casefold())
-            top.setHidden(all(item.isHidden() for item in rows))
-        shown = [item for item in self._items() if not item.isHidden()]
-        if self._table.currentItem() not in shown:
-            first = self._table.indexFromItem(shown[0]) if shown else QModelIndex()
-            self._table.setCurrentIndex(first)

@@ -1,0 +1,182 @@
+"""An editor for each kind of value that a setting can have."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QDoubleSpinBox,
+    QFileDialog,
+    QHBoxLayout,
+    QPushButton,
+    QWidget,
+)
+
+from forcelab.gui.key_events import ignore_wheel
+from forcelab.gui.widgets import ElidedLabel, combo_box
+from forcelab.setting_field import SettingField
+
+
+class Editor(QWidget):
+    """Shows the value of a field and lets it be changed."""
+
+    changed = Signal()
+
+    def __init__(self, field: SettingField) -> None:
+        super().__init__()
+        self.field = field
+        self.setToolTip(field.tip)
+
+    @abstractmethod
+    def value(self) -> Any:
+        """The value, as the setting takes it."""
+
+    def set_value(self, value: Any) -> None:
+        """Show another value; emits no signal."""
+        with QSignalBlocker(self):
+            self._show(value)
+
+    @abstractmethod
+    def _show(self, value: Any) -> None: ...
+
+    def _lay_out(self, *controls: QWidget) -> None:
+        """Put controls beside each other; the first gets the keyboard."""
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        for control in controls:
+            row.addWidget(control)
+        row.addStretch(1)
+        self.setFocusProxy(controls[0])
+
+
+class NumberEditor(Editor):
+    """A number, behind a switch where it may be off."""
+
+    def __init__(self, field: SettingField) -> None:
+        super().__init__(field)
+        # One that holds whole numbers only ends at 2^31.
+        self.box = QDoubleSpinBox(
+            decimals=field.decimals,
+            minimum=field.lowest,
+            maximum=field.highest,
+            singleStep=field.step,
+            suffix=f" {field.unit}" if field.unit else "",
+        )
+        self.box.setAccessibleName(field.label)
+        self.box.setMinimumWidth(16 * self.fontMetrics().averageCharWidth())
+        self.box.valueChanged.connect(lambda _: self.changed.emit())
+        ignore_wheel(self.box)
+        self.switch: QCheckBox | None = None
+        if field.default is None:
+            self._lay_out(self.box)
+        else:
+            self.switch = QCheckBox("on")
+            self.switch.setAccessibleName(f"Use: {field.label}")
+            self.switch.toggled.connect(self.box.setVisible)
+            self.switch.toggled.connect(lambda _: self.changed.emit())
+            self._lay_out(self.switch, self.box)
+            self.box.hide()
+        self._exact: float | None = None
+
+    def value(self) -> float | int | None:
+        if self.switch is not None and not self.switch.isChecked():
+            return None
+        number = self.box.value()
+        if self.field.kind == "whole":
+            return round(number)
+        # A value that was set may have more decimals than are shown.
+        exact = self._exact
+        rounded = None if exact is None else round(exact, self.field.decimals)
+        return exact if exact is not None and rounded == round(number, 9) else number
+
+    def _show(self, value: Any) -> None:
+        self._exact = None if value is None or self.field.kind == "whole" else float(value)
+        if self.switch is not None:
+            self.switch.setChecked(value is not None)
+        if value is None:
+            value = self.field.default
+        if value is not None:
+            # What was set elsewhere is shown as it is, also where the form would not lead there.
+            self.box.setRange(min(value, self.field.lowest), max(value, self.field.highest))
+            self.box.setValue(value)
+
+
+class ChoiceEditor(Editor):
+    """One of several values."""
+
+    def __init__(self, field: SettingField) -> None:
+        super().__init__(field)
+        self.box = combo_box(field.label, {name: value for value, name in field.options})
+        self.box.currentIndexChanged.connect(lambda _: self.changed.emit())
+        ignore_wheel(self.box)
+        self._lay_out(self.box)
+
+    def value(self) -> str:
+        return str(self.box.currentData())
+
+    def _show(self, value: Any) -> None:
+        self.box.setCurrentIndex(max(self.box.findData(value), 0))
+
+
+class FlagEditor(Editor):
+    """Yes or no."""
+
+    def __init__(self, field: SettingField) -> None:
+        super().__init__(field)
+        self.box = QCheckBox("on")
+        self.box.setAccessibleName(field.label)
+        self.box.toggled.connect(lambda _: self.changed.emit())
+        self._lay_out(self.box)
+
+    def value(self) -> bool:
+        return self.box.isChecked()
+
+    def _show(self, value: Any) -> None:
+        self.box.setChecked(bool(value))
+
+
+class FolderEditor(Editor):
+    """A folder, which a dialog chooses."""
+
+    def __init__(self, field: SettingField) -> None:
+        super().__init__(field)
+        self._folder = Path()
+        self._shown = ElidedLabel()
+        self._shown.setAccessibleName(field.label)
+        self._choose = QPushButton("Choose…")
+        self._choose.setAccessibleName(f"Choose: {field.label}")
+        self._choose.setAutoDefault(False)
+        self._choose.clicked.connect(self._ask)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self._choose)
+        row.addWidget(self._shown, 1)
+        self.setFocusProxy(self._choose)
+
+    def value(self) -> Path:
+        return self._folder
+
+    def _show(self, value: Any) -> None:
+        self._folder = Path(value)
+        self._shown.set_text(str(value))
+
+    def _ask(self) -> None:
+        chosen = QFileDialog.getExistingDirectory(self, self.field.label, str(self._folder))
+        if chosen:
+            self._show(chosen)
+            self.changed.emit()
+
+
+def editor_for(field: SettingField) -> Editor:
+    """The editor of a number, a choice, a flag or a folder."""
+    kinds: dict[str, Callable[[SettingField], Editor]] = {
+        "choice": ChoiceEditor,
+        "flag": FlagEditor,
+        "folder": FolderEditor,
+    }
+    return kinds.get(field.kind, NumberEditor)(field)
