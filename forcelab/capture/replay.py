@@ -256,27 +256,28 @@ class RecordedDevice:
         self.channels: tuple[Channel, ...] = ()
         self.rate = 0.0
         self._project, self._demonstration, self._loop = project, demonstration, loop
+        self._title = demonstration
         self._begun = 0.0  # by the host's monotonic clock
         self._played = 0  # samples, those in gaps included
 
     @property
     def name(self) -> str:
         """Such as ``"replay:lab.forcelab/pull-03"``."""
-        return f"replay:{self._project.name}/{self._demonstration}"
+        return f"replay:{self._project.name}/{self._title}"
 
     def open(self) -> None:
         """Load the recording and play it from its start."""
         with Project.open(self._project) as project:
             recording = project.demonstrations.load(self._demonstration)
-        self._demonstration = recording.name
+        self._title = recording.name
         self._signals, self._moments = np.asarray(recording.signals), _Moments(recording)
-        self.channels, self.rate = recording.channels, recording.rate
-        self._length = max(round(recording.duration * recording.rate), 2)
+        self.channels, self.rate = recording.channels, 1.0 / recording.period
+        self._length = round(recording.duration * self.rate)
         self._zero = np.zeros(len(self.channels))
         self._begun, self._played = time.monotonic(), 0
 
     def reopen(self) -> None:
-        raise UnpluggedError(f"'{self._demonstration}' has ended.")
+        raise UnpluggedError(f"'{self._title}' has ended.")
 
     def read(self, timeout: float) -> Block | None:
         """The samples that are due by now; they come in bursts, as those of other devices."""
@@ -287,7 +288,7 @@ class RecordedDevice:
         if not self._loop:
             if self._played >= self._length:
                 raise UnpluggedError(
-                    f"'{self._demonstration}' has been played to its end; connect again to play "
+                    f"'{self._title}' has been played to its end; connect again to play "
                     f"it once more."
                 )
             due = min(due, self._length)

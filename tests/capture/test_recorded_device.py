@@ -69,6 +69,24 @@ def test_played_once_it_is_gone_at_its_end_and_does_not_come_back(project):
     assert device.read(0.1).values[0].tolist() == signals[0].tolist()
 
 
+def test_it_is_as_fast_as_it_was_recorded_whatever_grid_its_features_are_on(project):
+    times = np.arange(80) / RATE
+    coarse = Demonstration("coarse", "pull", times, np.ones((80, 2)), CHANNELS, grid_rate=50.0)
+    with Project.open(project) as opened:
+        opened.demonstrations.add(coarse)
+        other = Demonstration("coarse", "push", times, np.zeros((80, 2)), CHANNELS)
+        id_ = opened.demonstrations.add(other).id  # of the same name
+    device = RecordedDevice(project, id_)
+    for _ in range(2):
+        device.open()
+        assert device.rate == pytest.approx(RATE)
+        assert device.name == f"replay:{project.name}/coarse"
+        assert not device.read(0.1).values.any()
+    device = parse_device(f"replay:{project}?demonstration={coarse.id}")
+    device.open()
+    assert device.rate == pytest.approx(RATE)
+
+
 def test_a_gap_of_the_recording_is_one_again(project):
     times = np.r_[0:20, 60:80] / RATE
     store(project, times)

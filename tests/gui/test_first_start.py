@@ -72,7 +72,7 @@ def click(widget, where=None):
 def hint(window):
     """What is hinted at on the screen."""
     (bar,) = window.findChildren(HintBar)
-    return bar.text if bar.isVisible() else ""
+    return bar._text.text() if bar.isVisible() else ""
 
 
 def paint(window, start, end):

@@ -43,7 +43,10 @@ _INFO = Qt.ItemDataRole.UserRole
 def recorded_lines(port: str, options: str) -> list[str]:
     """The rows of text for a device that plays a demonstration, by the parts of its name."""
     values = dict(part.split("=", 1) for part in options.split("&") if "=" in part)
-    lines = [unquote(values.get("demonstration", "")), f"plays as recorded in {Path(port).name}"]
+    lines = [
+        unquote(values.get("demonstration", "")),
+        f"plays as recorded in {Path(unquote(port)).name}",
+    ]
     return [*lines, "stops at its end" if values.get("loop") == "no" else "begins again at its end"]
 
 
@@ -115,36 +118,29 @@ class RecordedDeviceDialog(QDialog):
     def _list_projects(self) -> None:
         """The open project, those opened last, and a way to any other."""
         project = self._document.project
-        here = [] if project is None else [project.path.resolve()]
-        for path in dict.fromkeys([*here, *settings.recent_projects()]):
-            if path in here or settings.is_folder(path):
-                self._add_project(path)
+        here = None if project is None else project.path.resolve()
+        if here is not None:
+            self.project.addItem(f"This project ({here.name})", here)
+        for path in settings.recent_projects():
+            if path != here and settings.is_folder(path):
+                self.project.addItem(f"{path.name} in {path.parent}", path)
         self.project.insertSeparator(self.project.count())
         self.project.addItem(ANOTHER)
-
-    def _add_project(self, path: Path) -> None:
-        project = self._document.project
-        is_open = project is not None and path == project.path.resolve()
-        self.project.insertItem(0 if is_open else self.project.count(), path.name, path)
-        row = self.project.findData(path)
-        self.project.setItemData(row, str(path), Qt.ItemDataRole.ToolTipRole)
-        if is_open:
-            self.project.setItemText(row, f"This project ({path.name})")
 
     def _project_chosen(self, row: int) -> None:
         """Show the demonstrations of a project; of another one once its folder is chosen."""
         if self.project.itemText(row) == ANOTHER:
             path = ask_folder(self, "Project of the demonstration", "project")
+            row = 0 if path is None else row - 1  # above the line
             if path is not None:
-                self.project.insertItem(0, path.name, path)
-            self.project.setCurrentIndex(0)
+                self.project.insertItem(row, f"{path.name} in {path.parent}", path)
+            self.project.setCurrentIndex(row)
         self._load()
 
     def _load(self) -> None:
         """Read which demonstrations the project has."""
         self._infos, problem = (), ""
-        path = self.project.currentData()
-        project = self._document.project
+        path, project = self.project.currentData(), self._document.project
         if project is not None and path == project.path.resolve():
             self._infos = self._document.infos
         elif path is not None:

@@ -47,11 +47,6 @@ class HintBar(QFrame):
         self._colour()
         self._show()
 
-    @property
-    def text(self) -> str:
-        """What is hinted at now; empty where nothing is."""
-        return self._text.text() if self._left else ""
-
     def begin(self) -> None:
         """Show the hints, unless they were shown before."""
         if not settings.settings().contains(LEFT):
