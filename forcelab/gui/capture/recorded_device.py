@@ -43,11 +43,9 @@ _INFO = Qt.ItemDataRole.UserRole
 def recorded_lines(port: str, options: str) -> list[str]:
     """The rows of text for a device that plays a demonstration, by the parts of its name."""
     values = dict(part.split("=", 1) for part in options.split("&") if "=" in part)
-    lines = [
-        unquote(values.get("demonstration", "")),
-        f"plays as recorded in {Path(unquote(port)).name}",
-    ]
-    return [*lines, "stops at its end" if values.get("loop") == "no" else "begins again at its end"]
+    name, project = unquote(values.get("demonstration", "")), Path(unquote(port)).name
+    end = "stops at its end" if values.get("loop") == "no" else "begins again at its end"
+    return [name, f"plays as recorded in {project}", end]
 
 
 class RecordedDeviceDialog(QDialog):
@@ -160,7 +158,7 @@ class RecordedDeviceDialog(QDialog):
         for info in self._infos:
             if not all(word in f"{info.task} {info.name}".casefold() for word in words):
                 continue
-            sent = f"{len(info.channels)} at {info.rate:.0f} Hz"
+            sent = f"{len(info.channels)} at {info.samples / info.duration:.0f} Hz"
             row = QTreeWidgetItem([info.name, info.task, f"{info.duration:.1f} s", sent])
             row.setData(0, _INFO, info)
             row.setToolTip(0, info.name)
