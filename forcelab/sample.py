@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from os import PathLike
 from pathlib import Path
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
-from forcelab.project import Project
+from forcelab.project import DemonstrationInfo, Project
 from forcelab.project.database import FILE
 from forcelab.simulation.origin import Origin
 from forcelab.simulation.scene import TASKS
 
-__all__ = ["CODER", "LABELLED", "UNLABELLED", "UNSYNCHRONISED", "making"]
+__all__ = ["CODER", "LABELLED", "UNLABELLED", "UNSYNCHRONISED", "first_to_label", "making"]
 
 #: The seed of the sample project, and how many demonstrations it has of each task.
 SEED, COUNT = 1, 6
@@ -24,6 +24,8 @@ LABELLED = {"Ines": (1, 2, 3, 4, 5), "Tomas": (1, 2, 3)}
 CODER, RECOGNISED = "Ines", "LEGO"
 #: The numbers left for trying out labelling, and synchronising by the taps.
 UNLABELLED, UNSYNCHRONISED = (6,), (5,)
+#: Where the window begins: it waits to be labelled, with few actions, and others are labelled.
+FIRST = Origin("foam", SEED, UNLABELLED[0])
 
 
 def making(path: str | PathLike[str], jobs: int = 1) -> Generator[Progress, None, bool]:
@@ -86,13 +88,19 @@ def _origins() -> tuple[Origin, ...]:
     return tuple(Origin(task, SEED, number) for task in TASKS for number in numbers)
 
 
+def first_to_label(infos: Iterable[DemonstrationInfo]) -> str:
+    """Id of the demonstration to begin with in the sample project; empty if this is another."""
+    ids = {info.source: info.id for info in infos}
+    return ids[str(FIRST)] if ids.keys() >= set(map(str, _origins())) else ""
+
+
 def _check(path: Path) -> None:
     """Refuse what is there if it is not the whole sample project."""
     other = f"'{path}' is there already and is not the sample project; choose another folder."
     if not (path / FILE).is_file():
         raise InputError(other)
     with Project.open(path) as project:
-        sources = {info.source for info in project.demonstrations.infos()}
+        complete = first_to_label(project.demonstrations.infos())
         trained = {recogniser.name for recogniser in project.runs.recognisers()}
-    if not sources.issuperset(map(str, _origins())) or RECOGNISED not in trained:
+    if not complete or RECOGNISED not in trained:
         raise InputError(other)

@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from factories import perform_grips, render_placeholder
+from factories import foam_demonstration, perform_grips, render_placeholder
 
 from forcelab import sample
 from forcelab.cli import main
@@ -66,6 +66,18 @@ def test_it_has_six_of_every_task_coded_by_two_one_or_nobody(whole):
             ("Ines", "coder"),
             ("Tomas", "coder"),
         }
+
+
+def test_the_one_to_begin_with_waits_to_be_labelled_among_labelled_ones(whole, copy):
+    with Project.open(whole) as project:
+        infos = project.demonstrations.infos()
+        [first] = [info for info in infos if info.id == sample.first_to_label(infos)]
+        assert first.authors == ()
+        assert sum("Ines" in info.authors for info in infos if info.task == first.task) == 5
+        assert sample.first_to_label(infos[1:]) == ""  # some other project
+    with Project.open(copy) as project:  # with a recording of one's own besides, it still is
+        project.demonstrations.add(foam_demonstration())
+        assert sample.first_to_label(project.demonstrations.infos()) == first.id
 
 
 def test_it_moves_with_its_videos_and_opens_synchronised_but_for_one_of_each_task(copy):

@@ -11,6 +11,7 @@ from forcelab.capture.device import Device
 from forcelab.capture.discovery import only_port
 from forcelab.capture.encoder import Encoder
 from forcelab.capture.optoforce import OptoForce
+from forcelab.capture.replay import RecordedDevice
 from forcelab.capture.text_device import TextDevice
 from forcelab.errors import InputError
 
@@ -22,26 +23,32 @@ OPTIONS = {
     "optoforce": ("rate", "filter", "calibration", "serial"),
     "text": ("baud", "rate"),
     "encoder": ("scale", "unit", "channel", "rate", "reverse"),
+    "replay": ("demonstration", "loop"),
 }
 
+AnyDevice = OptoForce | TextDevice | Encoder | RecordedDevice
 
-def parse_device(name: str) -> OptoForce | TextDevice | Encoder:
+
+def parse_device(name: str) -> AnyDevice:
     """The device that a name means, not yet open: ``KIND:PORT?OPTION=VALUE&...``.
 
-    Without a port the only device of that kind is meant. Options are, of ``optoforce``, `rate`
-    (Hz), `filter` (Hz, 0 for none), `calibration` (a file) and `serial`; of ``text`` `baud` and
-    `rate`; of ``encoder`` `scale` (units a count), `unit`, `channel`, `rate` and `reverse` (yes or
-    no). In port and values ``%26`` is an ampersand, ``%3F`` a question mark and ``%25`` a percent
-    sign; see :func:`quote_value`.
+    Without a port the only device of that kind is meant; the port of ``replay`` is a project.
+    Options are, of ``optoforce``, `rate` (Hz), `filter` (Hz, 0 for none), `calibration` (a file)
+    and `serial`; of ``text`` `baud` and `rate`; of ``encoder`` `scale` (units a count), `unit`,
+    `channel`, `rate` and `reverse` (yes or no); of ``replay`` `demonstration` (name or id) and
+    `loop` (yes or no). In port and values ``%26`` is an ampersand, ``%3F`` a question mark and
+    ``%25`` a percent sign; see :func:`quote_value`.
     """
     kind, colon, rest = name.partition(":")
     if kind not in OPTIONS or not colon:
         raise InputError(
-            f"'{name}' is no device; write optoforce:PORT, text:PORT or encoder:PORT, such as "
-            f"optoforce:/dev/ttyACM0."
+            f"'{name}' is no device; write optoforce:PORT, text:PORT, encoder:PORT or "
+            f"replay:PROJECT, such as optoforce:/dev/ttyACM0."
         )
     port, _, behind = rest.partition("?")
     options = _Options(name, kind, behind)
+    if kind == "replay":
+        return _parse_recorded(name, unquote(port), options)
     path = unquote(port) or only_port(kind)
     if kind == "optoforce":
         return OptoForce(
@@ -67,9 +74,20 @@ def parse_device(name: str) -> OptoForce | TextDevice | Encoder:
     )
 
 
-def parse_devices(names: Sequence[str]) -> list[OptoForce | TextDevice | Encoder]:
+def _parse_recorded(name: str, project: str, options: _Options) -> RecordedDevice:
+    demonstration = options.take("demonstration", str, "")
+    if not project or not demonstration:
+        raise InputError(
+            f"'{name}' does not say what to play; write a project and one of its demonstrations, "
+            f"such as replay:lab.forcelab?demonstration=pull-03."
+        )
+    loop = options.take("loop", _parse_yes_no, True, "yes or no")
+    return RecordedDevice(Path(project), demonstration, loop=loop)
+
+
+def parse_devices(names: Sequence[str]) -> list[AnyDevice]:
     """The devices that names mean; InputError if two of them have the same port."""
-    devices: dict[str, OptoForce | TextDevice | Encoder] = {}
+    devices: dict[str, AnyDevice] = {}
     for name in names:
         device = parse_device(name)
         port = device.name.partition(":")[2]

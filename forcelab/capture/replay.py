@@ -1,4 +1,4 @@
-"""A recording played in real time by emulated devices."""
+"""A recording played in real time: by emulated devices at ports, or as a device of its own."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.device import Closable
-from forcelab.capture.emulator import VirtualOptoForce, VirtualTextDevice
-from forcelab.demonstration import GAP_PERIODS, Demonstration
+from forcelab.capture.device import Block, Closable, UnpluggedError
+from forcelab.capture.emulator import BURST, VirtualOptoForce, VirtualTextDevice
+from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.calibration import Calibrations
 from forcelab.formats.optoforce_packets import KINDS
+from forcelab.project import Project
 from forcelab.signals.channels import channel_map
 
 #: Counts that a packet can hold.
@@ -98,6 +99,25 @@ def extract_sensors(demonstration: Demonstration, calibrations: Calibrations) ->
     return tuple(sensors)
 
 
+class _Moments:
+    """The samples of a recording by seconds from its start."""
+
+    def __init__(self, demonstration: Demonstration) -> None:
+        self._times = np.asarray(demonstration.times) - demonstration.start
+        self._farthest = 0.5 * GAP_PERIODS * demonstration.period
+
+    def nearest(self, seconds: NDArray[np.float64]) -> NDArray[np.int64]:
+        """The samples nearest to these moments."""
+        after = np.clip(np.searchsorted(self._times, seconds), 1, len(self._times) - 1)
+        nearer = seconds - self._times[after - 1] <= self._times[after] - seconds
+        return after - nearer
+
+    def in_gap(self, seconds: NDArray[np.float64], nearest: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Which of these moments lie where the recording has no sample."""
+        far: NDArray[np.bool_] = np.abs(seconds - self._times[nearest]) > self._farthest
+        return far
+
+
 class Replay(Closable):
     """Virtual devices that play the parts of a recording together, a device each.
 
@@ -122,8 +142,7 @@ class Replay(Closable):
         #: Seconds that playing takes.
         self.seconds = demonstration.duration / speed
         self._speed, self._lead = speed, lead
-        self._times = np.asarray(demonstration.times) - demonstration.start
-        self._period = demonstration.period
+        self._moments = _Moments(demonstration)
         self._start: float | None = None
         self._folder: Path | None = None
         rate = demonstration.rate * speed
@@ -180,19 +199,13 @@ class Replay(Closable):
             return np.zeros(len(times))
         return np.maximum(times - (self._start - begun), 0.0) * self._speed
 
-    def _nearest(self, recorded: NDArray[np.float64]) -> NDArray[np.int64]:
-        """The samples nearest to seconds of the recording."""
-        after = np.clip(np.searchsorted(self._times, recorded), 1, len(self._times) - 1)
-        nearer = recorded - self._times[after - 1] <= self._times[after] - recorded
-        return after - nearer
-
     def _create_device(
         self, number: int, part: Sensor | Board, rate: float
     ) -> VirtualOptoForce | VirtualTextDevice:
         """The device that plays a part."""
 
         def now(times: NDArray[np.float64]) -> NDArray[np.int64]:
-            return self._nearest(self._recording_time(number, times))
+            return self._moments.nearest(self._recording_time(number, times))
 
         if isinstance(part, Board):
             return VirtualTextDevice(
@@ -223,8 +236,78 @@ class Replay(Closable):
 
         def absent(times: NDArray[np.float64]) -> NDArray[np.bool_]:
             recorded = self._recording_time(number, times)
-            nearest = self._nearest(recorded)
-            far = np.abs(recorded - self._times[nearest]) > 0.5 * GAP_PERIODS * self._period
-            return missing[nearest] | far
+            nearest = self._moments.nearest(recorded)
+            return missing[nearest] | self._moments.in_gap(recorded, nearest)
 
         return absent
+
+
+class RecordedDevice:
+    """A demonstration that is read in real time, over its own clock, as a device is.
+
+    It gives the channels, units and rate of the recording, and gaps where that has them. At its end
+    it begins again, or is gone like a device that was unplugged.
+    """
+
+    holds = False
+
+    def __init__(self, project: Path, demonstration: str, *, loop: bool = True) -> None:
+        """The one with this name or id in a project; it is loaded when the device is opened."""
+        self.channels: tuple[Channel, ...] = ()
+        self.rate = 0.0
+        self._project, self._demonstration, self._loop = project, demonstration, loop
+        self._title = demonstration
+        self._begun = 0.0  # by the host's monotonic clock
+        self._played = 0  # samples, those in gaps included
+
+    @property
+    def name(self) -> str:
+        """Such as ``"replay:lab.forcelab/pull-03"``."""
+        return f"replay:{self._project.name}/{self._title}"
+
+    def open(self) -> None:
+        """Load the recording and play it from its start."""
+        with Project.open(self._project) as project:
+            recording = project.demonstrations.load(self._demonstration)
+        self._title = recording.name
+        self._signals, self._moments = np.asarray(recording.signals), _Moments(recording)
+        self.channels, self.rate = recording.channels, 1.0 / recording.period
+        self._length = round(recording.duration * self.rate)
+        self._zero = np.zeros(len(self.channels))
+        self._begun, self._played = time.monotonic(), 0
+
+    def reopen(self) -> None:
+        raise UnpluggedError(f"'{self._title}' has ended.")
+
+    def read(self, timeout: float) -> Block | None:
+        """The samples that are due by now; they come in bursts, as those of other devices."""
+        due_in = self._begun + self._played / self.rate - time.monotonic()
+        time.sleep(min(max(due_in, BURST), timeout))
+        arrived = time.monotonic()
+        due = int((arrived - self._begun) * self.rate) + 1
+        if not self._loop:
+            if self._played >= self._length:
+                raise UnpluggedError(
+                    f"'{self._title}' has been played to its end; connect again to play "
+                    f"it once more."
+                )
+            due = min(due, self._length)
+        ticks = np.arange(self._played, due)
+        self._played = max(due, self._played)
+        seconds = ticks % self._length / self.rate
+        nearest = self._moments.nearest(seconds)
+        present = ~self._moments.in_gap(seconds, nearest)
+        ticks, values = ticks[present], self._signals[nearest[present]] - self._zero
+        return Block(np.full(len(ticks), arrived), ticks, values) if len(ticks) else None
+
+    def zero(self) -> None:
+        """Take the present readings for zero; a channel without one keeps the zero it has."""
+        now = np.array([(self._played - 1) % self._length / self.rate])
+        latest = self._signals[self._moments.nearest(now)[0]]
+        self._zero = np.where(np.isfinite(latest), latest, self._zero)
+
+    def remarks(self) -> tuple[str, ...]:
+        return ()
+
+    def close(self) -> None:
+        """There is nothing to release."""

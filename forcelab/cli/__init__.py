@@ -32,7 +32,7 @@ in; coders label its segments with actions; a recogniser learns the actions from
 wavelet features; human and predicted timelines come out as pairs.
 
 To begin with:
-  forcelab                                   (opens the window; the first time with samples)
+  forcelab                                   (opens the window; the last project, if there is one)
   forcelab demo     sample.forcelab          (thirty simulated demonstrations to try things on)
   forcelab import   lab.forcelab recordings/*.csv --task stylus --videos
   forcelab list     lab.forcelab

@@ -1,11 +1,11 @@
-"""Dialogs that choose files and folders, each beginning where the last of its kind ended."""
+"""Dialogs that choose files and folders, and where they begin: where the last of a kind ended."""
 
 from __future__ import annotations
 
 from collections.abc import Generator
 from pathlib import Path
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QStandardPaths, Qt
 from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import QFileDialog, QWidget
 
@@ -22,6 +22,32 @@ def last_folder(kind: str) -> Path:
         return Path(last)
     folders = (path.parent for path in settings.recent_projects() if settings.is_folder(path))
     return next(folders, Path.home())
+
+
+def with_suffix(path: Path) -> Path:
+    """A project's folder with its usual ending.
+
+    So it is known among other folders, and as a command line's word.
+    """
+    return path if path.suffix else path.with_name(f"{path.name}.forcelab")
+
+
+def vacant_path(folder: Path, name: str) -> Path:
+    """Where a new project may be made in a folder.
+
+    Named like a project that is there, a file dialog would open in that one's folder.
+    """
+    path, number = folder / f"{name}.forcelab", 1
+    while path.exists():
+        number += 1
+        path = folder / f"{name}-{number}.forcelab"
+    return path
+
+
+def documents_folder() -> Path:
+    """Where this user's documents lie."""
+    where = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
+    return Path(where) if where and Path(where).is_dir() else Path.home()
 
 
 def remember_folder(kind: str, folder: Path) -> None:

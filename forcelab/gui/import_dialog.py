@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+import os
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -38,7 +39,15 @@ from forcelab.formats.table import ColumnUse, Use, preview_table, rate_in
 from forcelab.formats.table_sniff import is_time_name
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
-from forcelab.gui.file_dialogs import accept_as_copy, ask_file, ask_files
+from forcelab.gui.file_dialogs import (
+    accept_as_copy,
+    ask_file,
+    ask_files,
+    ask_folder,
+    documents_folder,
+    vacant_path,
+    with_suffix,
+)
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import ignore_wheel
 from forcelab.gui.layout import (
@@ -261,7 +270,8 @@ _GOES_ON = "Wait until this is imported."
 class ImportDialog(QDialog):
     """Choose files, their task and the coder of their labels; import them, and report.
 
-    `files` are chosen already, such as by dropping them on the window.
+    `files` are chosen already, such as by dropping them on the window. While no project is open
+    they go into a new one beside them, which `open_project` opens then.
     """
 
     def __init__(
@@ -270,11 +280,12 @@ class ImportDialog(QDialog):
         jobs: Jobs,
         parent: QWidget | None = None,
         files: Sequence[Path] = (),
+        open_project: Callable[[Path], bool] | None = None,
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Import demonstrations")
         resize_on_screen(self, QSize(680, 560))
-        self._document, self._jobs = document, jobs
+        self._document, self._jobs, self._open_project = document, jobs, open_project
         self._files = QListWidget()
         self._files.setAccessibleName("Files to import")
         # The end of a path tells files apart.
@@ -297,9 +308,10 @@ class ImportDialog(QDialog):
         # Only now: a button that is in no dialog yet cannot be its default.
         self._go.setDefault(True)
         self._warn()
+        self._propose_project(files)
         self.add_files(files)
-        if not files:
-            self._pick.setFocus()  # Enter asks for them, and imports once they are there
+        # Enter asks for files, and imports once they are there.
+        (self._task if files else self._pick).setFocus()
 
     def _heading(self) -> QHBoxLayout:
         """What can be imported, and the button that chooses files."""
@@ -363,7 +375,8 @@ class ImportDialog(QDialog):
         keeping = self._taskless.sizePolicy()  # so that nothing moves while a task is typed
         keeping.setRetainSizeWhenHidden(True)
         self._taskless.setSizePolicy(keeping)
-        form = QFormLayout()
+        self._layout = form = QFormLayout()
+        form.addRow("New project", self._new_project_row())
         form.addRow("Task", self._task)
         form.addRow("Coder for unsigned labels", self._author)
         form.addRow("Sample rate, where files have no times", self._rate)
@@ -371,6 +384,44 @@ class ImportDialog(QDialog):
         form.addRow("Calibration of raw OptoForce dumps", calibration)
         form.addRow("", self.videos)
         return form
+
+    def _new_project_row(self) -> QHBoxLayout:
+        """Name and place of the project that is made while none is open."""
+        self.project_name, self.project_folder = QLineEdit(), QLineEdit()
+        self.project_name.setAccessibleName("Name of the new project")
+        self.project_folder.setAccessibleName("Folder in which the new project is made")
+        choose = QPushButton("Choose…")
+        choose.setAccessibleName("Choose the folder of the new project")
+        choose.clicked.connect(self._ask_project_folder)
+        row = QHBoxLayout()
+        row.addWidget(self.project_name, 2)
+        row.addWidget(QLabel("in"))
+        row.addWidget(self.project_folder, 3)
+        row.addWidget(choose)
+        return row
+
+    def _propose_project(self, files: Sequence[Path]) -> None:
+        """Propose a new project beside the recordings, where there is none to import into."""
+        self._layout.setRowVisible(0, self._document.project is None)
+        if self._document.project is not None or not files:
+            return
+        recordings = Path(files[0]).absolute().parent
+        folder = recordings if os.access(recordings, os.W_OK) else documents_folder()
+        path = vacant_path(folder, recordings.name or "study")
+        self.project_name.setText(path.name)
+        self.project_folder.setText(str(folder))
+
+    def _ask_project_folder(self) -> None:
+        folder = ask_folder(self, "Folder of the new project", "project")
+        if folder is not None:
+            self.project_folder.setText(str(folder))
+
+    def _project_path(self) -> Path:
+        """The project that is open, or the one to make."""
+        if (project := self._document.project) is not None:
+            return project.path
+        name = self.project_name.text().strip() or "study"
+        return with_suffix(Path(self.project_folder.text().strip()).expanduser() / name)
 
     def _result(self) -> QScrollArea:
         """The report of the import."""
@@ -456,13 +507,11 @@ class ImportDialog(QDialog):
 
     def _import(self) -> None:
         """Import in the background."""
-        project = self._document.project
-        if project is None:
-            return
+        path, project = self._project_path(), self._document.project
+        tasks = () if project is None else project.demonstrations.tasks()
         calibration = self.calibration.text().strip()
         options = ReadOptions(
-            task=settle_name(self, self._task.currentText(), project.demonstrations.tasks())
-            or None,
+            task=settle_name(self, self._task.currentText(), tasks) or None,
             author=settle_name(self, self._author.currentText(), self._coders())
             or ReadOptions().author,
             rate=self._rate.value() or None,
@@ -475,8 +524,8 @@ class ImportDialog(QDialog):
         self._bar.setVisible(True)
         self._show_report("")
         self._jobs.run(
-            importing(project.path, files, options),
-            partial(self._imported, files),
+            importing(path, files, options),
+            partial(self._imported, path, files),
             self._failed,
             self._bar.show_progress,
             key="import",
@@ -487,9 +536,12 @@ class ImportDialog(QDialog):
         project = self._document.project
         return project.coding.coders() if project else ()
 
-    def _imported(self, files: Sequence[str], report: ImportReport) -> None:
+    def _imported(self, path: Path, files: Sequence[str], report: ImportReport) -> None:
         """Report the import; files that failed or were added meanwhile stay in the list."""
         self._bar.setVisible(False)
+        if self._document.project is None and self._open_project is not None:
+            self._open_project(path)
+            self._propose_project(())
         unread = set(map(str, report.unread))
         remaining = [Path(name) for name in self._chosen() if name not in files or name in unread]
         self._files.clear()

@@ -10,10 +10,10 @@ from pathlib import Path
 class LaunchOptions:
     """What the window shows first.
 
-    `project` is by default the last one, or the sample; `demonstration` is a name or id, and
-    `workspace` ``"tradeoff"`` that page of the review. `at` and
-    `span` are in seconds, `size` in pixels; `theme` and `author` are by default the last ones. With
-    `screenshot` the window is drawn into this PNG, without a display.
+    `project` is by default the last one; `demonstration` is a name or id, and `workspace`
+    ``"tradeoff"`` that page of the review. `at` and `span` are in seconds, `size` in pixels;
+    `theme` and `author` are by default the last ones. With `screenshot` the window is drawn into
+    this PNG, without a display.
     """
 
     project: Path | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
@@ -11,7 +12,13 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
 from forcelab.gui.document import Document
-from forcelab.gui.file_dialogs import last_folder
+from forcelab.gui.file_dialogs import (
+    ask_files,
+    documents_folder,
+    last_folder,
+    vacant_path,
+    with_suffix,
+)
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.preferences import SAMPLE_FOLDER
 from forcelab.gui.text import ask
@@ -28,6 +35,10 @@ class ProjectActions(QObject):
     """
 
     sampling = Signal(object)
+    #: The sample project, or one of the coder's own recordings, is open for the first time.
+    begun = Signal()
+    #: The sample project that was asked for is open.
+    sample_opened = Signal()
     refused = Signal(str)
     recent_changed = Signal()
 
@@ -44,13 +55,12 @@ class ProjectActions(QObject):
         self._document, self._jobs, self._window = document, jobs, window
         self._remembering = remembering
         self._author = author
-        self._opens_unasked = False
-        document.project_changed.connect(self._do_without_sample)
 
     def open(self, path: Path, demonstration: str = "") -> bool:
         """Open a project and a demonstration (name or id); returns whether that succeeded.
 
-        By default it is the demonstration that was open last, or the first.
+        By default it is the demonstration that was open last, or the first; in the sample project
+        the one that waits to be labelled.
         """
         try:
             self._document.open_project(path)
@@ -63,8 +73,17 @@ class ProjectActions(QObject):
             settings.remember_project(path)
         ids = [info.id for info in self._document.infos]
         last = settings.text(_last_demonstration_key(path)) if self._remembering else ""
-        opened = demonstration or (last if last in ids else next(iter(ids), ""))
-        return self._document.open_demonstration(opened) if opened else True
+        if demonstration or last in ids:
+            return self._document.open_demonstration(demonstration or last)
+        if not ids:
+            return True
+        from forcelab.sample import first_to_label  # only where nothing was open before
+
+        first = first_to_label(self._document.infos)
+        opened = self._document.open_demonstration(first or ids[0])
+        if first:
+            self.begun.emit()
+        return opened
 
     def open_recent(self, path: Path) -> bool:
         """Open a recent project; if it was moved, ask for its place."""
@@ -118,29 +137,22 @@ class ProjectActions(QObject):
         if self._remembering and project is not None and self._document.id:
             settings.store(_last_demonstration_key(project.path), self._document.id)
 
-    def make_sample(self, path: Path, *, asked: bool = True) -> None:
-        """Make the sample project in the background, if need be, and open it.
-
-        If nobody asked for it (`asked`), it is cancelled when a project is opened.
-        """
+    def make_sample(self, path: Path) -> None:
+        """Make the sample project in the background, if need be, and open it."""
         from forcelab.sample import making
 
-        def end(_: object) -> None:
-            self._opens_unasked = False
-            self.sampling.emit(None)
-
         def ready(_: bool) -> None:
-            end(None)
-            if self._document.project is None:
-                self.open(path)
-            else:
+            self.sampling.emit(None)
+            if self._document.project is not None:
                 self._document.show_message(f"The sample project is ready: {path}")
+            elif self.open(path):
+                self.sample_opened.emit()
 
         def failed(error: Exception) -> None:
-            end(None)
+            self.sampling.emit(None)
             self._document.show_message(str(error), True)
+            self.refused.emit(str(error))
 
-        self._opens_unasked = not asked
         self.sampling.emit(Progress(0, 1, "making the sample project"))
         job = making(path, os.cpu_count() or 1)
         self._jobs.run(job, ready, failed, progress=self.sampling.emit, key="sample")
@@ -149,12 +161,6 @@ class ProjectActions(QObject):
         """Cancel the making of the sample project; nothing of it stays."""
         self._jobs.cancel("sample")
         self.sampling.emit(None)
-
-    def _do_without_sample(self) -> None:
-        """Cancel a sample nobody asked for, once there is a project to work in."""
-        if self._opens_unasked and self._document.project is not None:
-            self._opens_unasked = False
-            self.cancel_sample()
 
     def ask_open(self) -> None:
         chosen = QFileDialog.getExistingDirectory(
@@ -165,19 +171,12 @@ class ProjectActions(QObject):
 
     def ask_new(self) -> None:
         """Let the user name a new project's folder."""
-        # Named like a project that is there, the dialog would open in that one's folder.
-        folder, number = last_folder("project"), 1
-        suggested = folder / "study.forcelab"
-        while suggested.exists():
-            number += 1
-            suggested = folder / f"study-{number}.forcelab"
+        suggested = vacant_path(last_folder("project"), "study")
         title = "New project"
         chosen, _ = QFileDialog.getSaveFileName(self._window, title, str(suggested))
         if not chosen:
             return
-        path = Path(chosen)
-        if not path.suffix:  # so that it is known among other folders, and as a command line's word
-            path = path.with_name(f"{path.name}.forcelab")
+        path = with_suffix(Path(chosen))
         try:
             Project.create(path).close()
         except ForcelabError as error:
@@ -185,18 +184,23 @@ class ProjectActions(QObject):
             return
         self.open(path)
 
-    def ask_import(self, files: tuple[Path, ...] = ()) -> None:
-        """Let the user choose recordings, and import them in the background."""
+    def ask_import(self, files: Sequence[Path] = ()) -> None:
+        """Let the user choose recordings, and import them in the background.
+
+        While no project is open they are chosen first, and a new one is proposed beside them.
+        """
         from forcelab.gui.import_dialog import ImportDialog
 
-        if self._document.project is None:
-            self._document.show_message(
-                "Open or make a project first; recordings go into it.", True
-            )
-            return
-        dialog = ImportDialog(self._document, self._jobs, self._window, files)
+        new = self._document.project is None
+        if new and not files:
+            files = ask_files(self._window, "Recordings", "recordings")
+            if not files:
+                return
+        dialog = ImportDialog(self._document, self._jobs, self._window, files, self.open)
         dialog.exec()
         dialog.deleteLater()
+        if new and self._document.project is not None:
+            self.begun.emit()
 
 
 def _not_found(path: Path) -> str:

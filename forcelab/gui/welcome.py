@@ -7,20 +7,26 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import (
     QCommandLinkButton,
+    QGridLayout,
     QHBoxLayout,
     QLabel,
     QPushButton,
-    QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
 
 from forcelab.gui import settings
 from forcelab.gui.icons import icon
-from forcelab.gui.layout import ProgressBar, copyable, set_enabled_with_reason
+from forcelab.gui.layout import (
+    ProgressBar,
+    copyable,
+    emphasise,
+    muted_label,
+    set_enabled_with_reason,
+)
 from forcelab.jobs import Progress
 
 
@@ -32,7 +38,7 @@ class SampleProgress(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.bar = ProgressBar("Progress of the sample project")
-        self.bar.setMinimumWidth(480)
+        self.bar.setMinimumWidth(280)
         self.cancel = QPushButton("Cancel")
         self.cancel.setAccessibleName("Cancel the sample project")
         self.cancel.clicked.connect(self.cancelled)
@@ -53,34 +59,45 @@ class SampleProgress(QWidget):
 
 #: How many recent projects are offered.
 RECENT_SHOWN = 5
+#: Width of a column in pixels, at least and at most.
+NARROWEST, WIDEST = 400, 480
 
 
 class Welcome(QWidget):
-    """Ways to begin, and the progress of making the sample project."""
+    """Ways to begin, and the progress of making the sample project; recent projects beside them.
 
+    The sample project lies at `sample`.
+    """
+
+    importing = Signal()
     opening = Signal()
     creating = Signal()
     sampling = Signal()
     cancelled = Signal()
     chosen = Signal(object)
 
-    def __init__(self) -> None:
+    def __init__(self, sample: Path) -> None:
         super().__init__()
         title = QLabel("Label and recognise force actions")
-        face = title.font()
-        face.setPointSizeF(face.pointSizeF() * 1.7)
-        title.setFont(face)
-        self._say = QLabel("A project is a folder of demonstrations with everybody's labels.")
-        self._say.setWordWrap(True)
+        emphasise(title, 1.7)
+        say = QLabel("A project is a folder of demonstrations with everybody's labels.")
+        say.setWordWrap(True)
         self._trouble = copyable()
         self._trouble.setProperty("tone", "trouble")
         self._trouble.setVisible(False)
-        self._buttons = [
+        self._place = sample
+        self._sample_button = self._button("Try the sample project", "", self.sampling.emit, "play")
+        self._sample = SampleProgress()
+        self._sample.cancelled.connect(self.cancelled)
+        ways = QVBoxLayout()
+        ways.addWidget(self._sample_button)
+        ways.addWidget(self._sample)
+        for button in (
             self._button(
-                "Try the sample project",
-                "Thirty simulated demonstrations with video; made once, in a minute.",
-                self.sampling.emit,
-                "play",
+                "Label your own recordings…",
+                "They are imported into a new project beside them.",
+                self.importing.emit,
+                "pencil",
             ),
             self._button(
                 "Open a project…",
@@ -90,28 +107,39 @@ class Welcome(QWidget):
             ),
             self._button(
                 "New project…",
-                "An empty one; recordings are imported into it.",
+                "An empty one, to record into or to import into later.",
                 self.creating.emit,
                 "plus",
             ),
-        ]
+        ):
+            ways.addWidget(button)
+        ways.addStretch(1)
         self._recent = QVBoxLayout()
-        self._sample = SampleProgress()
-        self._sample.cancelled.connect(self.cancelled)
-        column = QVBoxLayout()
-        column.addStretch(1)
-        for widget in (title, self._say, self._trouble, self._sample, *self._buttons):
-            column.addWidget(widget)
-        column.addLayout(self._recent)
-        column.addStretch(2)
-        inner = QWidget()
-        inner.setLayout(column)
-        inner.setMinimumWidth(480)
-        inner.setMaximumWidth(560)
-        inner.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        outer = QVBoxLayout(self)
-        outer.addWidget(inner, 1)
-        outer.setAlignment(inner, Qt.AlignmentFlag.AlignHCenter)
+        self._recent_page = QWidget()
+        recent = QVBoxLayout(self._recent_page)
+        recent.setContentsMargins(0, 0, 0, 0)
+        recent.addWidget(muted_label("Recent projects"))
+        recent.addLayout(self._recent)
+        recent.addStretch(1)
+        ways_page = QWidget()
+        ways.setContentsMargins(0, 0, 0, 0)
+        ways_page.setLayout(ways)
+        page = QGridLayout()
+        page.setHorizontalSpacing(32)
+        page.addWidget(title, 1, 1, 1, 2)
+        page.addWidget(say, 2, 1, 1, 2)
+        page.addWidget(self._trouble, 3, 1, 1, 2)
+        for column, side in ((1, ways_page), (2, self._recent_page)):
+            side.setMinimumWidth(NARROWEST)
+            side.setMaximumWidth(WIDEST)
+            page.addWidget(side, 4, column)
+        for edge in (0, 3):
+            page.setColumnStretch(edge, 1)
+        page.setRowStretch(0, 1)
+        page.setRowStretch(5, 2)
+        page.setRowMinimumHeight(3, 12)
+        self.setLayout(page)
+        self.set_recent(())
 
     def set_recent(self, projects: Sequence[Path]) -> None:
         """Offer the projects opened last."""
@@ -123,6 +151,11 @@ class Welcome(QWidget):
             if not settings.is_folder(path):
                 description = f"Not found in {description}; click to locate it."
             self._recent.addWidget(self._button(path.name, description, press, "folder"))
+        self._recent_page.setVisible(bool(projects))
+        what = "Thirty simulated demonstrations with video; made once, in a minute or two, in {}."
+        if settings.is_folder(self._place):
+            what = "Thirty simulated demonstrations with video, in {}."
+        self._sample_button.setDescription(what.format(self._place.parent))
 
     def show_trouble(self, sentence: str) -> None:
         """Say why a project could not be opened; ``""`` clears it."""
@@ -130,10 +163,12 @@ class Welcome(QWidget):
         self._trouble.setVisible(bool(sentence))
 
     def show_progress(self, progress: Progress | None) -> None:
-        """Show the progress of the sample project; None when it is over."""
+        """Show the progress of the sample project, below its button; None when it is over."""
         self._sample.show_progress(progress)
+        if progress is not None:
+            self.show_trouble("")
         making = "" if progress is None else "The sample project is being made."
-        set_enabled_with_reason(self._buttons[0], making)
+        set_enabled_with_reason(self._sample_button, making)
 
     def _button(
         self, text: str, description: str, press: Callable[[], object], mark: str
@@ -142,6 +177,6 @@ class Welcome(QWidget):
         button = QCommandLinkButton(text, description)
         # The style's own arrow is black on any ground.
         button.setIcon(icon(mark))
-        button.setAccessibleName(f"{text}: {description}")
+        button.setAccessibleName(f"{text}: {description}" if description else text)
         button.clicked.connect(lambda _checked: press())
         return button

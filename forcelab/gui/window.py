@@ -35,6 +35,7 @@ from forcelab.gui.file_dialogs import accept_as_copy
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import application
 from forcelab.gui.label import commands
+from forcelab.gui.label.hints import HintBar
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.layout import Dock, DockedWindow
@@ -91,7 +92,7 @@ class Window(DockedWindow):
         self.review = ReviewTab(self.document, self.jobs, self.label)
         self.capture = CaptureTab(self.document, self.jobs)
         self.demonstrations = DemonstrationList(self.document)
-        self._welcome, self._coders = Welcome(), AuthorChoice(self.document)
+        self._welcome, self._coders = Welcome(sample_place()), AuthorChoice(self.document)
         self._sample = SampleProgress()
         self._line = StatusLine(self.document)
         self._dock = Dock("Demonstrations", self)
@@ -143,9 +144,6 @@ class Window(DockedWindow):
             project = next(iter(settings.recent_projects()), None)
             if project is not None and not self.opening.is_found(project):
                 return False
-            if project is None and not settings.flag("window/begun"):
-                settings.store("window/begun", True)
-                self.opening.make_sample(sample_place(), asked=False)
         if project is None or not self.opening.open(project, start.demonstration):
             return False
         low, high = self.document.view.bounds
@@ -292,6 +290,12 @@ class Window(DockedWindow):
         self.demonstrations.importing.connect(opening.ask_import)
         self._welcome.opening.connect(opening.ask_open)
         self._welcome.creating.connect(opening.ask_new)
+        self._welcome.importing.connect(opening.ask_import)
+        if self._remembering:
+            self._hints = HintBar(document)
+            self.label.setMenuWidget(self._hints)
+            opening.begun.connect(self._hints.begin)
+        opening.sample_opened.connect(self._train_sample)
         self._welcome.sampling.connect(lambda: opening.make_sample(sample_place()))
         self._welcome.chosen.connect(opening.open_recent)
         opening.recent_changed.connect(lambda: self._welcome.set_recent(settings.recent_projects()))
@@ -415,6 +419,12 @@ class Window(DockedWindow):
         """Show the progress of the sample project."""
         self._welcome.show_progress(progress)
         self._sample.show_progress(progress if self.document.project is not None else None)
+
+    def _train_sample(self) -> None:
+        """Train on the sample project, so that there is something to review."""
+        project = self.document.project
+        if project is not None and not project.runs.summaries("evaluate"):
+            self.review.trainer.train()
 
     def _look_elsewhere(self) -> None:
         """Take over what others have changed; the longer that takes, the later the next time."""

@@ -72,6 +72,7 @@ class Answering(QObject):
             "title": self.window.windowTitle(),
             "popup": QApplication.activePopupWidget() is not None,
             "modal": QApplication.activeModalWidget() is not None,
+            "dialog": int(getattr(QApplication.activeModalWidget(), "winId", int)()),
             "per_pixel": self.window.label.tracks.seconds_per_pixel,
             "focus": type(QApplication.focusWidget()).__name__,
             "window": int(self.window.winId()),

@@ -3,6 +3,8 @@
 from pathlib import Path
 
 import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QCommandLinkButton, QInputDialog, QMessageBox, QWidget
 from window_helpers import status_messages
 
@@ -206,9 +208,8 @@ def endless(ended):
     return making
 
 
-@pytest.mark.parametrize("requested", [False, True])
-def test_a_sample_project_nobody_asked_for_ends_when_a_project_is_opened(
-    make, tmp_path, monkeypatch, until, requested
+def test_a_sample_project_goes_on_when_another_project_is_opened(
+    make, tmp_path, monkeypatch, until
 ):
     ended, shown, study = [], [], tmp_path / "study.forcelab"
     monkeypatch.setattr("forcelab.sample.making", endless(ended))
@@ -216,14 +217,12 @@ def test_a_sample_project_nobody_asked_for_ends_when_a_project_is_opened(
     document = Document("Ann")
     opening = make(document)
     opening.sampling.connect(shown.append)
-    opening.make_sample(tmp_path / "sample", asked=requested)
+    opening.make_sample(tmp_path / "sample")
     until(lambda: len(shown) > 1)
     opening.open(study)
-    if requested:
-        opening._jobs.cancel("sample")
-        assert shown[-1] is not None
-    else:
-        assert shown[-1] is None
+    assert shown[-1] is not None
+    opening.cancel_sample()
+    assert shown[-1] is None
     until(lambda: ended)
     document.close()
 
@@ -239,6 +238,7 @@ def test_making_the_sample_project_can_be_cancelled_wherever_it_is_shown(
     window.show()
     window.begin(LaunchOptions())
     (here,) = window._welcome.findChildren(SampleProgress)
+    QTest.mouseClick(window._welcome.findChildren(QCommandLinkButton)[0], Qt.MouseButton.LeftButton)
     until(lambda: here.isVisible() and "LEGO" in here.bar.format())
     sample = window._welcome.findChildren(QCommandLinkButton)[0]
     assert not sample.isEnabled()

@@ -35,7 +35,6 @@ from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.menus import RecentProjects
 from forcelab.gui.theme import colours
 from forcelab.gui.window import WIDEST, Window
-from forcelab.jobs import Progress
 from forcelab.labels import Segment
 from forcelab.project import Project
 
@@ -354,34 +353,6 @@ def test_the_same_coder_in_two_windows_loses_nothing(windows, study):
     assert second.document.editor.paint(2, 3, "hold")
     first.document.refresh()
     assert first.document.editor.segments == (Segment(1, 2, "grab"), Segment(2, 3, "hold"))
-
-
-def test_the_first_time_the_sample_project_is_made_and_opened(windows, study, monkeypatch, until):
-    def making(path, jobs):
-        yield Progress(1, 2, "simulating")
-        study.rename(path)
-        return True
-
-    monkeypatch.setattr("forcelab.sample.making", making)
-    place = study.with_name("sample.forcelab")
-    monkeypatch.setattr("forcelab.gui.window.sample_place", lambda: place)
-    window = windows()
-    until(lambda: window.document.id)
-    assert window.document.project.path == place
-    assert settings.recent_projects() == (place,)
-    window.close()
-    assert windows().document.project.path == place
-
-
-def test_a_sample_that_cannot_be_made_is_said_and_one_can_go_on(
-    windows, monkeypatch, tmp_path, until
-):
-    (tmp_path / "file").write_text("in the way")
-    monkeypatch.setattr("forcelab.gui.window.sample_place", lambda: tmp_path / "file")
-    window = windows()
-    until(lambda: "file" in window.statusBar().currentMessage())
-    assert window.document.project is None
-    assert (tmp_path / "file").read_text() == "in the way"
 
 
 def test_a_blind_coder_sees_nobody_elses_labels_anywhere(windows, study, answers):

@@ -8,8 +8,9 @@ clock; 'forcelab list' says where.
 
 A device is KIND:PORT?OPTION=VALUE&... with the kinds optoforce (rate, filter,
 calibration, serial), text (baud, rate) and encoder (scale, unit, channel, rate,
-reverse); without PORT the only one of its kind. In a PORT or VALUE write & as %26,
-? as %3F and % as %25.
+reverse); without PORT the only one of its kind. replay:PROJECT (demonstration, loop)
+plays a recording as a device, over and over unless loop=no. In a PORT or VALUE write &
+as %26, ? as %3F and % as %25.
 
 for example:
   forcelab capture --list

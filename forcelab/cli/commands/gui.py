@@ -1,7 +1,7 @@
 """Open the window, or draw a picture of it.
 
 The same as 'forcelab PROJECT'. Without a project it opens the last one; the first time,
-it makes the sample project. With --screenshot it needs no display: it draws the window
+it asks what to begin with. With --screenshot it needs no display: it draws the window
 once it is complete, and quits.
 
 for example:

@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 from forcelab.errors import InputError
 from forcelab.gui import settings
 from forcelab.gui.capture.controller import CaptureController
+from forcelab.gui.capture.recorded_device import RecordedDeviceDialog, recorded_lines
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.file_dialogs import ask_file
 from forcelab.gui.jobs import Jobs
@@ -108,6 +109,9 @@ class DeviceRows(QListWidget):
                 return row
         kind, _, rest = name.partition(":")
         short, _, options = name.partition("?")
+        if kind == "replay":
+            short, *more = recorded_lines(rest.partition("?")[0], options)
+            description, options = "\n".join(more), ""
         raw = kind == "optoforce" and "calibration=" not in options
         uncalibrated = "not calibrated: raw counts" if raw else ""
         denied = "" if usable else "not yours to open"
@@ -166,8 +170,8 @@ class DeviceList(QWidget):
         self.entry = QLineEdit()
         self.entry.setPlaceholderText("optoforce:PORT?calibration=FILE")
         self.entry.setToolTip(
-            "A device by its name: optoforce:PORT, text:PORT or encoder:PORT with options "
-            "behind a question mark; or camera:NUMBER. Return adds it."
+            "A device by its name: optoforce:PORT, text:PORT, encoder:PORT or replay:PROJECT "
+            "with options behind a question mark; or camera:NUMBER. Return adds it."
         )
         self.entry.setAccessibleName("Add a device by its name")
         self.entry.returnPressed.connect(self._add_entry)
@@ -177,13 +181,17 @@ class DeviceList(QWidget):
             "A file that makes newtons of the counts of the chosen OptoForce DAQ"
         )
         self.calibration_button.clicked.connect(self._ask_calibration)
+        self.recorded_button = QPushButton("Recorded demonstration…")
+        self.recorded_button.setAccessibleName("Add a recorded demonstration as a device")
+        self.recorded_button.setToolTip("Play a demonstration as if its sensors were plugged in")
+        self.recorded_button.clicked.connect(self._ask_recorded)
         self.rows.currentItemChanged.connect(self._update_notes)
         self.rows.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.rows.customContextMenuRequested.connect(self._show_menu)
         self.rows.delete_pressed.connect(self._remove)
         self.nothing = QLabel(
-            "Nothing was found; plug a device in, or add one below. Without any, 'forcelab "
-            "replay' on the command line plays a demonstration as one; add the name it prints."
+            "Nothing was found; plug a device in, or add one below. Without any, a recorded "
+            "demonstration plays as if its sensors were plugged in."
         )
         self.nothing.setWordWrap(True)
         heading = QLabel("Devices")
@@ -198,6 +206,7 @@ class DeviceList(QWidget):
         column.addWidget(self.rows, 1)
         column.addWidget(self.nothing, 1)
         column.addWidget(self.calibration_button)
+        column.addWidget(self.recorded_button)
         column.addWidget(self.entry)
         for name in settings.strings(BY_HAND):
             self.rows.add_row(name)
@@ -219,6 +228,7 @@ class DeviceList(QWidget):
         upright = QSizePolicy.Policy.Expanding if choosing else QSizePolicy.Policy.Maximum
         self.setSizePolicy(QSizePolicy.Policy.Preferred, upright)
         self.refresh_button.setVisible(choosing)
+        self.recorded_button.setVisible(choosing)
         self.entry.setVisible(choosing)
         self._choosing = choosing
         self._update_notes()
@@ -273,6 +283,13 @@ class DeviceList(QWidget):
             self._controller.add_message(str(error), True)
             return False
         return True
+
+    def _ask_recorded(self) -> None:
+        """Let a demonstration be chosen that plays as a device."""
+        dialog = RecordedDeviceDialog(self._controller.document, self)
+        if dialog.exec():
+            self.add(dialog.device)
+        dialog.deleteLater()
 
     def _ask_calibration(self) -> None:
         """Let a calibration file be chosen for the current device."""

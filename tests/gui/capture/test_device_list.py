@@ -45,7 +45,8 @@ def test_a_name_that_means_nothing_is_told_at_once_and_not_added(page):
 
 def test_where_nothing_is_found_the_way_without_devices_is_told(page, until):
     until(page.device_list.nothing.isVisible)
-    assert "'forcelab replay'" in page.device_list.nothing.text()
+    assert "a recorded demonstration plays" in page.device_list.nothing.text()
+    assert page.device_list.recorded_button.isVisible()
 
 
 def test_an_old_failure_is_not_told_beside_a_new_one(page, until):

@@ -57,6 +57,20 @@ def labelled(page):
     return snapshot is not None and snapshot.until == snapshot.until
 
 
+def test_a_recorded_demonstration_is_labelled_while_it_plays(window, until, study):
+    performed, _ = synthetic_set(2)[0]
+    with Project.open(study) as project:
+        project.demonstrations.add(performed)
+    page = window.capture.workspace
+    page.device_list.add(f"replay:{study}?demonstration={performed.name}")
+    page.connect_button.click()
+    until(lambda: page.controller.phase is CaptureState.READY)
+    choose(page, 1)
+    until(lambda: labelled(page))
+    live = page.controller.live_model
+    until(lambda: {s.action for s in live.track.snapshot.segments} >= {"grab", "hold"})
+
+
 def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
     window, connected, until, study
 ):
