@@ -36,13 +36,14 @@ PRESET_TEXTS = {
     "ensemble": "The mean of best and mlp: about as accurate as the better of the two.",
 }
 
-#: An MLP, as in the paper. Averaged with the trees of `best` it is about as accurate as the better
-#: of the two; by itself it is behind on some tasks. Scripts begin with preset ``paper``.
+#: By default an MLP, as in the paper. Averaged with the trees of `best` it is about as accurate as
+#: the better of the two; by itself it is behind on some tasks. Scripts begin with preset ``paper``.
 PRESET = choice(
     "training/preset",
     "ensemble",
     "Preset of new tasks",
-    "A task is trained with it until you choose other settings for the task.",
+    "A task is trained with it until you choose other settings for the task; there each preset is "
+    "explained.",
     {name: name for name in PRESET_TEXTS},
 )
 #: The classifier of its default, written out: to look presets up loads much.
