@@ -7,12 +7,12 @@ from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import chain
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QLineF, QRectF, QSize, Qt
+from PySide6.QtCore import QLineF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPen
 from PySide6.QtWidgets import QSizePolicy
 
@@ -43,6 +43,9 @@ from forcelab.gui.label.swatches import style_of
 from forcelab.gui.theme import colours
 from forcelab.labels import Segment
 from forcelab.signals.minmax import Extremes, run_extremes
+
+if TYPE_CHECKING:
+    from forcelab.capture.recorder import RecorderState
 
 Real = NDArray[np.float64]
 
@@ -115,10 +118,13 @@ class LaneScale:
 #: Seconds that are shown. Pixels left of them for names, values and numbers, and how many of these
 #: are the numbers' alone; right of them, where half of the ruler's last number stands.
 SECONDS = 10.0
-GUTTER, NUMBERS, RIGHT = 160.0, 48.0, 10.0
+GUTTER, NUMBERS, RIGHT = 140, 48, 10
 #: Pixels: height of the ruler and of a row of labels, the least height of a lane, and what is free
 #: above and below its curve.
 RULER, ROW_HEIGHT, LEAST_LANE, INSET = 22, 20, 24, 3.0
+#: Pixels between two numbers of a lane at least, and between axes and lanes: as Qt draws what is so
+#: close anew, too.
+BREATH, APART = 4.0, 2
 
 
 class LivePlot(PlotView):
@@ -130,7 +136,6 @@ class LivePlot(PlotView):
     def __init__(self, controller: CaptureController) -> None:
         super().__init__()
         self._controller = controller
-        self.setCacheMode(self.CacheModeFlag.CacheNone)  # everything moves
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.scene().sigPrepareForPaint.connect(self.follow)
         controller.ticked.connect(self._ticked)
@@ -166,27 +171,26 @@ def plot_width(width: float) -> float:
 
 
 def lane_ticks(low: float, high: float, height: float) -> tuple[float, tuple[float, ...]]:
-    """A step, and two of its multiples at least, with those between them that have room.
+    """A step, and two of its multiples at least that have room, with those between them.
 
-    `low` and `high` are the ends of a lane's axis of a height in pixels.
+    `low` and `high` are the ends of a lane's axis, `height` is in pixels.
     """
-    span, power = high - low, math.ceil(math.log10(high - low))
+    power, pixel = math.ceil(math.log10(high - low)), (high - low) / height
+    room = min(NUMBER + BREATH, 0.8 * height) * pixel
     while True:
         for step in (5 * 10.0**power, 2 * 10.0**power, 10.0**power):
             values = ticks(low, high, step)
-            if len(values) < 2:
-                continue
-            close = step / span * height < NUMBER + 2
-            return step, (values[0], values[-1]) if close else values
+            if len(values) > 1 and values[-1] - values[0] >= room:
+                return step, values if step >= room else (values[0], values[-1])
         power -= 1
 
 
 class LiveAxis(LaneAxis):
     """The axis of a lane: two numbers at least, all of them inside of it, and the latest value."""
 
-    def __init__(self, lane: Lane, channels: Sequence[Channel], values: Callable[[], Values]):
-        super().__init__(lane, channels, GUTTER, values, NUMBERS)
-        self.setStyle(hideOverlappingLabels=False)
+    def __init__(self, values: Callable[[], Values]) -> None:
+        super().__init__(GUTTER - APART, values, NUMBERS)
+        self.setStyle(hideOverlappingLabels=False, tickLength=3)
 
     def tickValues(
         self, minVal: float, maxVal: float, size: float
@@ -206,9 +210,11 @@ class LiveAxis(LaneAxis):
 class LiveTrace(Trace):
     """The curve of a channel over the last seconds."""
 
-    def __init__(self, view: LiveView, box: pg.ViewBox, column: int) -> None:
-        super().__init__(box, column)
-        self._view = view
+    def __init__(self, view: LiveView, column: int) -> None:
+        super().__init__(view.add_box(), column)
+        self._view, self.axis = view, LiveAxis(lambda: view.readings)
+        self.axis.linkToView(self.box)
+        view.addItem(self.axis)
 
     def version(self) -> object:
         return self._view.now
@@ -225,8 +231,10 @@ class LiveView(LivePlot):
         self.now = 0.0
         #: The latest value of each channel that is read now.
         self.readings: dict[str, float] = {}
+        self._state: RecorderState | None = None
         self._channels: tuple[Channel, ...] = ()
-        self._lanes: list[tuple[pg.ViewBox, LiveAxis]] = []
+        self._lanes: tuple[Lane, ...] = ()
+        self.traces: list[LiveTrace] = []  # hidden and used again, as boxes are never removed
         self._scales: dict[int, LaneScale] = {}
         #: Times and values of each device, and whether a value holds until the next one.
         self._windows: list[tuple[Real, Real, bool]] = []
@@ -260,20 +268,21 @@ class LiveView(LivePlot):
 
     def place(self) -> None:
         """Lay out a lane for each channel, with its axis and its curve, and the ruler."""
-        for item in chain.from_iterable(self._lanes):
-            self.removeItem(item)
-        self._lanes, self._drawn, self.now = [], None, 0.0
         plot, names = self.plot, [channel.name for channel in self._channels]
-        for lane in lanes(self._channels, names, plot.height(), overlaid=False):
-            box, axis = self.add_box(), LiveAxis(lane, self._channels, lambda: self.readings)
-            box.setGeometry(QRectF(plot.left(), lane.top, plot.width(), lane.height))
-            self.addItem(axis)
-            axis.linkToView(box)
-            LiveTrace(self, box, lane.channels[0])
-            self._lanes.append((box, axis))
+        self._lanes = lanes(self._channels, names, plot.height(), overlaid=False)
+        while len(self.traces) < len(self._lanes):
+            self.traces.append(LiveTrace(self, len(self.traces)))
+        for column, trace in enumerate(self.traces):
+            for item in (trace.box, trace.axis):
+                item.setVisible(column < len(self._lanes))
+        for lane in self._lanes:
+            trace = self.traces[lane.channels[0]]
+            trace.box.setGeometry(QRectF(plot.left(), lane.top, plot.width(), lane.height))
+            trace.axis.show_lane(lane, self._channels)
         self._ruler.setGeometry(plot.left(), self.height() - RULER, plot.width(), RULER)
-        self._ruler.setVisible(bool(self._channels))
-        self.update()
+        self._ruler.setVisible(bool(self._lanes))
+        self.now, self._drawn = 0.0, None
+        self.invalidate()
 
     # What comes
 
@@ -292,15 +301,20 @@ class LiveView(LivePlot):
             latest += [math.nan] * values.shape[1] if absent else values[-1].tolist()
         read = zip(self._channels, latest, strict=True)
         self.readings = {channel.name: value for channel, value in read if math.isfinite(value)}
-        _, edges = column_edges(self._lanes[0][0], self.devicePixelRatioF())
-        for box, axis in self._lanes:
-            column, room = axis.lane.channels[0], axis.lane.height
+        _, edges = column_edges(self.traces[0].box, self.devicePixelRatioF())
+        for lane in self._lanes:
+            (column,) = lane.channels
             least = smallest_span(self._channels[column])
             scale = self._scales.setdefault(column, LaneScale(least))
             span = span_of(self.extremes(edges)[column])
             if span is not None:
                 scale.fit(*span, self.now)
-            box.setYRange(scale.low, scale.high, padding=INSET / max(room - 2 * INSET, 1.0))
+            free = INSET * (scale.high - scale.low) / max(lane.height - 2 * INSET, 1.0)
+            low, high = scale.low - free, scale.high + free
+            box = self.traces[column].box
+            if box.viewRange()[1] != [low, high]:
+                box.setYRange(low, high, padding=0)
+                self.resetCachedContent()  # its line at zero is elsewhere
 
     def extremes(self, edges: Real) -> list[Extremes]:
         """The extremes of each channel between edges in seconds before now, found together."""
@@ -315,9 +329,15 @@ class LiveView(LivePlot):
         return self._drawn[1]
 
     def _ticked(self) -> None:
-        if not self._channels and self._controller.state is not None:
+        """Draw what moves; what is written beside it, as often as devices are asked: to be read."""
+        state, known = self._controller.state, self._state
+        if state is known and self.isVisible():
+            self.update(QRect(GUTTER, 0, self.width() - GUTTER, self.height()))
+        else:
+            self._state = state
+            super()._ticked()
+        if not self._channels and state is not None:
             self._changed()  # it is known by now how the devices do
-        super()._ticked()
 
     def _changed(self) -> None:
         controller = self._controller
@@ -331,30 +351,29 @@ class LiveView(LivePlot):
     # Drawing
 
     def paint_background(self, painter: QPainter) -> None:
-        """Draw gutter, zero lines, borders of lanes, and since when it is recorded."""
+        """Draw the gutter, lines at zero, and borders of lanes."""
         theme, plot = colours(), self.plot
-        if not self._channels:
+        if not self._lanes:
             return
         painter.fillRect(QRectF(0, 0, GUTTER, self.height()), QColor(theme.panel))
-        paint_groups(painter, [axis.lane for _, axis in self._lanes], theme)
-        self._paint_recording(painter, plot)
+        paint_groups(painter, self._lanes, theme)
         painter.setPen(QPen(QColor(theme.grid), 1))
-        for box, axis in self._lanes:
-            low, high = box.viewRange()[1]
+        for lane in self._lanes:
+            low, high = self.traces[lane.channels[0]].box.viewRange()[1]
             if low < 0 < high:
-                y = round(axis.lane.bottom + low / (high - low) * axis.lane.height) + 0.5
+                y = round(lane.bottom + low / (high - low) * lane.height) + 0.5
                 painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
-        paint_borders(painter, [axis.lane for _, axis in self._lanes], plot, theme)
+        paint_borders(painter, self._lanes, plot, theme)
+        face, ink, y = text.font(NUMBER), QColor(theme.muted), self.height() - RULER + 10.0
+        text.draw_text(painter, GUTTER - 20, y, "s", face=face, ink=ink, align=1.0)
 
     def paint_foreground(self, painter: QPainter) -> None:
         """Draw rows of labels, the countdown, and what to do while nothing is connected."""
         controller, theme, plot = self._controller, colours(), self.plot
         if self._channels:
-            paint_rows(painter, controller, plot, live_axis(controller.now, plot))
-            face, y = text.font(NUMBER), self.height() - RULER / 2
-            text.draw_text(
-                painter, GUTTER - 14, y, "s", face=face, ink=QColor(theme.muted), align=1.0
-            )
+            axis = live_axis(controller.now, plot)
+            self._paint_recording(painter, plot, axis)
+            paint_rows(painter, controller, plot, axis)
         elif controller.phase is CaptureState.CONNECTING:
             self._paint_centred(painter, "Connecting…", theme.muted)
         elif not controller.connected:
@@ -373,12 +392,12 @@ class LiveView(LivePlot):
         box = self.rect().adjusted(24, 24, -24, -24)
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, line)
 
-    def _paint_recording(self, painter: QPainter, plot: QRectF) -> None:
+    def _paint_recording(self, painter: QPainter, plot: QRectF, axis: Axis) -> None:
         """Show since when it is recorded."""
         controller = self._controller
         if not controller.recording or controller.recorder is None:
             return
-        left = max(live_axis(controller.now, plot).at(controller.recorder.begun), plot.left())
+        left = max(axis.at(controller.recorder.begun), plot.left())
         wash = translucent(colours().trouble, 0.07)
         painter.fillRect(QRectF(left, 0, plot.right() - left, plot.height()), wash)
         if left > plot.left():

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QWidget
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
 from forcelab.gui.capture.controller import CaptureController
-from forcelab.gui.capture.live_plot import GUTTER, SECONDS, LivePlot, Real, plot_width
+from forcelab.gui.capture.live_plot import APART, GUTTER, SECONDS, LivePlot, Real, plot_width
 from forcelab.gui.figures import text
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.jobs import Job, Jobs
@@ -24,6 +24,7 @@ from forcelab.gui.kit.plot import BoxItem
 from forcelab.gui.label.scalogram_painting import (
     FOURIER_FACTOR,
     FrequencyAxis,
+    ScalogramImage,
     amount_text,
     draw_bar,
     draw_plate,
@@ -91,14 +92,15 @@ class LiveScalogramView(LivePlot):
         self._problem = ""
         self._tried_rates: tuple[float, ...] = ()
         self._job: Job | None = None
-        self._box = self.add_box(inverted=True)
-        self._image = pg.ImageItem(axisOrder="row-major")
+        self.box = self.add_box(inverted=True)
+        self._image = ScalogramImage()
         self._drawn: RollingImage | None = None  # the picture that is in the image
-        self._box.addItem(self._image, ignoreBounds=True)
-        self._estimated = EstimatedRegion(self._box)
+        self.box.addItem(self._image, ignoreBounds=True)
+        self._estimated = EstimatedRegion(self.box)
         self._frequencies = FrequencyAxis(free=6.0)
-        self._frequencies.setWidth(GUTTER)
-        self._frequencies.linkToView(self._box)
+        self._frequencies.setStyle(tickLength=3)
+        self._frequencies.setWidth(GUTTER - APART)
+        self._frequencies.linkToView(self.box)
         self.addItem(self._frequencies)
         self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
         self.setAccessibleName("Live scalogram")
@@ -146,12 +148,12 @@ class LiveScalogramView(LivePlot):
     def follow(self) -> None:
         """Put the picture where its time is now."""
         strip, plot = self.strip, self.plot
-        for item in (self._box, self._frequencies):
+        for item in (self.box, self._frequencies):
             item.setVisible(strip is not None)
         if strip is None:
             return
-        self._box.setGeometry(plot)
-        self._frequencies.setGeometry(QRectF(0, 0, GUTTER, plot.height()))
+        self.box.setGeometry(plot)
+        self._frequencies.setGeometry(QRectF(0, 0, GUTTER - APART, plot.height()))
         # Rows are as high as their distance.
         half = math.sqrt(strip.hertz[0] / strip.hertz[1])
         top, bottom = (
@@ -163,11 +165,11 @@ class LiveScalogramView(LivePlot):
             levels = strip.low, max(strip.high, strip.low + 1e-9)
             table = magnitude_colours(colours().dark)
             self._image.setImage(strip.values, levels=levels, lut=table)
-            self._box.setYRange(top, bottom, padding=0)
+            self.box.setYRange(top, bottom, padding=0)
+            self.resetCachedContent()  # the legend may have other ends
         now = self._controller.now
         self._image.setRect(QRectF(strip.start - now, top, strip.end - strip.start, bottom - top))
         self._estimated.complete = strip.complete - now
-        self._estimated.update()
 
     def restyle(self) -> None:
         self._drawn = None

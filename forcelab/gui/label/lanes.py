@@ -158,9 +158,7 @@ class LaneAxis(ValueAxis):
     `numbers` are pixels at the right that the axis' numbers have for themselves.
     """
 
-    def __init__(
-        self, width: float, values: Callable[[], Values], numbers: float = 0.0
-    ) -> None:
+    def __init__(self, width: float, values: Callable[[], Values], numbers: float = 0.0) -> None:
         self.lane = Lane((), "", "", 0.0, 0.0)
         self._names: dict[int, str] = {}
         self._left, self._right, self._values = NAMES_LEFT, width - numbers, values
