@@ -3,26 +3,49 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import chain
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QBrush, QColor, QFontMetrics, QFontMetricsF, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtCore import QLineF, QRect, QRectF, QSize, Qt
+from PySide6.QtGui import QBrush, QColor, QPainter, QPen
+from PySide6.QtWidgets import QSizePolicy
 
-from forcelab.capture.reader import FORCE_NAME, DeviceState
+from forcelab.capture.reader import FORCE_NAME
 from forcelab.demonstration import GAP_PERIODS, Channel
 from forcelab.gui.capture.controller import CaptureController, CaptureState
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis, labels, ticks
 from forcelab.gui.figures.colormap import translucent
-from forcelab.gui.figures.tracks import FadeOverlay, LabelStyle, fade_overlays, paint_track
-from forcelab.gui.label.lanes import Curve, CurveCanvas
+from forcelab.gui.figures.tracks import FadeOverlay, fade_overlays, paint_track
+from forcelab.gui.kit.plot import NUMBER, PlotView, ValueAxis
+from forcelab.gui.kit.time_panel import FOCUS
+from forcelab.gui.kit.traces import Trace, column_edges
+from forcelab.gui.label.lanes import (
+    LANE_GAP,
+    NAME,
+    NAMES_LEFT,
+    Lane,
+    LaneAxis,
+    Values,
+    group_of,
+    lanes,
+    paint_borders,
+    paint_groups,
+    span_of,
+)
 from forcelab.gui.label.swatches import style_of
-from forcelab.gui.theme import colours, themes
+from forcelab.gui.theme import colours
 from forcelab.labels import Segment
 from forcelab.signals.minmax import Extremes, run_extremes
+
+if TYPE_CHECKING:
+    from forcelab.capture.recorder import RecorderState
 
 Real = NDArray[np.float64]
 
@@ -77,9 +100,7 @@ class LaneScale:
         self._needed_at = -np.inf
 
     def fit(self, low: float, high: float, now: float) -> None:
-        """Take in the least and the greatest value in view, NaN without any, at `now` (s)."""
-        if not (np.isfinite(low) and np.isfinite(high)):
-            return
+        """Take in the least and the greatest value in view at `now` (s)."""
         span = max(high - low, self._least)
         if span >= NEEDED * (self.high - self.low):
             self._needed_at = now
@@ -94,61 +115,294 @@ class LaneScale:
             self._fresh, self._needed_at = False, now
 
 
-#: Heights of the numbers in pixels, in lanes with room and in low ones; below this a lane is low.
-SIZE, SMALL, LOW = 9.0, 8.0, 40.0
-#: Length of a mark, and from its end to its number, in pixels.
-MARK, SCALE_GAP = 3.0, 3.0
+#: Seconds that are shown. Pixels left of them for names, values and numbers, and how many of these
+#: are the numbers' alone; right of them, where half of the ruler's last number stands.
+SECONDS = 10.0
+GUTTER, NUMBERS, RIGHT = 140, 48, 10
+#: Pixels: height of the ruler and of a row of labels, the least height of a lane, and what is free
+#: above and below its curve.
+RULER, ROW_HEIGHT, LEAST_LANE, INSET = 22, 20, 24, 3.0
+#: Pixels between two numbers of a lane at least, and between axes and lanes: as Qt draws what is so
+#: close anew, too.
+BREATH, APART = 4.0, 2
 
 
-def scale_width() -> int:
-    """Pixels that the numbers and their marks need."""
-    return math.ceil(text.width("\N{MINUS SIGN}00.00", text.font(SIZE)) + MARK + SCALE_GAP + 6)
+class LivePlot(PlotView):
+    """A view of the last seconds, drawn anew whenever there may be new samples.
 
-
-def lane_marks(axis: Axis, size: float) -> tuple[tuple[float, str], ...]:
-    """Two values at least with their texts, and those between them where they have room.
-
-    `size` is the height of the numbers in pixels.
+    The x axis of its boxes are seconds before now.
     """
-    span, power = axis.end - axis.start, math.ceil(math.log10(axis.end - axis.start))
+
+    def __init__(self, controller: CaptureController) -> None:
+        super().__init__()
+        self._controller = controller
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.scene().sigPrepareForPaint.connect(self.follow)
+        controller.ticked.connect(self._ticked)
+        controller.changed.connect(self._changed)
+
+    def add_box(self, *, inverted: bool = False) -> pg.ViewBox:
+        box = pg.ViewBox(enableMouse=False, enableMenu=False, invertY=inverted, defaultPadding=0)
+        box.disableAutoRange()
+        box.setXRange(-SECONDS, 0.0, padding=0)
+        self.addItem(box)
+        return box
+
+    @abstractmethod
+    def follow(self) -> None:
+        """Take what is newest; before each painting."""
+
+    @abstractmethod
+    def _changed(self) -> None:
+        """Devices were connected or released, or a recording has begun or ended."""
+
+    def paint_foreground(self, painter: QPainter) -> None:
+        if self.hasFocus():
+            painter.fillRect(QRectF(0, 0, FOCUS, self.height()), QColor(colours().accent))
+
+    def _ticked(self) -> None:
+        if self.isVisible():
+            self.update()
+
+
+def plot_width(width: float) -> float:
+    """Pixels of the seconds in a view of a width."""
+    return max(width - GUTTER - RIGHT, 50.0)
+
+
+def lane_ticks(low: float, high: float, height: float) -> tuple[float, tuple[float, ...]]:
+    """A step, and two of its multiples at least that have room, with those between them.
+
+    `low` and `high` are the ends of a lane's axis, `height` is in pixels.
+    """
+    power, pixel = math.ceil(math.log10(high - low)), (high - low) / height
+    room = min(NUMBER + BREATH, 0.8 * height) * pixel
     while True:
         for step in (5 * 10.0**power, 2 * 10.0**power, 10.0**power):
-            values = ticks(axis.start, axis.end, step)
-            if len(values) < 2:
-                continue
-            texts = labels(values, step)
-            marks = tuple(zip(values, texts, strict=True))
-            close = step / span * abs(axis.finish - axis.begin) < size + 2
-            return (marks[0], marks[-1]) if close else marks
+            values = ticks(low, high, step)
+            if len(values) > 1 and values[-1] - values[0] >= room:
+                return step, values if step >= room else (values[0], values[-1])
         power -= 1
 
 
-def paint_scale(painter: QPainter, box: QRectF, axis: Axis) -> None:
-    """Draw a lane's values left of its box."""
-    size = SIZE if box.height() >= LOW else SMALL
-    face = text.font(size)
-    painter.save()  # names and values beside it have a font of their own
-    half = QFontMetricsF(face).capHeight() / 2 + 1
-    painter.setPen(QPen(QColor(colours().frame), 1))
-    marks = lane_marks(axis, size)
-    left = box.left() - MARK
-    painter.drawLines(
-        [QLineF(left, y, box.left(), y) for y in (round(axis.at(v)) + 0.5 for v, _ in marks)]
-    )
-    ink = QColor(colours().muted)
-    for value, label in marks:
-        y = min(max(axis.at(value), box.top() + half), box.bottom() - half)
-        text.draw_text(painter, left - SCALE_GAP, y, label, face=face, ink=ink, align=1.0)
-    painter.restore()
+class LiveAxis(LaneAxis):
+    """The axis of a lane: two numbers at least, all of them inside of it, and the latest value."""
+
+    def __init__(self, values: Callable[[], Values]) -> None:
+        super().__init__(GUTTER - APART, values, NUMBERS)
+        self.setStyle(hideOverlappingLabels=False, tickLength=3)
+
+    def tickValues(
+        self, minVal: float, maxVal: float, size: float
+    ) -> list[tuple[float, tuple[float, ...]]]:
+        return [lane_ticks(minVal, maxVal, size)]
+
+    def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
+        return list(labels(tuple(values), spacing))
+
+    def generateDrawSpecs(self, p: QPainter) -> Any:
+        specs = super().generateDrawSpecs(p)
+        for box, *_ in specs[2] if specs is not None else ():
+            box.moveTop(min(max(box.top(), 0.0), self.lane.height - box.height()))
+        return specs
 
 
-#: Seconds that are shown, and the ruler's height in pixels.
-SECONDS, RULER = 10.0, 20
+class LiveTrace(Trace):
+    """The curve of a channel over the last seconds."""
+
+    def __init__(self, view: LiveView, column: int) -> None:
+        super().__init__(view.add_box(), column)
+        self._view, self.axis = view, LiveAxis(lambda: view.readings)
+        self.axis.linkToView(self.box)
+        view.addItem(self.axis)
+
+    def version(self) -> object:
+        return self._view.now
+
+    def extremes(self, edges: Real) -> Extremes:
+        return self._view.extremes(edges)[self._column]
 
 
-def gutter(metrics: QFontMetrics) -> int:
-    """Pixels at the left for names and numbers."""
-    return 12 + metrics.horizontalAdvance("opening  −0000.0 Nmm") + scale_width()
+class LiveView(LivePlot):
+    """A lane for each channel of the devices, and below them what is marked and predicted."""
+
+    def __init__(self, controller: CaptureController) -> None:
+        #: The time (s, of the host's clock) up to which samples are drawn.
+        self.now = 0.0
+        #: The latest value of each channel that is read now.
+        self.readings: dict[str, float] = {}
+        self._state: RecorderState | None = None
+        self._channels: tuple[Channel, ...] = ()
+        self._lanes: tuple[Lane, ...] = ()
+        self.traces: list[LiveTrace] = []  # hidden and used again, as boxes are never removed
+        self._scales: dict[int, LaneScale] = {}
+        #: Times and values of each device, and whether a value holds until the next one.
+        self._windows: list[tuple[Real, Real, bool]] = []
+        self._drawn: tuple[object, list[Extremes]] | None = None
+        super().__init__(controller)
+        self.setAccessibleName("Live channels")
+        self._ruler = ValueAxis("bottom")
+        self._ruler.setStyle(hideOverlappingLabels=False, maxTextLevel=0, tickLength=-4)
+        self._ruler.setRange(-SECONDS, 0.0)
+        self.addItem(self._ruler)
+        controller.live_model.changed.connect(self._changed)  # it has a row, or none
+        self._changed()
+
+    # Where things are
+
+    @property
+    def plot(self) -> QRectF:
+        """The area of the lanes, in pixels of the widget."""
+        below = rows_height(self._controller) + RULER
+        return QRectF(GUTTER, 0, plot_width(self.width()), max(self.height() - below, 1))
+
+    def sizeHint(self) -> QSize:
+        """Room for six lanes."""
+        return QSize(520, 6 * 56 + ROW_HEIGHT + RULER)
+
+    def minimumSizeHint(self) -> QSize:
+        """The least room for the present lanes."""
+        groups = {group_of(channel.name) for channel in self._channels}
+        room = max(len(self._channels), 4) * LEAST_LANE + len(groups) * int(LANE_GAP)
+        return QSize(280, room + rows_height(self._controller) + RULER)
+
+    def place(self) -> None:
+        """Lay out a lane for each channel, with its axis and its curve, and the ruler."""
+        plot, names = self.plot, [channel.name for channel in self._channels]
+        self._lanes = lanes(self._channels, names, plot.height(), overlaid=False)
+        while len(self.traces) < len(self._lanes):
+            self.traces.append(LiveTrace(self, len(self.traces)))
+        for column, trace in enumerate(self.traces):
+            for item in (trace.box, trace.axis):
+                item.setVisible(column < len(self._lanes))
+        for lane in self._lanes:
+            trace = self.traces[lane.channels[0]]
+            trace.box.setGeometry(QRectF(plot.left(), lane.top, plot.width(), lane.height))
+            trace.axis.show_lane(lane, self._channels)
+        self._ruler.setGeometry(plot.left(), self.height() - RULER, plot.width(), RULER)
+        self._ruler.setVisible(bool(self._lanes))
+        self.now, self._drawn = 0.0, None
+        self.invalidate()
+
+    # What comes
+
+    def follow(self) -> None:
+        """Read the newest samples, and let the lanes hold them."""
+        controller = self._controller
+        recorder, state = controller.recorder, controller.state
+        if recorder is None or state is None or self.now == controller.now or not self._lanes:
+            return
+        self.now, self._windows = controller.now, []
+        latest: list[float] = []
+        for device, (_, times, values) in zip(state.devices, recorder.latest(SECONDS), strict=True):
+            holds = device.rate == 0 and math.isnan(device.residual)
+            self._windows.append((times, values, holds))
+            absent = {"unplugged", "stalled"} & set(device.alarms) or not len(times)
+            latest += [math.nan] * values.shape[1] if absent else values[-1].tolist()
+        read = zip(self._channels, latest, strict=True)
+        self.readings = {channel.name: value for channel, value in read if math.isfinite(value)}
+        _, edges = column_edges(self.traces[0].box, self.devicePixelRatioF())
+        for lane in self._lanes:
+            (column,) = lane.channels
+            least = smallest_span(self._channels[column])
+            scale = self._scales.setdefault(column, LaneScale(least))
+            span = span_of(self.extremes(edges)[column])
+            if span is not None:
+                scale.fit(*span, self.now)
+            free = INSET * (scale.high - scale.low) / max(lane.height - 2 * INSET, 1.0)
+            low, high = scale.low - free, scale.high + free
+            box = self.traces[column].box
+            if box.viewRange()[1] != [low, high]:
+                box.setYRange(low, high, padding=0)
+                self.resetCachedContent()  # its line at zero is elsewhere
+
+    def extremes(self, edges: Real) -> list[Extremes]:
+        """The extremes of each channel between edges in seconds before now, found together."""
+        key = edges[0], len(edges), self.now
+        if self._drawn is None or self._drawn[0] != key:
+            # They stand at multiples of a column's width: a curve moves and does not shimmer.
+            step = (edges[-1] - edges[0]) / (len(edges) - 1)
+            edges = edges + math.floor(self.now / step) * step
+            found = (pixel_columns(*window[:2], edges, window[2]) for window in self._windows)
+            pairs = chain.from_iterable(zip(each.low.T, each.high.T, strict=True) for each in found)
+            self._drawn = key, [Extremes(*pair) for pair in pairs]
+        return self._drawn[1]
+
+    def _ticked(self) -> None:
+        """Draw what moves; what is written beside it, as often as devices are asked: to be read."""
+        state, known = self._controller.state, self._state
+        if state is known and self.isVisible():
+            self.update(QRect(GUTTER, 0, self.width() - GUTTER, self.height()))
+        else:
+            self._state = state
+            super()._ticked()
+        if not self._channels and state is not None:
+            self._changed()  # it is known by now how the devices do
+
+    def _changed(self) -> None:
+        controller = self._controller
+        known = controller.connected and controller.state is not None
+        self._channels = controller.connection.channels if known else ()
+        if not controller.connected:
+            self._scales.clear()
+        self.updateGeometry()
+        self.place()
+
+    # Drawing
+
+    def paint_background(self, painter: QPainter) -> None:
+        """Draw the gutter, lines at zero, and borders of lanes."""
+        theme, plot = colours(), self.plot
+        if not self._lanes:
+            return
+        painter.fillRect(QRectF(0, 0, GUTTER, self.height()), QColor(theme.panel))
+        paint_groups(painter, self._lanes, theme)
+        painter.setPen(QPen(QColor(theme.grid), 1))
+        for lane in self._lanes:
+            low, high = self.traces[lane.channels[0]].box.viewRange()[1]
+            if low < 0 < high:
+                y = round(lane.bottom + low / (high - low) * lane.height) + 0.5
+                painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
+        paint_borders(painter, self._lanes, plot, theme)
+        face, ink, y = text.font(NUMBER), QColor(theme.muted), self.height() - RULER + 10.0
+        text.draw_text(painter, GUTTER - 20, y, "s", face=face, ink=ink, align=1.0)
+
+    def paint_foreground(self, painter: QPainter) -> None:
+        """Draw rows of labels, the countdown, and what to do while nothing is connected."""
+        controller, theme, plot = self._controller, colours(), self.plot
+        if self._channels:
+            axis = live_axis(controller.now, plot)
+            self._paint_recording(painter, plot, axis)
+            paint_rows(painter, controller, plot, axis)
+        elif controller.phase is CaptureState.CONNECTING:
+            self._paint_centred(painter, "Connecting…", theme.muted)
+        elif not controller.connected:
+            invitation = "Select devices on the left and press Connect; their signals appear here."
+            self._paint_centred(painter, invitation, theme.muted)
+        if controller.phase is CaptureState.COUNTDOWN:
+            face = self.font()
+            face.setPointSizeF(face.pointSizeF() * 8)
+            face.setBold(True)
+            painter.setFont(face)
+            self._paint_centred(painter, str(controller.seconds_left), theme.accent)
+        super().paint_foreground(painter)
+
+    def _paint_centred(self, painter: QPainter, line: str, colour: str) -> None:
+        painter.setPen(QColor(colour))
+        box = self.rect().adjusted(24, 24, -24, -24)
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, line)
+
+    def _paint_recording(self, painter: QPainter, plot: QRectF, axis: Axis) -> None:
+        """Show since when it is recorded."""
+        controller = self._controller
+        if not controller.recording or controller.recorder is None:
+            return
+        left = max(axis.at(controller.recorder.begun), plot.left())
+        wash = translucent(colours().trouble, 0.07)
+        painter.fillRect(QRectF(left, 0, plot.right() - left, plot.height()), wash)
+        if left > plot.left():
+            painter.setPen(QPen(QColor(colours().trouble), 1))
+            painter.drawLine(QLineF(left, 0, left, plot.height()))
 
 
 def live_axis(now: float, plot: QRectF) -> Axis:
@@ -156,82 +410,55 @@ def live_axis(now: float, plot: QRectF) -> Axis:
     return Axis(now - SECONDS, now, plot.left(), plot.right())
 
 
-def column_edges(now: float, width: int) -> NDArray[np.float64]:
-    """Edges of columns of the screen in seconds.
-
-    They stand at multiples of a column's width, so that a curve moves and does not shimmer.
-    """
-    step = SECONDS / width
-    newest = math.floor(now / step)
-    return (newest - width + np.arange(width + 1, dtype=np.float64)) * step
-
-
-def paint_ruler(painter: QPainter, plot: QRectF, bottom: float) -> None:
-    """Seconds before now."""
-    painter.setPen(QColor(colours().muted))
-    metrics = painter.fontMetrics()
-    y = bottom - (RULER - metrics.capHeight()) / 2
-    for ago in range(0, int(SECONDS) + 1, 2):
-        x = plot.right() - ago / SECONDS * plot.width()
-        text = "0 s" if not ago else f"\N{MINUS SIGN}{ago}"
-        width = metrics.horizontalAdvance(text)
-        left = min(x - width / 2, plot.right() - width - 4)
-        painter.drawText(QPointF(left, y), text)
-
-
-#: Height of a row in pixels.
-TRACK_ROW_HEIGHT = 20
-
-
 def rows_height(controller: CaptureController) -> int:
     """Pixels of all rows: the prediction has one only while a recogniser is chosen."""
-    return TRACK_ROW_HEIGHT * (2 if controller.live_model.selection is not None else 1)
+    return ROW_HEIGHT * (2 if controller.live_model.selection is not None else 1)
 
 
-def paint_rows(
-    painter: QPainter, controller: CaptureController, plot: QRectF, axis: Axis, now: float
-) -> None:
-    """Draw the rows of marks and predictions below a plot; `now` is in s of the host's clock."""
-    marked = controller.marks.track(now, axis.start)
-    box = QRectF(plot.left(), plot.bottom() + 1, plot.width(), TRACK_ROW_HEIGHT - 2)
-    _paint_row(painter, controller, box, axis, marked, ())
-    _paint_row_name(painter, box, "Marks")
+def paint_rows(painter: QPainter, controller: CaptureController, plot: QRectF, axis: Axis) -> None:
+    """Draw the rows of marks and predictions below a plot."""
+    box = QRectF(plot.left(), plot.bottom() + 1, plot.width(), ROW_HEIGHT - 2)
+    _paint_row(
+        painter, controller, "Marks", box, axis, controller.marks.track(axis.end, axis.start)
+    )
     live_model = controller.live_model
     if live_model.selection is None:
         return
-    box = box.translated(0, TRACK_ROW_HEIGHT)
-    snapshot = live_model.track.snapshot
-    if snapshot is None:
-        _paint_row(painter, controller, box, axis, [], ())
-    else:
+    box, snapshot = box.translated(0, ROW_HEIGHT), live_model.track.snapshot
+    segments: list[Segment] = []
+    fading: tuple[FadeOverlay, ...] = ()
+    if snapshot is not None:
         segments = [segment for segment in snapshot.segments if segment.end > axis.start]
-        fading: tuple[FadeOverlay, ...] = ()
         if snapshot.probability_trace is not None:
             fading = fade_overlays(snapshot.probability_trace, tuple(segments), axis, box)
-        _paint_row(painter, controller, box, axis, segments, fading)
+    _paint_row(painter, controller, "Predicted", box, axis, segments, fading)
+    if snapshot is not None:
         live_model.record_painted(snapshot.until)
         until = snapshot.until
         if math.isnan(until) and segments:  # begun anew: what was said before stays
             until = segments[-1].end
         _paint_undecided(painter, box, axis, until)
-    _paint_row_name(painter, box, "Predicted")
 
 
 def _paint_row(
     painter: QPainter,
     controller: CaptureController,
+    name: str,
     box: QRectF,
     axis: Axis,
     segments: list[Segment],
-    fading: tuple[FadeOverlay, ...],
+    fading: tuple[FadeOverlay, ...] = (),
 ) -> None:
+    """Draw a row of labels, and into the gutter what they are."""
     vocabulary = controller.display_vocabulary
-    styles: dict[str, LabelStyle] = {s.action: style_of(vocabulary, s.action) for s in segments}
+    styles = {s.action: style_of(vocabulary, s.action) for s in segments}
     theme = replace(colours(), text=colours().on_unlabelled)
     painter.save()
     painter.setClipRect(box)
     paint_track(painter, box, axis, segments, styles=styles, theme=theme, fades=fading)
     painter.restore()
+    face, ink = text.font(NAME), QColor(colours().muted)
+    text.draw_text(painter, NAMES_LEFT, box.center().y(), name, face=face, ink=ink)
 
 
 def _paint_undecided(painter: QPainter, box: QRectF, axis: Axis, until: float) -> None:
@@ -242,163 +469,3 @@ def _paint_undecided(painter: QPainter, box: QRectF, axis: Axis, until: float) -
         painter.fillRect(rest, QColor(colours().panel))
         ink = translucent(colours().muted, 0.5)
         painter.fillRect(rest, QBrush(ink, Qt.BrushStyle.BDiagPattern))
-
-
-def _paint_row_name(painter: QPainter, box: QRectF, name: str) -> None:
-    """Write what a row shows into the gutter."""
-    painter.setPen(QColor(colours().muted))
-    room = QRectF(8, box.top(), box.left() - 14, box.height())
-    painter.drawText(room, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, name)
-
-
-#: Pixels: what a lane is higher than its name at least, free space above and below a curve.
-ROOM, INSET = 6, 3
-
-
-class LiveView(QWidget):
-    """Draws what comes from the devices, 30 times a second while it can be seen."""
-
-    def __init__(self, controller: CaptureController) -> None:
-        super().__init__()
-        self._controller = controller
-        self._scales: dict[tuple[int, int], LaneScale] = {}
-        self.setAccessibleName("Live channels")
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        controller.ticked.connect(self._ticked)
-        controller.changed.connect(self._changed)
-        themes().changed.connect(self.update)
-
-    def sizeHint(self) -> QSize:
-        """Room for six lanes."""
-        return QSize(520, 6 * 56 + TRACK_ROW_HEIGHT + RULER)
-
-    def minimumSizeHint(self) -> QSize:
-        """The least room for the present lanes."""
-        lanes = sum(len(device.channels) for device in self._devices())
-        lane = self.fontMetrics().height() + ROOM
-        return QSize(280, max(lanes, 4) * lane + rows_height(self._controller) + RULER)
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw everything anew: everything has moved."""
-        with QPainter(self) as painter:
-            painter.fillRect(self.rect(), QColor(colours().background))
-            if not self._controller.connected:
-                self._paint_centred(painter, self._invitation(), colours().muted)
-            else:
-                self._paint_live(painter)
-            if self._controller.phase is CaptureState.COUNTDOWN:
-                face = self.font()
-                face.setPointSizeF(face.pointSizeF() * 8)
-                face.setBold(True)
-                painter.setFont(face)
-                self._paint_centred(painter, str(self._controller.seconds_left), colours().accent)
-            if self.hasFocus():
-                painter.setPen(QPen(QColor(colours().accent), 1))
-                painter.setBrush(Qt.BrushStyle.NoBrush)
-                painter.drawRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5))
-
-    def _devices(self) -> tuple[DeviceState, ...]:
-        state = self._controller.state
-        return () if state is None else state.devices
-
-    def _ticked(self) -> None:
-        if self.isVisible():
-            self.update()
-
-    def _changed(self) -> None:
-        if not self._controller.connected:
-            self._scales.clear()
-        self.updateGeometry()
-        self.update()
-
-    def _invitation(self) -> str:
-        """The text where nothing is connected."""
-        if self._controller.phase is CaptureState.CONNECTING:
-            return "Connecting…"
-        return "Select devices on the left and press Connect; their signals appear here."
-
-    def _paint_centred(self, painter: QPainter, text: str, colour: str) -> None:
-        painter.setPen(QColor(colour))
-        box = self.rect().adjusted(24, 24, -24, -24)
-        painter.drawText(box, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, text)
-
-    def _paint_live(self, painter: QPainter) -> None:
-        devices, recorder = self._devices(), self._controller.recorder
-        windows = () if recorder is None else recorder.latest(SECONDS)
-        lanes = sum(len(device.channels) for device in devices)
-        left, below = gutter(self.fontMetrics()), rows_height(self._controller) + RULER
-        plot = QRectF(left, 0, max(self.width() - left, 50), self.height() - below)
-        now = self._controller.now
-        canvas = CurveCanvas(plot, self.devicePixelRatioF())
-        edges = column_edges(now, canvas.width)
-        axis = live_axis(now, plot)
-        self._paint_begin(painter, plot, axis)
-        height = plot.height() / max(lanes, 1)
-        lane, curves = 0, []
-        for number, (device, (_, times, values)) in enumerate(zip(devices, windows, strict=False)):
-            holds = device.rate == 0 and math.isnan(device.residual)
-            extremes = pixel_columns(times, values, edges, holds)
-            present = not {"unplugged", "stalled"} & set(device.alarms)  # what is read now
-            for column, channel in enumerate(device.channels):
-                box = QRectF(plot.left(), lane * height, plot.width(), height)
-                colour = QColor(colours().curves[lane % len(colours().curves)])
-                scale = self._scales.setdefault((number, column), LaneScale(smallest_span(channel)))
-                seen_low, seen_high = extremes.low[:, column], extremes.high[:, column]
-                if np.isfinite(seen_low).any():
-                    scale.fit(float(np.nanmin(seen_low)), float(np.nanmax(seen_high)), now)
-                up = Axis(scale.low, scale.high, box.bottom() - INSET, box.top() + INSET)
-                self._paint_lane(painter, box, up, lane)
-                paint_scale(painter, box, up)
-                latest = float(values[-1, column]) if present and len(values) else math.nan
-                self._paint_name(painter, box, channel.name, channel.unit, latest, colour)
-                room = (box.top() + 1, box.bottom() - 1)
-                curves.append(Curve(Extremes(seen_low, seen_high), up, colour, room))
-                lane += 1
-        canvas.draw(curves)
-        canvas.paint(painter)
-        paint_rows(painter, self._controller, plot, axis, now)
-        paint_ruler(painter, plot, self.height())
-
-    def _paint_begin(self, painter: QPainter, plot: QRectF, axis: Axis) -> None:
-        """Show since when it is recorded."""
-        recorder = self._controller.recorder
-        if not self._controller.recording or recorder is None:
-            return
-        left = max(axis.at(recorder.begun), plot.left())
-        wash = translucent(colours().trouble, 0.07)
-        painter.fillRect(QRectF(left, 0, plot.right() - left, plot.height()), wash)
-        if left > plot.left():
-            painter.setPen(QPen(QColor(colours().trouble), 1))
-            painter.drawLine(QLineF(left, 0, left, plot.height()))
-
-    def _paint_lane(self, painter: QPainter, box: QRectF, up: Axis, lane: int) -> None:
-        """The line at zero, and the one between two lanes."""
-        if lane:
-            painter.setPen(QPen(QColor(colours().frame), 1))
-            painter.drawLine(QLineF(0, box.top(), box.right(), box.top()))
-        if up.start < 0 < up.end:
-            painter.setPen(QPen(QColor(colours().grid), 1))
-            y = round(up.at(0.0)) + 0.5
-            painter.drawLine(QLineF(box.left(), y, box.right(), y))
-
-    def _paint_name(
-        self, painter: QPainter, box: QRectF, name: str, unit: str, value: float, colour: QColor
-    ) -> None:
-        """What a lane shows, and its latest value."""
-        gutter = QRectF(8, box.top(), box.left() - scale_width() - 14, box.height())
-        painter.fillRect(QRectF(0, box.top() + 3, 3, box.height() - 6), colour)
-        painter.setPen(QColor(colours().text))
-        middle = Qt.AlignmentFlag.AlignVCenter
-        painter.drawText(gutter, middle | Qt.AlignmentFlag.AlignLeft, name)
-        painter.setPen(QColor(colours().muted))
-        reading = f"{_number(value)} {unit}".strip()
-        painter.drawText(gutter, middle | Qt.AlignmentFlag.AlignRight, reading)
-
-
-def _number(value: float) -> str:
-    """A reading to a tenth; a dash where there is none."""
-    if math.isnan(value):
-        return "–"
-    # Adding zero takes the sign from what is rounded to nothing.
-    return f"{round(value, 1) + 0.0:.1f}".replace("-", "\N{MINUS SIGN}")

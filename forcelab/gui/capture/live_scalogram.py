@@ -7,28 +7,30 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
+import numpy as np
+import pyqtgraph as pg
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import (
-    QColor,
-    QHideEvent,
-    QImage,
-    QPainter,
-    QPaintEvent,
-    QPen,
-    QPolygonF,
-    QShowEvent,
-)
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtGui import QColor, QHideEvent, QPainter, QPen, QPolygonF, QShowEvent
+from PySide6.QtWidgets import QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
 from forcelab.gui.capture.controller import CaptureController
-from forcelab.gui.capture.live_plot import SECONDS, gutter, live_axis
-from forcelab.gui.figures.axes import Axis
+from forcelab.gui.capture.live_plot import APART, GUTTER, SECONDS, LivePlot, Real, plot_width
+from forcelab.gui.figures import text
+from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.jobs import Job, Jobs
-from forcelab.gui.label import scalogram_painting as drawing
-from forcelab.gui.label.scalogram_painting import FOURIER_FACTOR
-from forcelab.gui.theme import colours, themes
+from forcelab.gui.kit.plot import BoxItem
+from forcelab.gui.label.scalogram_painting import (
+    FOURIER_FACTOR,
+    FrequencyAxis,
+    ScalogramImage,
+    amount_text,
+    draw_bar,
+    draw_plate,
+    magnitude_colours,
+)
+from forcelab.gui.theme import colours
 from forcelab.gui.widgets import ElidedComboBox
 
 if TYPE_CHECKING:
@@ -43,15 +45,46 @@ DRAWING, CHANNEL = "capture: live scalogram", "capture/scalogram"
 COLUMNS, ROWS = 500, 40
 
 
-class LiveScalogramView(QWidget):
+class EstimatedRegion(BoxItem):
+    """What wavelets have not passed yet: right of a dashed line, below a thin wash."""
+
+    def __init__(self, box: pg.ViewBox) -> None:
+        super().__init__(box)
+        #: Up to which second before now each row is complete, from the top.
+        self.complete: Real = np.zeros(0)
+
+    def paint(self, painter: QPainter, *_: object) -> None:
+        plot, theme = self.box.rect(), colours()
+        x = np.clip(1.0 + self.complete / SECONDS, 0.0, 1.0) * plot.width()
+        y = (np.arange(len(x)) + 0.5) * plot.height() / max(len(x), 1)
+        edge = [QPointF(*point) for point in zip(x.tolist(), y.tolist(), strict=True)]
+        if not edge:
+            return
+        edge = [QPointF(edge[0].x(), plot.top()), *edge, QPointF(edge[-1].x(), plot.bottom())]
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(translucent(theme.background, 0.35))
+        painter.drawPolygon(QPolygonF([*edge, plot.bottomRight(), plot.topRight()]))
+        pen = QPen(translucent(theme.text, 0.7), 1.0)
+        pen.setDashPattern([4.0, 3.0])
+        painter.setPen(pen)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawPolyline(QPolygonF(edge))
+        line, face, right = "estimated", text.font(), plot.right() - 6
+        if plot.right() - edge[-1].x() > text.width(line, face) + 16:
+            y = plot.bottom() - 11
+            text.draw_text(painter, right, y, line, face=face, ink=QColor(theme.text), align=1.0)
+
+
+class LiveScalogramView(LivePlot):
     """The scalogram of one channel; computed only while it can be seen.
 
     Its time axis agrees with that of the live view.
     """
 
     def __init__(self, controller: CaptureController, jobs: Jobs, live_view: QWidget) -> None:
-        super().__init__()
-        self._controller, self._jobs, self._live_view = controller, jobs, live_view
+        super().__init__(controller)
+        self._jobs, self._live_view = jobs, live_view
         #: Empty for none.
         self.channel = settings.text(CHANNEL)
         #: The newest picture.
@@ -59,17 +92,23 @@ class LiveScalogramView(QWidget):
         self._problem = ""
         self._tried_rates: tuple[float, ...] = ()
         self._job: Job | None = None
-        self._image: tuple[RollingImage, bool, QImage] | None = None
+        self.box = self.add_box(inverted=True)
+        self._image = ScalogramImage()
+        self._drawn: RollingImage | None = None  # the picture that is in the image
+        self.box.addItem(self._image, ignoreBounds=True)
+        self._estimated = EstimatedRegion(self.box)
+        self._frequencies = FrequencyAxis(free=6.0)
+        self._frequencies.setStyle(tickLength=3)
+        self._frequencies.setWidth(GUTTER - APART)
+        self._frequencies.linkToView(self.box)
+        self.addItem(self._frequencies)
+        self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
         self.setAccessibleName("Live scalogram")
         self.setToolTip(
             "Right of the line the picture is estimated, as wavelets have not passed yet: "
             "several times a second, each time better."
         )
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.hide()
-        controller.ticked.connect(self._ticked)
-        controller.changed.connect(self._changed)
-        themes().changed.connect(self.update)
 
     def choose(self, channel: str) -> None:
         """Show a channel, or none."""
@@ -99,28 +138,67 @@ class LiveScalogramView(QWidget):
         super().hideEvent(event)
         self._stop()
 
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the picture where its time is now."""
-        with QPainter(self) as painter:
-            theme = colours()
-            painter.fillRect(self.rect(), QColor(theme.background))
-            left, right = gutter(self.fontMetrics()), float(self._live_view.width())
-            plot = QRectF(left, 0, max(right - left, 50), self.height() - 2)
-            strip = self.strip
-            if strip is not None:
-                axis = live_axis(self._controller.now, plot)
-                self._paint_picture(painter, plot, axis, strip)
-                self._paint_gutter(painter, plot, strip)
-            line = self._problem or ("" if strip is not None else "Waiting for samples…")
-            name = self.channel if not line else f"{self.channel}: {line}"
-            corner = plot.topLeft() + QPointF(2, 2)
-            drawing.draw_plate(painter, corner, name, theme, plot, quiet=not self._problem)
+    # Drawing
+
+    @property
+    def plot(self) -> QRectF:
+        """The area of the picture: as wide as the live view, which may have a scroll bar."""
+        return QRectF(GUTTER, 0, plot_width(self._live_view.width()), self.height() - 2)
+
+    def follow(self) -> None:
+        """Put the picture where its time is now."""
+        strip, plot = self.strip, self.plot
+        for item in (self.box, self._frequencies):
+            item.setVisible(strip is not None)
+        if strip is None:
+            return
+        self.box.setGeometry(plot)
+        self._frequencies.setGeometry(QRectF(0, 0, GUTTER - APART, plot.height()))
+        # Rows are as high as their distance.
+        half = math.sqrt(strip.hertz[0] / strip.hertz[1])
+        top, bottom = (
+            -math.log(FOURIER_FACTOR * hertz)
+            for hertz in (strip.hertz[0] * half, strip.hertz[-1] / half)
+        )
+        if strip is not self._drawn:
+            self._drawn = strip
+            levels = strip.low, max(strip.high, strip.low + 1e-9)
+            table = magnitude_colours(colours().dark)
+            self._image.setImage(strip.values, levels=levels, lut=table)
+            self.box.setYRange(top, bottom, padding=0)
+            self.resetCachedContent()  # the legend may have other ends
+        now = self._controller.now
+        self._image.setRect(QRectF(strip.start - now, top, strip.end - strip.start, bottom - top))
+        self._estimated.complete = strip.complete - now
+
+    def restyle(self) -> None:
+        self._drawn = None
+        super().restyle()
+
+    def paint_background(self, painter: QPainter) -> None:
+        """Draw the gutter with the legend of the colours."""
+        painter.fillRect(QRectF(0, 0, GUTTER, self.height()), QColor(colours().panel))
+        strip, bar = self.strip, QRectF(8.5, 8.5, 6, self.plot.height() - 18)
+        if strip is not None and bar.height() >= 40:
+            ends = amount_text(10**strip.low), amount_text(10**strip.high)
+            draw_bar(painter, bar, ends, False, colours())
+
+    def paint_foreground(self, painter: QPainter) -> None:
+        """Name the channel, and what went wrong."""
+        plot, line = self.plot, self._problem
+        if self.strip is None:
+            line = line or "Waiting for samples…"
+        name = f"{self.channel}: {line}" if line else self.channel
+        corner = plot.topLeft() + QPointF(2, 2)
+        draw_plate(painter, corner, name, colours(), plot, quiet=not self._problem)
+        super().paint_foreground(painter)
+
+    # Computing
 
     def _ticked(self) -> None:
-        if self.isVisible():
-            if self._problem and self._rates() != self._tried_rates:
-                self._begin()  # a device without a rate is known better by now
-            self.update()
+        if self._problem and self._rates() != self._tried_rates:
+            self._begin()  # a device without a rate is known better by now
+        super()._ticked()
 
     def _rates(self) -> tuple[float, ...]:
         """Whole samples a second of each device, as measured; 0 where that is not known yet."""
@@ -150,7 +228,7 @@ class LiveScalogramView(QWidget):
 
     def _forget(self) -> None:
         """The picture is of another channel, or of other devices."""
-        self.strip = self._image = None
+        self.strip = self._drawn = None
 
     def _ended(self, _: None) -> None:
         """The devices were released."""
@@ -165,69 +243,6 @@ class LiveScalogramView(QWidget):
     def _set_strip(self, strip: RollingImage | None) -> None:
         if strip is not None:
             self.strip = strip
-
-    def _paint_picture(
-        self, painter: QPainter, plot: QRectF, axis: Axis, strip: RollingImage
-    ) -> None:
-        dark = colours().dark
-        if self._image is None or self._image[0] is not strip or self._image[1] != dark:
-            image = drawing.magnitudes(strip.values, strip.low, strip.high, dark)
-            self._image = strip, dark, image
-        first, last = axis.at(strip.start), axis.at(strip.end)
-        painter.save()
-        painter.setClipRect(plot)
-        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        painter.drawImage(QRectF(first, plot.top(), last - first, plot.height()), self._image[2])
-        self._paint_early(painter, plot, axis, strip)
-        painter.restore()
-
-    def _paint_early(
-        self, painter: QPainter, plot: QRectF, axis: Axis, strip: RollingImage
-    ) -> None:
-        """Mark what is estimated: right of a line, below a thin wash."""
-        step = plot.height() / len(strip.complete)
-        edge = [
-            QPointF(min(max(axis.at(at), plot.left()), plot.right()), plot.top() + (i + 0.5) * step)
-            for i, at in enumerate(strip.complete.tolist())
-        ]
-        edge = [QPointF(edge[0].x(), plot.top()), *edge, QPointF(edge[-1].x(), plot.bottom())]
-        shape = QPolygonF([*edge, plot.bottomRight(), plot.topRight()])
-        wash, line = QColor(colours().background), QColor(colours().text)
-        wash.setAlphaF(0.35)
-        line.setAlphaF(0.7)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(wash)
-        painter.drawPolygon(shape)
-        pen = QPen(line, 1.0)
-        pen.setDashPattern([4.0, 3.0])
-        painter.setPen(pen)
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawPolyline(QPolygonF(edge))
-        label = "estimated"
-        face = painter.fontMetrics()
-        room = plot.right() - edge[-1].x()
-        if room > face.horizontalAdvance(label) + 16:
-            painter.setPen(QColor(colours().text))
-            at = QPointF(plot.right() - face.horizontalAdvance(label) - 6, plot.bottom() - 6)
-            painter.drawText(at, label)
-
-    def _paint_gutter(self, painter: QPainter, plot: QRectF, strip: RollingImage) -> None:
-        """The axis in Hz, and the legend of the colours."""
-        half = math.sqrt(strip.hertz[0] / strip.hertz[1])  # rows are as high as their distance
-        rows = drawing.Rows(
-            plot.top(),
-            plot.bottom(),
-            1.0 / (FOURIER_FACTOR * strip.hertz[0] * half),
-            1.0 / (FOURIER_FACTOR * strip.hertz[-1] / half),
-            FOURIER_FACTOR,
-            1.0,
-        )
-        drawing.draw_frequencies(painter, plot.left(), rows, colours(), plot.top() + 6)
-        bar = QRectF(8.5, plot.top() + 8.5, 6, plot.height() - 18)
-        if bar.height() >= 40:
-            ends = drawing.amount_text(10**strip.low), drawing.amount_text(10**strip.high)
-            drawing.draw_bar(painter, bar, ends, False, colours())
 
 
 def _build_scalogram(

@@ -47,36 +47,32 @@ def fill_columns(
     covered in part gets as much of the colour. Gives the rows that hold anything, from one up to
     another.
     """
-    height = len(pixels)
+    height, width = pixels.shape
     drawn = ~np.isnan(top)
     # Clipped while still floats: heights far outside do not fit into whole numbers.
-    top = np.clip(np.where(drawn, top, height + 1), -1, height + 1)
-    bottom = np.clip(np.where(drawn, bottom, -1), -1, height + 1)
+    top = np.minimum(np.maximum(np.where(drawn, top, height + 1), -1), height + 1)
+    bottom = np.minimum(np.maximum(np.where(drawn, bottom, -1), -1), height + 1)
     first, last = np.ceil(top).astype(np.int16), np.floor(bottom).astype(np.int16)
     start = np.maximum(first, 0)
     count = np.maximum(np.minimum(last, height) - start, 0).astype(np.uint16)
-    begin = min(max(int(first[drawn].min(initial=height)) - 1, 0), height)
-    end = max(min(int(last[drawn].max(initial=0)) + 1, height), begin)
+    begin = min(max(int(first.min()) - 1, 0), height)
+    end = max(min(int(last.max()) + 1, height), begin)
     rows = np.arange(begin, end, dtype=np.uint16)[:, np.newaxis]
     # As numbers without a sign, rows above the first are far below the last.
     inside = rows - start.astype(np.uint16) < count
     shades = _shades(colour.rgba())
     np.copyto(pixels[begin:end], shades[255], where=inside)
-    within = last < first  # both ends in one pixel
-    _tint(pixels, first - 1, np.where(within, bottom - top, first - top), shades)
-    _tint(pixels, last, np.where(within, 0.0, bottom - last), shades)
-    return begin, end
-
-
-def _tint(
-    pixels: NDArray[np.uint32], rows: NDArray[np.int16], shares: Real, shades: NDArray[np.uint32]
-) -> None:
-    """Cover a share of one pixel in each column, where nothing covers more of it."""
-    columns = np.flatnonzero((rows >= 0) & (rows < len(pixels)) & (shares > 0.0))
-    rows = rows[columns]
-    shade = shades[np.minimum(shares[columns] * 255.0 + 0.5, 255.0).astype(np.uint8)]
-    thinner = pixels[rows, columns] >> 24 < shade >> 24
+    # The pixels at both ends, which are covered in part, unless both ends are in one.
+    within = last < first
+    rows = np.concatenate([first - 1, last])
+    above, below = np.where(within, bottom, first) - top, np.where(within, 0.0, bottom - last)
+    shares = np.concatenate([above, below])
+    (ends,) = ((rows >= 0) & (rows < height) & (shares > 0.0)).nonzero()
+    rows, columns = rows[ends], ends % width
+    shade = shades[np.minimum(shares[ends] * 255.0 + 0.5, 255.0).astype(np.uint8)]
+    thinner = pixels[rows, columns] >> 24 < shade >> 24  # where nothing covers more of it
     pixels[rows[thinner], columns[thinner]] = shade[thinner]
+    return begin, end
 
 
 @lru_cache(maxsize=64)

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import groupby, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -155,12 +155,14 @@ class LaneAxis(ValueAxis):
 
     In a high lane a value at the cursor stands below the name of its channel, in a low one behind
     it; where there is no room for it in the gutter, it stands at the cursor (:meth:`paint_tag`).
+    `numbers` are pixels at the right that the axis' numbers have for themselves.
     """
 
-    def __init__(self, width: float, values: Callable[[], Values]) -> None:
+    def __init__(self, width: float, values: Callable[[], Values], numbers: float = 0.0) -> None:
         self.lane = Lane((), "", "", 0.0, 0.0)
         self._names: dict[int, str] = {}
-        self._left, self._right, self._values = NAMES_LEFT, width, values
+        self._left, self._right, self._values = NAMES_LEFT, width - numbers, values
+        self._width = width
         super().__init__("left")
         self.setWidth(width)
 
@@ -169,7 +171,7 @@ class LaneAxis(ValueAxis):
         self.lane = lane
         self._names = {column: channels[column].name for column in lane.channels}
         self._left = NAMES_BESIDE_BRACKET if lane.group else NAMES_LEFT
-        self.setGeometry(QRectF(0, lane.top, self._right, lane.height))
+        self.setGeometry(QRectF(0, lane.top, self._width, lane.height))
         self.picture = None
         self.update()
 
@@ -276,9 +278,18 @@ def paint_notes(
         y += 15
 
 
-def paint_groups(
-    painter: QPainter, lanes: Sequence[Lane], names: Mapping[str, str], theme: Colours
-) -> None:
+def paint_borders(painter: QPainter, lanes: Sequence[Lane], plot: QRectF, theme: Colours) -> None:
+    """Draw a line between two lanes of a sensor, and a stripe between two sensors."""
+    painter.setPen(QPen(QColor(theme.panel_edge), 1))
+    for lane, following in pairwise(lanes):
+        y = round(lane.bottom) + 0.5
+        painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
+        if following.top > lane.bottom:
+            box = QRectF(plot.left(), lane.bottom, plot.width(), following.top - lane.bottom)
+            painter.fillRect(box, QColor(theme.panel))
+
+
+def paint_groups(painter: QPainter, lanes: Sequence[Lane], theme: Colours) -> None:
     """Draw a bracket along the lanes of each sensor, with its name where there is room."""
     face = text.font(NUMBER)
     for group, members in groupby(lanes, key=lambda lane: lane.group):
@@ -294,7 +305,7 @@ def paint_groups(
                 QLineF(15.5, bottom, 18.0, bottom),
             ]
         )
-        name = names[group]
+        name = f"sensor {group}" if group.isdigit() else group
         if text.width(name, face) > bottom - top:
             name = text.elided_name(group, face, bottom - top)
         middle = (top + bottom) / 2

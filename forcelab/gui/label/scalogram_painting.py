@@ -323,12 +323,26 @@ def colour_range(picture: Scalogram, steady: bool) -> tuple[float, float]:
     return fitted(finite, 0.5)
 
 
-class Picture(pg.ImageItem):
-    """A picture of one channel in a box of seconds and logarithms of scales."""
+class ScalogramImage(pg.ImageItem):
+    """An image of rows in a box of seconds and logarithms of scales."""
 
     def __init__(self) -> None:
         super().__init__(axisOrder="row-major")
         self.qimage: QImage | None
+
+    def render(self) -> None:
+        """Make the image, in the format that is drawn in a fraction of the time of indices."""
+        super().render()
+        if self.qimage is not None:
+            form = QImage.Format.Format_ARGB32_Premultiplied
+            self.qimage = self.qimage.convertToFormat(form)
+
+
+class Picture(ScalogramImage):
+    """A picture of one channel of the demonstration."""
+
+    def __init__(self) -> None:
+        super().__init__()
         self.source: Scalogram | None = None
         self.smooth = True
         self.hide()
@@ -349,13 +363,6 @@ class Picture(pg.ImageItem):
         levels = (-math.pi, math.pi) if phase else (low, max(high, low + 1e-9))
         table = phase_colours(dark) if phase else magnitude_colours(dark)
         self.setImage(self.source.values, levels=levels, lut=table)
-
-    def render(self) -> None:
-        """Make the image, in the format that is drawn in a fraction of the time of indices."""
-        super().render()
-        if self.qimage is not None:
-            form = QImage.Format.Format_ARGB32_Premultiplied
-            self.qimage = self.qimage.convertToFormat(form)
 
     def paint(self, painter: QPainter, *args: Any) -> None:
         if self.source is None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator, Sequence
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +27,7 @@ from forcelab.gui.label.lanes import (
     LaneAxis,
     axis_of,
     lanes,
+    paint_borders,
     paint_gaps,
     paint_groups,
     paint_notes,
@@ -415,20 +415,11 @@ class ForcePanel(SignalPanel):
                 painter.setPen(QPen(QColor(theme.frame), 1, Qt.PenStyle.DotLine))
                 y = round(axis.at(0.0)) + 0.5
                 painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
-        painter.setPen(QPen(QColor(theme.panel_edge), 1))
-        for (lane, _), (following, _) in pairwise(self.axes):
-            y = round(lane.bottom) + 0.5
-            painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
-            if following.top > lane.bottom:
-                box = QRectF(plot.left(), lane.bottom, plot.width(), following.top - lane.bottom)
-                painter.fillRect(box, QColor(theme.panel))
+        paint_borders(painter, [lane for lane, _ in self.axes], plot, theme)
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
-        theme = colours()
-        painter.fillRect(box, QColor(theme.panel))
-        strips = [lane for lane, _ in self.axes]
-        named = {lane.group: self._sensor(lane.group) for lane in strips}
-        paint_groups(painter, strips, named, theme)
+        painter.fillRect(box, QColor(colours().panel))
+        paint_groups(painter, [lane for lane, _ in self.axes], colours())
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         if not self.axes:
@@ -463,9 +454,6 @@ class ForcePanel(SignalPanel):
         sentence = text.elided(sentence, face, plot.width() - 16)
         at, ink = plot.center(), QColor(colours().muted)
         text.draw_text(painter, at.x(), at.y(), sentence, face=face, ink=ink, align=0.5)
-
-    def _sensor(self, group: str) -> str:
-        return f"sensor {group}" if group.isdigit() else group
 
     def _span(self, names: list[str], extremes: dict[str, Extremes]) -> tuple[float, float] | None:
         """The least and the greatest value that an axis has to hold."""

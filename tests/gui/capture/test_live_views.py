@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from factories import BAYES_SETTINGS, synthetic_set
+from PySide6.QtGui import QGuiApplication, QImage, QPainter
 
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.gui.capture.live_model import RECOGNISING, LoadedRecogniser, RecogniserSelection
@@ -302,17 +303,53 @@ def test_of_long_sentences_the_last_one_is_whole_and_the_others_have_a_line_each
     assert status.messages.toolTip().split("\n") == messages
 
 
+def written(view):
+    """What stands beside the lanes: a channel's name, then its latest value."""
+    view.grab()
+    return [[line for line, *_ in trace.axis.texts(view.readings)] for trace in view.traces]
+
+
 def test_what_a_device_read_before_it_was_unplugged_is_not_shown_as_its_reading(
-    connected, tongs, until, monkeypatch
+    connected, tongs, until
 ):
-    shown = []
-    monkeypatch.setattr(connected.live_view, "_paint_name", lambda *args: shown.append(args[4]))
-    connected.live_view.grab()
-    assert len(shown) == 3
-    assert np.isfinite(shown).all()
+    names, values = zip(*written(connected.live_view), strict=True)
+    assert names == ("fx1", "fy1", "fz1")
+    assert "\N{EN DASH}" not in values
     tongs.unplug()
     until(lambda: "unplugged" in connected.controller.state.devices[0].alarms)
-    shown.clear()
-    connected.live_view.grab()
-    assert len(shown) == 3
-    assert np.isnan(shown).all()
+    assert [value for _, value in written(connected.live_view)] == ["\N{EN DASH}"] * 3
+
+
+def test_the_lowest_lane_has_two_numbers_inside_of_it(connected):
+    view = connected.live_view
+    view.resize(600, view.minimumSizeHint().height())
+    view.grab()
+    image = QImage(600, 60, QImage.Format.Format_RGB32)
+    with QPainter(image) as painter:
+        for trace in view.traces:
+            lane = trace.axis.lane
+            _, _, numbers = trace.axis.generateDrawSpecs(painter)
+            assert len(numbers) >= 2
+            assert all(box.top() >= 0 and box.bottom() <= lane.height for box, *_ in numbers)
+
+
+def test_both_time_axes_agree(connected, until):
+    page = connected
+    page.scalogram.choose("normal 1")
+    until(lambda: page.scalogram.strip is not None)
+    for view in (page.live_view, page.scalogram):
+        view.grab()
+    boxes = (page.live_view.traces[0].box, page.scalogram.box)
+    ends = [(box.scenePos().x(), box.rect().width(), box.viewRange()[0]) for box in boxes]
+    assert ends[0] == ends[1]
+
+
+def test_live_views_are_copied_from_their_menus(connected, until):
+    page = connected
+    page.scalogram.choose("normal 1")
+    until(lambda: page.scalogram.strip is not None)
+    for view in (page.live_view, page.scalogram):
+        QGuiApplication.clipboard().clear()
+        menu = view.plot_menu()
+        menu.actions()[0].trigger()
+        assert QGuiApplication.clipboard().image().size().width() >= view.width()
