@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator
 from pathlib import Path
 
-from PySide6.QtCore import QStandardPaths, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import QFileDialog, QWidget
 
@@ -42,12 +42,6 @@ def vacant_path(folder: Path, name: str) -> Path:
         number += 1
         path = folder / f"{name}-{number}.forcelab"
     return path
-
-
-def documents_folder() -> Path:
-    """Where this user's documents lie."""
-    where = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
-    return Path(where) if where and Path(where).is_dir() else Path.home()
 
 
 def remember_folder(kind: str, folder: Path) -> None:

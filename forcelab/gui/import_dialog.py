@@ -37,6 +37,7 @@ from forcelab.formats.importing import ImportReport, importing
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table import ColumnUse, Use, preview_table, rate_in
 from forcelab.formats.table_sniff import is_time_name
+from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.file_dialogs import (
@@ -44,7 +45,6 @@ from forcelab.gui.file_dialogs import (
     ask_file,
     ask_files,
     ask_folder,
-    documents_folder,
     vacant_path,
     with_suffix,
 )
@@ -406,7 +406,7 @@ class ImportDialog(QDialog):
         if self._document.project is not None or not files:
             return
         recordings = Path(files[0]).absolute().parent
-        folder = recordings if os.access(recordings, os.W_OK) else documents_folder()
+        folder = recordings if os.access(recordings, os.W_OK) else settings.documents_folder()
         path = vacant_path(folder, recordings.name or "study")
         self.project_name.setText(path.name)
         self.project_folder.setText(str(folder))

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from PySide6.QtCore import QObject, QStandardPaths, Signal
+from PySide6.QtCore import QObject, Signal
 
 from forcelab.gui import settings
 from forcelab.setting_field import SettingField
@@ -109,12 +109,6 @@ def _folder(key: str, default: Callable[[], Path], label: str, tip: str) -> Pref
     return Preference(SettingField(key, "folder", label, tip), default, read)
 
 
-def _documents() -> Path:
-    """The user's folder of documents; the home folder where there is none."""
-    place = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
-    return Path(place) if place and Path(place).is_dir() else Path.home()
-
-
 #: It belongs to a project, and is kept by the document and with :func:`settings.remember_coder`.
 CODER = SettingField(
     "coder",
@@ -168,7 +162,7 @@ HOLD_TIME = _whole(
 )
 SAMPLE_FOLDER = _folder(
     "files/sample_folder",
-    _documents,
+    settings.documents_folder,
     "Folder of the sample project",
     "The sample project is made in this folder, as sample.forcelab. One that exists stays where "
     "it is.",

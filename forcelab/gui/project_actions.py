@@ -14,7 +14,6 @@ from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.file_dialogs import (
     ask_files,
-    documents_folder,
     last_folder,
     vacant_path,
     with_suffix,

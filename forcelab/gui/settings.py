@@ -142,6 +142,12 @@ def remember_project(path: Path) -> None:
     store("projects/recent", [project, *others][:RECENT])
 
 
+def documents_folder() -> Path:
+    """Where this user's documents lie."""
+    where = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
+    return Path(where) if where and Path(where).is_dir() else Path.home()
+
+
 def is_folder(path: Path) -> bool:
     """Whether a folder that was remembered can still be found."""
     try:
