@@ -28,6 +28,7 @@ __all__ = [
     "account",
     "coder",
     "data",
+    "documents_folder",
     "flag",
     "forget",
     "forget_project",

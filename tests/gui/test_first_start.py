@@ -79,10 +79,10 @@ def paint(window, start, end):
     """Drag along the coder's track."""
     tracks = window.label.tracks
     spots = [QPoint(round(tracks.x_at(time)), tracks.height() // 4) for time in (start, end)]
-    QTest.mousePress(tracks, LEFT, Qt.KeyboardModifier.NoModifier, spots[0])
-    QTest.mouseMove(tracks, (spots[0] + spots[1]) / 2)
-    QTest.mouseMove(tracks, spots[1])
-    QTest.mouseRelease(tracks, LEFT, Qt.KeyboardModifier.NoModifier, spots[1])
+    QTest.mousePress(tracks.viewport(), LEFT, Qt.KeyboardModifier.NoModifier, spots[0])
+    QTest.mouseMove(tracks.viewport(), (spots[0] + spots[1]) / 2)
+    QTest.mouseMove(tracks.viewport(), spots[1])
+    QTest.mouseRelease(tracks.viewport(), LEFT, Qt.KeyboardModifier.NoModifier, spots[1])
 
 
 def test_nothing_is_written_before_it_is_asked_for(window, place, until):
@@ -120,8 +120,8 @@ def test_the_sample_waits_to_be_labelled_with_hints_and_has_a_review(
     document.set_action("grab")
     paint(window, 0.2, 0.3)
     assert document.editor.segments
-    assert "Ctrl+PgDown" in hint(window)
-    window.commands["next_to_label"].trigger()
+    assert "Ctrl+Return" in hint(window)
+    QTest.keyClick(window.label.tracks, Qt.Key.Key_Return, Qt.KeyboardModifier.ControlModifier)
     assert document.demonstration.name != "foam-1-06"
     assert hint(window) == ""
 

@@ -111,8 +111,8 @@ def test_what_cannot_be_done_is_grey_and_says_why(window, hovered, until):
         ("merge", "Select the first of the two segments to merge."),
         ("delete", "Select the segment to delete: click it, or go to it with K and L."),
     ):
+        until(lambda id_=id_, sentence=sentence: hovered(button(window, id_)) == sentence)
         assert not button(window, id_).isEnabled()
-        assert hovered(button(window, id_)) == sentence
         QToolTip.showText(QPoint(0, 0), "no reason")
         click(window, id_)
         assert QToolTip.text() == sentence

@@ -88,14 +88,14 @@ class HintBar(QFrame):
         self.setVisible(bool(self._left) and self._document.demonstration is not None)
         if not self._left:
             return
-        play, following = (keys().shown(command) for command in ("play", "next_to_label"))
+        play, following = (keys().shown(command) for command in ("play", "done_and_next"))
         text = {
             "play": f"Play the demonstration: press {play or 'the button below'}, and once more to "
             "stop.",
             "paint": "Paint what happens: drag along your track, the top row, and choose an "
             "action; or press its key at start and end.",
-            "next": f"All labelled? Press {following or 'PgDown'} for the next demonstration that "
-            "is left to label.",
+            "next": f"All labelled? Press {following or 'Done and next'}: it is marked as done, "
+            "and the next demonstration that is not opens.",
         }
         self._number.setText(f"<b>{HINTS.index(self._left[0]) + 1} of {len(HINTS)}</b>")
         self._text.setText(text[self._left[0]])
