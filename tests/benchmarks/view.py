@@ -1025,7 +1025,7 @@ def measuring_capture(
             page.device_list.add(f"optoforce:{daq.port}")
         page.connect_button.click()
         until(lambda: page.controller.phase is CaptureState.READY)
-        watched = _Frames(page.live_view)
+        watched = _Frames(page.live_view.viewport())
         for recognised in (False, True):
             for channel in ("", "tangential 1"):
                 yield Progress(len(found) // 2, 4, "live frames")

@@ -121,7 +121,7 @@ SECONDS = 10.0
 GUTTER, NUMBERS, RIGHT = 140, 48, 10
 #: Pixels: height of the ruler and of a row of labels, the least height of a lane, and what is free
 #: above and below its curve.
-RULER, ROW_HEIGHT, LEAST_LANE, INSET = 22, 20, 24, 3.0
+RULER, ROW_HEIGHT, LEAST_LANE, INSET = 18, 20, 24, 3.0
 #: Pixels between two numbers of a lane at least, and between axes and lanes: as Qt draws what is so
 #: close anew, too.
 BREATH, APART = 4.0, 2
@@ -253,8 +253,13 @@ class LiveView(LivePlot):
     @property
     def plot(self) -> QRectF:
         """The area of the lanes, in pixels of the widget."""
-        below = rows_height(self._controller) + RULER
+        below = self._rows_height + RULER
         return QRectF(GUTTER, 0, plot_width(self.width()), max(self.height() - below, 1))
+
+    @property
+    def _rows_height(self) -> int:
+        """Pixels of all rows: the prediction has one only while a recogniser is chosen."""
+        return ROW_HEIGHT * (2 if self._controller.live_model.selection is not None else 1)
 
     def sizeHint(self) -> QSize:
         """Room for six lanes."""
@@ -264,7 +269,7 @@ class LiveView(LivePlot):
         """The least room for the present lanes."""
         groups = {group_of(channel.name) for channel in self._channels}
         room = max(len(self._channels), 4) * LEAST_LANE + len(groups) * int(LANE_GAP)
-        return QSize(280, room + rows_height(self._controller) + RULER)
+        return QSize(280, room + self._rows_height + RULER)
 
     def place(self) -> None:
         """Lay out a lane for each channel, with its axis and its curve, and the ruler."""
@@ -371,9 +376,9 @@ class LiveView(LivePlot):
         """Draw rows of labels, the countdown, and what to do while nothing is connected."""
         controller, theme, plot = self._controller, colours(), self.plot
         if self._channels:
-            axis = live_axis(controller.now, plot)
+            axis = Axis(controller.now - SECONDS, controller.now, plot.left(), plot.right())
             self._paint_recording(painter, plot, axis)
-            paint_rows(painter, controller, plot, axis)
+            self._paint_rows(painter, plot, axis)
         elif controller.phase is CaptureState.CONNECTING:
             self._paint_centred(painter, "Connecting…", theme.muted)
         elif not controller.connected:
@@ -404,68 +409,49 @@ class LiveView(LivePlot):
             painter.setPen(QPen(QColor(colours().trouble), 1))
             painter.drawLine(QLineF(left, 0, left, plot.height()))
 
-
-def live_axis(now: float, plot: QRectF) -> Axis:
-    """From seconds of the host's monotonic clock to pixels."""
-    return Axis(now - SECONDS, now, plot.left(), plot.right())
-
-
-def rows_height(controller: CaptureController) -> int:
-    """Pixels of all rows: the prediction has one only while a recogniser is chosen."""
-    return ROW_HEIGHT * (2 if controller.live_model.selection is not None else 1)
-
-
-def paint_rows(painter: QPainter, controller: CaptureController, plot: QRectF, axis: Axis) -> None:
-    """Draw the rows of marks and predictions below a plot."""
-    box = QRectF(plot.left(), plot.bottom() + 1, plot.width(), ROW_HEIGHT - 2)
-    _paint_row(
-        painter, controller, "Marks", box, axis, controller.marks.track(axis.end, axis.start)
-    )
-    live_model = controller.live_model
-    if live_model.selection is None:
-        return
-    box, snapshot = box.translated(0, ROW_HEIGHT), live_model.track.snapshot
-    segments: list[Segment] = []
-    fading: tuple[FadeOverlay, ...] = ()
-    if snapshot is not None:
+    def _paint_rows(self, painter: QPainter, plot: QRectF, axis: Axis) -> None:
+        """Draw the rows of marks and predictions below the lanes."""
+        live_model, marks = self._controller.live_model, self._controller.marks
+        box = QRectF(plot.left(), plot.bottom() + 1, plot.width(), ROW_HEIGHT - 2)
+        self._paint_row(painter, "Marks", box, axis, marks.track(axis.end, axis.start))
+        if live_model.selection is None:
+            return
+        box, snapshot = box.translated(0, ROW_HEIGHT), live_model.track.snapshot
+        if snapshot is None:
+            self._paint_row(painter, "Predicted", box, axis, [])
+            return
         segments = [segment for segment in snapshot.segments if segment.end > axis.start]
+        fading: tuple[FadeOverlay, ...] = ()
         if snapshot.probability_trace is not None:
             fading = fade_overlays(snapshot.probability_trace, tuple(segments), axis, box)
-    _paint_row(painter, controller, "Predicted", box, axis, segments, fading)
-    if snapshot is not None:
+        self._paint_row(painter, "Predicted", box, axis, segments, fading)
         live_model.record_painted(snapshot.until)
         until = snapshot.until
         if math.isnan(until) and segments:  # begun anew: what was said before stays
             until = segments[-1].end
-        _paint_undecided(painter, box, axis, until)
+        left = box.left() if math.isnan(until) else max(axis.at(until), box.left())
+        if left < box.right():  # what no label can be known of yet is not unlabelled
+            rest = QRectF(left, box.top() + 1, box.right() - left, box.height() - 2)
+            painter.fillRect(rest, QColor(colours().panel))
+            ink = translucent(colours().muted, 0.5)
+            painter.fillRect(rest, QBrush(ink, Qt.BrushStyle.BDiagPattern))
 
-
-def _paint_row(
-    painter: QPainter,
-    controller: CaptureController,
-    name: str,
-    box: QRectF,
-    axis: Axis,
-    segments: list[Segment],
-    fading: tuple[FadeOverlay, ...] = (),
-) -> None:
-    """Draw a row of labels, and into the gutter what they are."""
-    vocabulary = controller.display_vocabulary
-    styles = {s.action: style_of(vocabulary, s.action) for s in segments}
-    theme = replace(colours(), text=colours().on_unlabelled)
-    painter.save()
-    painter.setClipRect(box)
-    paint_track(painter, box, axis, segments, styles=styles, theme=theme, fades=fading)
-    painter.restore()
-    face, ink = text.font(NAME), QColor(colours().muted)
-    text.draw_text(painter, NAMES_LEFT, box.center().y(), name, face=face, ink=ink)
-
-
-def _paint_undecided(painter: QPainter, box: QRectF, axis: Axis, until: float) -> None:
-    """Hatch what no label can be known of yet: it is not unlabelled."""
-    left = box.left() if math.isnan(until) else max(axis.at(until), box.left())
-    if left < box.right():
-        rest = QRectF(left, box.top() + 1, box.right() - left, box.height() - 2)
-        painter.fillRect(rest, QColor(colours().panel))
-        ink = translucent(colours().muted, 0.5)
-        painter.fillRect(rest, QBrush(ink, Qt.BrushStyle.BDiagPattern))
+    def _paint_row(
+        self,
+        painter: QPainter,
+        name: str,
+        box: QRectF,
+        axis: Axis,
+        segments: list[Segment],
+        fading: tuple[FadeOverlay, ...] = (),
+    ) -> None:
+        """Draw a row of labels, and into the gutter what they are."""
+        vocabulary = self._controller.display_vocabulary
+        styles = {s.action: style_of(vocabulary, s.action) for s in segments}
+        theme = replace(colours(), text=colours().on_unlabelled)
+        painter.save()
+        painter.setClipRect(box)
+        paint_track(painter, box, axis, segments, styles=styles, theme=theme, fades=fading)
+        painter.restore()
+        face, ink = text.font(NAME), QColor(colours().muted)
+        text.draw_text(painter, NAMES_LEFT, box.center().y(), name, face=face, ink=ink)

@@ -56,10 +56,8 @@ class EstimatedRegion(BoxItem):
     def paint(self, painter: QPainter, *_: object) -> None:
         plot, theme = self.box.rect(), colours()
         x = np.clip(1.0 + self.complete / SECONDS, 0.0, 1.0) * plot.width()
-        y = (np.arange(len(x)) + 0.5) * plot.height() / max(len(x), 1)
+        y = (np.arange(len(x)) + 0.5) * plot.height() / len(x)
         edge = [QPointF(*point) for point in zip(x.tolist(), y.tolist(), strict=True)]
-        if not edge:
-            return
         edge = [QPointF(edge[0].x(), plot.top()), *edge, QPointF(edge[-1].x(), plot.bottom())]
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(Qt.PenStyle.NoPen)
@@ -229,6 +227,7 @@ class LiveScalogramView(LivePlot):
     def _forget(self) -> None:
         """The picture is of another channel, or of other devices."""
         self.strip = self._drawn = None
+        self.resetCachedContent()
 
     def _ended(self, _: None) -> None:
         """The devices were released."""
