@@ -203,7 +203,8 @@ def scaled_lines(scene: QGraphicsScene, width: float, size: float) -> Iterator[N
             pens.append(item.pen)
     for item in marks:
         pens += [item.opts["pen"], *item.data["pen"]]
-        item.setExportMode(True, {"resolutionScale": size})
+        if size != 1.0:  # it asks to be drawn again, on the screen for ever
+            item.setExportMode(True, {"resolutionScale": size})
     widths = {id(pen): (pen, pen.widthF()) for pen in pens if isinstance(pen, QPen)}
     try:
         for pen, before in widths.values():
@@ -212,7 +213,7 @@ def scaled_lines(scene: QGraphicsScene, width: float, size: float) -> Iterator[N
     finally:
         for pen, before in widths.values():
             pen.setWidthF(before)
-        for item in marks:
+        for item in marks if size != 1.0 else ():
             item.setExportMode(False)
 
 
@@ -410,7 +411,7 @@ class Plot(PlotView):
 
     def say(self, sentence: str) -> None:
         """Show a sentence in place of the plot, or the plot."""
-        self.sentence = sentence
+        self.sentence, self.zoomed = sentence, self.zoomed and not sentence
         for item in self._shown:
             item.setVisible(not sentence)
         self.invalidate()
@@ -480,6 +481,10 @@ class Plot(PlotView):
             super().wheelEvent(event)
         else:
             event.ignore()  # what it lies in scrolls
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        if event.button() != Qt.MouseButton.RightButton:  # which has the menu
+            super().mousePressEvent(event)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         if self.zooms and event.button() == Qt.MouseButton.LeftButton:

@@ -18,7 +18,7 @@ from forcelab.gui.kit.plot import Plot
 from forcelab.gui.layout import muted_label, set_tone
 from forcelab.gui.review.reviewed_run import visible_run
 from forcelab.gui.review.trainer import Trainer
-from forcelab.gui.theme import colours, themes
+from forcelab.gui.theme import colours
 from forcelab.review.run_result import RunResult
 
 if TYPE_CHECKING:
@@ -152,7 +152,6 @@ class LossView(QWidget):
         for changed in (document.review.run_changed, document.author_changed):
             changed.connect(self.refresh)
         document.listing_changed.connect(self.refresh)  # what is coded blind may have changed
-        themes().changed.connect(self.refresh)
         self.refresh()
 
     def showEvent(self, event: QShowEvent) -> None:

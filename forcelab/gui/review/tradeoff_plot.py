@@ -166,9 +166,8 @@ class TradeoffPlot(Plot):
     def _add_mark(
         self, point: Point, symbol: object, radius: float, pen: object, brush: object
     ) -> None:
-        place = self._places([point])
-        size = 2 * radius
-        self.add(pg.ScatterPlotItem(*place, symbol=symbol, size=size, pen=pen, brush=brush))
+        place, style = self._places([point]), {"pen": pen, "brush": brush, "useCache": False}
+        self.add(pg.ScatterPlotItem(*place, symbol=symbol, size=2 * radius, **style))
 
     def _places(self, points: Sequence[Point]) -> tuple[object, object]:
         seconds = np.array([point.seconds for point in points])
