@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 import pyqtgraph as pg
+from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, QRectF, QSizeF, Qt
 from PySide6.QtGui import (
     QColor,
@@ -399,10 +400,16 @@ class Plot(PlotView):
         self.box.setRange(self._whole, padding=0)
         self.zoomed = False
 
+    def pixels_of(self, x: Any, y: Any) -> NDArray[np.float64]:
+        """The pixels of values on either axis, shape (n, 2)."""
+        places = np.stack([self.bottom.places(x), self.left.places(y)])
+        corner = self.area.topLeft()
+        in_box = pg.transformCoordinates(self.box.childTransform(), places)
+        return np.add(in_box.T, (corner.x(), corner.y()))
+
     def spot(self, x: float, y: float) -> QPointF:
         """The pixel of a value on either axis."""
-        place = QPointF(self.bottom.places(x), self.left.places(y))
-        return QPointF(self.box.mapFromView(place)) + self.area.topLeft()
+        return QPointF(*self.pixels_of([x], [y])[0])
 
     def value_at(self, pixel: QPointF) -> QPointF:
         """The place of a pixel in the units of the box."""

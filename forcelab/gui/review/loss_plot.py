@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QLineF, QPointF, QSize, Qt, QTimer
+from PySide6.QtCore import QPointF, QSize, Qt, QTimer
 from PySide6.QtGui import QColor, QHideEvent, QShowEvent
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
@@ -111,10 +111,15 @@ class LossCurves(Plot):
     def readout(self, pointer: QPointF) -> str:
         """The loss that is nearest to the pointer."""
         points = [(final, fold, *point) for final, fold, curve in self.curves for point in curve]
-        spots = [QLineF(self.spot(epoch, loss), pointer).length() for *_, epoch, loss in points]
-        if not spots or min(spots) > REACH:
+        if not points:
             return ""
-        final, fold, epoch, loss = points[spots.index(min(spots))]
+        epochs, losses = zip(*(point[2:] for point in points), strict=True)
+        away = self.pixels_of(epochs, losses) - (pointer.x(), pointer.y())
+        distances = np.hypot(*away.T)
+        nearest = int(distances.argmin())
+        if distances[nearest] > REACH:
+            return ""
+        final, fold, epoch, loss = points[nearest]
         return f"{'final fit' if final else f'fold {fold}'}, epoch {epoch}: loss {loss:.3g}"
 
     def empty_text(self) -> str:
