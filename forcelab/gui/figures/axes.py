@@ -245,7 +245,7 @@ def free_place(
 ) -> QRectF | None:
     """The best box of a label that covers nothing, which is taken from then on."""
     places = place_labels(spot, label, face, box, mark)
-    place = next((place for place in places if not covered_area(place, taken)), None)
+    place = next((place for place in places if not any(map(place.intersects, taken))), None)
     if place is not None:
         taken.append(place)
     return place

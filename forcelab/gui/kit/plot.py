@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 import pyqtgraph as pg
+from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, QRectF, QSizeF, Qt
 from PySide6.QtGui import (
     QColor,
@@ -203,7 +204,8 @@ def scaled_lines(scene: QGraphicsScene, width: float, size: float) -> Iterator[N
             pens.append(item.pen)
     for item in marks:
         pens += [item.opts["pen"], *item.data["pen"]]
-        item.setExportMode(True, {"resolutionScale": size})
+        if size != 1.0:  # it asks to be drawn again, on the screen for ever
+            item.setExportMode(True, {"resolutionScale": size})
     widths = {id(pen): (pen, pen.widthF()) for pen in pens if isinstance(pen, QPen)}
     try:
         for pen, before in widths.values():
@@ -212,7 +214,7 @@ def scaled_lines(scene: QGraphicsScene, width: float, size: float) -> Iterator[N
     finally:
         for pen, before in widths.values():
             pen.setWidthF(before)
-        for item in marks:
+        for item in marks if size != 1.0 else ():
             item.setExportMode(False)
 
 
@@ -398,10 +400,16 @@ class Plot(PlotView):
         self.box.setRange(self._whole, padding=0)
         self.zoomed = False
 
+    def pixels_of(self, x: Any, y: Any) -> NDArray[np.float64]:
+        """The pixels of values on either axis, shape (n, 2)."""
+        places = np.stack([self.bottom.places(x), self.left.places(y)])
+        corner = self.area.topLeft()
+        in_box = pg.transformCoordinates(self.box.childTransform(), places)
+        return np.add(in_box.T, (corner.x(), corner.y()))
+
     def spot(self, x: float, y: float) -> QPointF:
         """The pixel of a value on either axis."""
-        place = QPointF(self.bottom.places(x), self.left.places(y))
-        return QPointF(self.box.mapFromView(place)) + self.area.topLeft()
+        return QPointF(*self.pixels_of([x], [y])[0])
 
     def value_at(self, pixel: QPointF) -> QPointF:
         """The place of a pixel in the units of the box."""
@@ -410,7 +418,7 @@ class Plot(PlotView):
 
     def say(self, sentence: str) -> None:
         """Show a sentence in place of the plot, or the plot."""
-        self.sentence = sentence
+        self.sentence, self.zoomed = sentence, self.zoomed and not sentence
         for item in self._shown:
             item.setVisible(not sentence)
         self.invalidate()
@@ -480,6 +488,10 @@ class Plot(PlotView):
             super().wheelEvent(event)
         else:
             event.ignore()  # what it lies in scrolls
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        if event.button() != Qt.MouseButton.RightButton:  # which has the menu
+            super().mousePressEvent(event)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         if self.zooms and event.button() == Qt.MouseButton.LeftButton:

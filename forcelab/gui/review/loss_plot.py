@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QLineF, QPointF, QSize, Qt, QTimer
+from PySide6.QtCore import QPointF, QSize, Qt, QTimer
 from PySide6.QtGui import QColor, QHideEvent, QShowEvent
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
@@ -18,7 +18,7 @@ from forcelab.gui.kit.plot import Plot
 from forcelab.gui.layout import muted_label, set_tone
 from forcelab.gui.review.reviewed_run import visible_run
 from forcelab.gui.review.trainer import Trainer
-from forcelab.gui.theme import colours, themes
+from forcelab.gui.theme import colours
 from forcelab.review.run_result import RunResult
 
 if TYPE_CHECKING:
@@ -111,10 +111,15 @@ class LossCurves(Plot):
     def readout(self, pointer: QPointF) -> str:
         """The loss that is nearest to the pointer."""
         points = [(final, fold, *point) for final, fold, curve in self.curves for point in curve]
-        spots = [QLineF(self.spot(epoch, loss), pointer).length() for *_, epoch, loss in points]
-        if not spots or min(spots) > REACH:
+        if not points:
             return ""
-        final, fold, epoch, loss = points[spots.index(min(spots))]
+        epochs, losses = zip(*(point[2:] for point in points), strict=True)
+        away = self.pixels_of(epochs, losses) - (pointer.x(), pointer.y())
+        distances = np.hypot(*away.T)
+        nearest = int(distances.argmin())
+        if distances[nearest] > REACH:
+            return ""
+        final, fold, epoch, loss = points[nearest]
         return f"{'final fit' if final else f'fold {fold}'}, epoch {epoch}: loss {loss:.3g}"
 
     def empty_text(self) -> str:
@@ -152,7 +157,6 @@ class LossView(QWidget):
         for changed in (document.review.run_changed, document.author_changed):
             changed.connect(self.refresh)
         document.listing_changed.connect(self.refresh)  # what is coded blind may have changed
-        themes().changed.connect(self.refresh)
         self.refresh()
 
     def showEvent(self, event: QShowEvent) -> None:

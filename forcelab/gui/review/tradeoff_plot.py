@@ -80,7 +80,7 @@ class TradeoffPlot(Plot):
         """Draw other points; `current` is the row in use, the texts name the axes."""
         if [point[3:5] for point in points] != [point[3:5] for point in self.points]:
             self.zoomed = False
-        self.points, self.current = tuple(points), current
+        self.points, self.current, self._names = tuple(points), current, None
         self.bottom.setLabel(time)
         self.left.setLabel(error)
         if self.highlighted not in [point.row for point in points]:
@@ -103,7 +103,11 @@ class TradeoffPlot(Plot):
     @property
     def spots(self) -> dict[int, QPointF]:
         """Where the points lie, in pixels, by their rows."""
-        return {point.row: self.spot(point.seconds, point.error) for point in self.points}
+        if not self.points:
+            return {}
+        rows, _, _, seconds, errors, _ = zip(*self.points, strict=True)
+        pixels = self.pixels_of(seconds, errors).tolist()
+        return {row: QPointF(x, y) for row, (x, y) in zip(rows, pixels, strict=True)}
 
     @property
     def names(self) -> dict[int, QRectF]:
@@ -136,7 +140,6 @@ class TradeoffPlot(Plot):
     def redraw(self) -> None:
         self.clear()
         self.say("" if self.points else "No setting was measured for both axes.")
-        self._forget_names()
         theme = colours()
         kinds = list(dict.fromkeys(point.kind for point in self.points))
         pen = pg.mkPen(theme.frame, width=2.0)
@@ -166,9 +169,8 @@ class TradeoffPlot(Plot):
     def _add_mark(
         self, point: Point, symbol: object, radius: float, pen: object, brush: object
     ) -> None:
-        place = self._places([point])
-        size = 2 * radius
-        self.add(pg.ScatterPlotItem(*place, symbol=symbol, size=size, pen=pen, brush=brush))
+        place, style = self._places([point]), {"pen": pen, "brush": brush, "useCache": False}
+        self.add(pg.ScatterPlotItem(*place, symbol=symbol, size=2 * radius, **style))
 
     def _places(self, points: Sequence[Point]) -> tuple[object, object]:
         seconds = np.array([point.seconds for point in points])

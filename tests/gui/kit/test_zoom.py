@@ -186,3 +186,25 @@ def test_names_of_curves_stand_above_them(plot):
     plot.clear()
     plot.update()
     assert named != plot.grab().toImage().copy(0, 0, 400, int(plot.area.top()))
+
+
+def test_on_a_screen_of_twice_the_pixels_lines_are_as_wide_and_are_drawn_once(
+    app, plot, monkeypatch
+):
+    pen = pg.mkPen(colours().range, width=3)
+    plot.add(pg.ScatterPlotItem([5.0], [0.2], size=20, pen=pen, brush=None, useCache=False))
+    ink = np.array(QColor(colours().range).getRgb()[:3])
+
+    def inked():
+        image = pixels(plot.grab().toImage())
+        return (np.abs(image - ink).max(axis=2) < 60).sum()
+
+    before = inked()
+    monkeypatch.setattr(plot, "devicePixelRatioF", lambda: 2.0)
+    assert inked() > 1.5 * before
+    drawn = []
+    plot.scene().sigPrepareForPaint.connect(lambda: drawn.append(True))
+    plot.update()
+    for _ in range(20):
+        app.processEvents()
+    assert len(drawn) == 1

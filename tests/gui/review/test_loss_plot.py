@@ -2,6 +2,7 @@
 
 import pytest
 from factories import run_result_of
+from PySide6.QtTest import QTest
 from window_helpers import open_training_document, training_step
 
 from forcelab.gui.review.loss_plot import LossView, loss_curves
@@ -53,6 +54,17 @@ def test_the_axis_is_logarithmic_where_losses_span_decades(view):
     assert view.curves.logarithmic
     view.curves.show_curves(((False, 1, [(1, 2.0), (2, 0.0)]),))
     assert not view.curves.logarithmic  # a zero has no place on such an axis
+
+
+def test_the_pointer_reads_the_nearest_loss(view):
+    view.curves.show_curves(((False, 1, [(1, 2.0), (9, 1.0)]), (True, 1, [(1, 1.5), (9, 0.2)])))
+    for epoch, loss, said in (
+        (9, 1.0, "fold 1, epoch 9: loss 1"),
+        (9, 0.2, "final fit, epoch 9: loss 0.2"),
+    ):
+        QTest.mouseMove(view.curves.viewport(), view.curves.spot(epoch, loss).toPoint())
+        assert view.curves.readout(view.curves.spot(epoch, loss)) == said
+    assert view.curves.readout(view.curves.spot(6, 1.9)) == ""
 
 
 @pytest.mark.parametrize(
