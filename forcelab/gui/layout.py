@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Literal
 
-from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer
+from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QTimer
 from PySide6.QtGui import QAction, QFont, QHelpEvent, QMouseEvent, QPalette, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
     QProgressBar,
     QPushButton,
     QScrollArea,
+    QSplitter,
     QStackedWidget,
     QTableView,
     QToolButton,
@@ -199,6 +200,37 @@ class DockedWindow(QMainWindow):
     def _present_widths(self) -> dict[QDockWidget, int]:
         docks = self.findChildren(QDockWidget, options=Qt.FindChildOption.FindDirectChildrenOnly)
         return {dock: dock.width() for dock in docks if dock.isVisible() and not dock.isFloating()}
+
+
+class YieldingSplitter(QSplitter):
+    """Parts below each other, one of which gives its room away while there is nothing in it."""
+
+    #: Of a widget that may become as high as it can (Qt's QWIDGETSIZE_MAX), in pixels.
+    UNLIMITED = 16_777_215
+
+    def __init__(self) -> None:
+        super().__init__(Qt.Orientation.Vertical, childrenCollapsible=False)
+        self._filled: QByteArray | None = None
+
+    def set_empty(self, part: QWidget, lines: int) -> None:
+        """Leave a part so many lines of text; with 0 its room back."""
+        if lines:
+            self._filled = self.filled_state
+            part.setMaximumHeight(lines * self.fontMetrics().height())
+        elif self._filled is not None:
+            part.setMaximumHeight(self.UNLIMITED)
+            self.restoreState(self._filled)
+            self._filled = None
+
+    @property
+    def filled_state(self) -> QByteArray:
+        """The sizes as they are while nothing is empty, as of `saveState`."""
+        return self.saveState() if self._filled is None else self._filled
+
+    def sizes_set(self) -> None:
+        """Have the present sizes once nothing is empty."""
+        if self._filled is not None:
+            self._filled = self.saveState()
 
 
 class PageOrPlaceholder(QStackedWidget):

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import cast
 
 import numpy as np
-from PySide6.QtCore import QEvent, QModelIndex, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QModelIndex, QPointF, QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QColor,
     QFocusEvent,
@@ -31,7 +31,6 @@ from PySide6.QtWidgets import (
     QPushButton,
     QScrollArea,
     QSizePolicy,
-    QSplitter,
     QWidget,
 )
 
@@ -44,7 +43,13 @@ from forcelab.gui.file_dialogs import ask_picture, save_picture
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, as_tsv, copy_text
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.kit.plot import PlotView
-from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, scroll_area
+from forcelab.gui.layout import (
+    PageOrPlaceholder,
+    YieldingSplitter,
+    muted_label,
+    page_layout,
+    scroll_area,
+)
 from forcelab.gui.review.reviewed_run import visible_run
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, combo_box, is_plain
@@ -457,6 +462,8 @@ def _widget_row(*widgets: QWidget) -> QHBoxLayout:
 CONFUSION_JOB = "confusion"
 #: Least height of the matrix with its sentence, in lines; where there is less room, all scrolls.
 LIST_LINES = 13
+#: Height of what stands in place of the intervals while no cell is chosen, in lines.
+HINT_LINES = 2
 
 
 class ConfusionView(QWidget):
@@ -541,7 +548,7 @@ class ConfusionView(QWidget):
         self.sentence.setContentsMargins(8, 2, 8, 4)
         page_layout(upper, self._area, self.sentence, growing=self._area, spacing=2)
         upper.setMinimumHeight(LIST_LINES * self.fontMetrics().height())
-        self._split = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
+        self._split = YieldingSplitter()
         self._split.addWidget(upper)
         self._split.addWidget(self.list)
         self._split.setStretchFactor(0, 3)
@@ -643,14 +650,17 @@ class ConfusionView(QWidget):
         if self.cells is None:
             return
         self._relist()
-        self._page.ensureWidgetVisible(self.list, 0, 0)
+        # Once it has its room.
+        QTimer.singleShot(0, self, lambda: self._page.ensureWidgetVisible(self.list, 0, 0))
         if by_key and self.list.places:
             self.list.table.setFocus()
 
     def _relist(self) -> None:
         if self.cells is None or self.canvas.chosen is None:
             self.list.clear()
+            self._split.set_empty(self.list, HINT_LINES)
             return
+        self._split.set_empty(self.list, 0)
         row, column = self.canvas.chosen
         actions = self.cells.actions
         predicted = None if column == len(actions) else actions[column]

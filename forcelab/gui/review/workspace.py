@@ -6,12 +6,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, TypeVar
 
 from PySide6.QtCore import QByteArray, Qt
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QSplitter, QWidget
 
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.layout import page_layout, placeholder
+from forcelab.gui.layout import YieldingSplitter, page_layout, placeholder
 from forcelab.gui.review.pairs import PairsView
 from forcelab.gui.review.queue import QueueView
 from forcelab.gui.review.trainer import Trainer
@@ -34,14 +35,14 @@ Page = TypeVar("Page", bound=QWidget)
 
 #: What each side gets at first: pairs and lists; pairs and the place; lists and the video.
 BESIDE_SHARES, BELOW_SHARES, LIST_SHARES = (11, 9), (2, 3), (3, 2)
+#: Height in pixels that the lists get before the video does: a matrix needs it to be read.
+LISTS_HEIGHT = 350
 #: Least width and height of the lists, in pixels, whichever are built, so that nothing moves when
 #: another one is: the window fits a screen of 960 x 540. Where there is less than they need, they
 #: scroll.
 LEAST_SIZE = (276, 192)
 #: Height of the pairs' sentence while there are none, in lines.
 EMPTY_LINES = 6
-#: The height of a widget that may become as high as it can (Qt's QWIDGETSIZE_MAX).
-UNLIMITED = 16_777_215
 
 
 class ReviewWorkspace(QWidget):
@@ -86,11 +87,13 @@ class ReviewWorkspace(QWidget):
         self.lists.currentChanged.connect(self._build)
         self._place = _placeholder()
         self._video = _placeholder()
-        self._left = _splitter(Qt.Orientation.Vertical, (self.pairs, self._place), BELOW_SHARES)
-        self._right = _splitter(Qt.Orientation.Vertical, (self.lists, self._video), LIST_SHARES)
-        self._sides = _splitter(Qt.Orientation.Horizontal, (self._left, self._right), BESIDE_SHARES)
-        #: How pairs and timeline share their room while there are pairs; None while there are.
-        self._left_state: QByteArray | None = None
+        self._left, self._right = YieldingSplitter(), QSplitter(Qt.Orientation.Vertical)
+        self._sides = QSplitter()
+        _fill_splitter(self._left, (self.pairs, self._place), BELOW_SHARES)
+        _fill_splitter(self._right, (self.lists, self._video), LIST_SHARES)
+        _fill_splitter(self._sides, (self._left, self._right), BESIDE_SHARES)
+        self._right.splitterMoved.connect(self._video_dragged)
+        self._video_by_hand = False  # the coder has chosen the video's height
         self.hint = placeholder(
             "Import demonstrations and label some, then train; the results appear here."
         )
@@ -121,14 +124,14 @@ class ReviewWorkspace(QWidget):
         for name, splitter in self._splitters.items():
             if state := settings.data(f"review/{name}"):
                 splitter.restoreState(QByteArray(state))
-        self._keep_shares()
+                self._video_by_hand |= splitter is self._right
+        self._left.sizes_set()
 
     def remember_layout(self) -> None:
         for name, splitter in self._splitters.items():
-            state = splitter.saveState()
-            if splitter is self._left and self._left_state is not None:
-                state = self._left_state
-            settings.store(f"review/{name}", bytes(state.data()))
+            state = self._left.filled_state if splitter is self._left else splitter.saveState()
+            by_hand = splitter is not self._right or self._video_by_hand
+            settings.store(f"review/{name}", bytes(state.data()) if by_hand else b"")
 
     def reset_layout(self) -> None:
         for splitter, shares in (
@@ -137,9 +140,25 @@ class ReviewWorkspace(QWidget):
             (self._sides, BESIDE_SHARES),
         ):
             _set_shares(splitter, shares)
-        self._keep_shares()
+        self._video_by_hand = False
+        self._share_lists()
+        self._left.sizes_set()
         if "tradeoff" in vars(self):
             self.tradeoff.reset_layout()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        if not self._video_by_hand:
+            self._share_lists()
+
+    def _share_lists(self) -> None:
+        """Give the video two fifths of the height, in a low window what the lists leave."""
+        whole = self.height() - self.bar.height()
+        lists = max(LIST_SHARES[0] * whole // sum(LIST_SHARES), min(LISTS_HEIGHT, whole))
+        self._right.setSizes([lists, whole - lists])
+
+    def _video_dragged(self) -> None:
+        self._video_by_hand = True
 
     # The lists
 
@@ -223,19 +242,7 @@ class ReviewWorkspace(QWidget):
 
     def _run_changed(self) -> None:
         """Give the timeline the room of the pairs while there is no run to show them of."""
-        if self.document.review.run is None:
-            if self._left_state is None:
-                self._keep_shares()
-            self.pairs.setMaximumHeight(EMPTY_LINES * self.fontMetrics().height())
-        elif self._left_state is not None:
-            self.pairs.setMaximumHeight(UNLIMITED)
-            self._left.restoreState(self._left_state)
-            self._left_state = None
-
-    def _keep_shares(self) -> None:
-        """Keep how pairs and timeline share their room for when there are pairs, if none are."""
-        if self.document.review.run is None:
-            self._left_state = self._left.saveState()
+        self._left.set_empty(self.pairs, EMPTY_LINES if self.document.review.run is None else 0)
 
     def _listing_changed(self) -> None:
         """Say what comes first where there is nothing to train on."""
@@ -251,15 +258,14 @@ def _placeholder() -> QWidget:
     return holder
 
 
-def _splitter(
-    orientation: Qt.Orientation, parts: tuple[QWidget, QWidget], shares: tuple[int, int]
-) -> QSplitter:
-    splitter = QSplitter(orientation, childrenCollapsible=False)
+def _fill_splitter(
+    splitter: QSplitter, parts: tuple[QWidget, QWidget], shares: tuple[int, int]
+) -> None:
+    splitter.setChildrenCollapsible(False)
     for i, (part, share) in enumerate(zip(parts, shares, strict=True)):
         splitter.addWidget(part)
         splitter.setStretchFactor(i, share)
     _set_shares(splitter, shares)
-    return splitter
 
 
 def _set_shares(splitter: QSplitter, shares: tuple[int, int]) -> None:

@@ -263,3 +263,26 @@ def test_where_there_is_little_room_the_matrix_is_seen_and_a_click_shows_its_pla
     app.processEvents()
     assert view.list.places
     assert view.list.visibleRegion().boundingRect().height() > 60
+
+
+def test_the_list_of_places_is_small_until_a_cell_is_chosen_and_keeps_its_share(view, app):
+    view.resize(420, 600)
+
+    def sizes():
+        for _ in range(3):
+            app.processEvents()
+        return view._split.sizes()
+
+    matrix, places = sizes()
+    assert places < 60
+    click(view, 0, 0)
+    chosen = sizes()
+    assert chosen[1] > 90
+    assert sum(chosen) == matrix + places
+    view._split.setSizes([sum(chosen) - 200, 200])  # as the mouse drags it
+    dragged = sizes()
+    view.canvas.show_figure(None)
+    view.switches.changed.emit()
+    assert sizes()[1] == places
+    click(view, 0, 0)
+    assert sizes() == dragged

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from factories import BAYES_SETTINGS, synthetic_set, write_opencv_video
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -229,6 +229,38 @@ def test_without_a_run_the_timeline_has_the_room_of_the_pairs(study, windows, re
     window.document.review.set_run(run)
     rested(window)
     assert splitter.sizes() == pytest.approx(sizes, abs=2)
+
+
+def test_in_a_low_window_lists_have_more_room_than_the_video_until_it_is_dragged(
+    study, windows, rested
+):
+    window = windows(study, "review", demonstration="foam 01")
+    right = window.review.workspace._right
+
+    def heights(width, height):
+        window.resize(width, height)
+        rested(window)
+        return right.sizes()
+
+    lists, video = heights(1024, 640)
+    assert lists > 2.2 * video > 180  # a picture is still seen
+    lists, video = large = heights(1600, 1000)
+    assert lists == pytest.approx(1.5 * video, abs=8)
+    assert heights(1024, 640)[0] > 2.2 * right.sizes()[1]
+    handle = right.handle(1)
+    QTest.mousePress(handle, Qt.MouseButton.LeftButton)
+    QTest.mouseMove(handle, handle.rect().center() - QPoint(0, 110))
+    QTest.mouseRelease(handle, Qt.MouseButton.LeftButton, pos=QPoint(1, 1))
+    rested(window)
+    dragged = right.sizes()
+    assert dragged[1] > video / 2 + 50
+    assert heights(1600, 1000)[1] > large[1]
+    assert heights(1024, 640) == pytest.approx(dragged, abs=4)
+    window.close()
+    again = windows(study, "review", demonstration="foam 01")
+    window = again
+    right = window.review.workspace._right
+    assert heights(1024, 640) == pytest.approx(dragged, abs=8)
 
 
 def test_a_demonstration_without_video_has_no_room_for_one(study, windows, until):
