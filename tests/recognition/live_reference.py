@@ -64,8 +64,9 @@ def reference_labels(recogniser, demonstration, latency):
             settings.mother,
             settings.phase,
             noise,
+            places=slice(before, before + min(hop, n - first)),
             tolerance=TOLERANCE,
-        )[before : before + min(hop, n - first)]
+        )
         valid = np.ones(len(features), dtype=bool)
         classified.append(recogniser.classify(features, valid, True))
     raw, known = zip(*classified, strict=True)
