@@ -275,6 +275,18 @@ def test_scales_too_short_for_actions_are_remarked_on(six):
     assert not any("largest scale" in r for r in finish(leave_one_out(six[:3], FAST)).remarks)
 
 
+def test_a_median_longer_than_actions_is_remarked_on(six):
+    filtered = FAST.replace(median=51)
+    (remark,) = [r for r in finish(leave_one_out(six[:3], filtered)).remarks if "median" in r]
+    assert remark == (
+        "At 100 Hz the running median, 51 samples, lasts 0.51 s and takes out shorter actions, so "
+        "expect poorer labels; use a narrower one, or a higher rate."
+    )
+    for settings in (FAST.replace(median=49), filtered.replace(rate=200.0), FAST):
+        remarks = finish(leave_one_out(six[:3], settings)).remarks
+        assert not any("median" in remark for remark in remarks)
+
+
 def test_windows_shorter_than_a_sample_are_remarked_on(six):
     settings = preset("fast").replace(classifier="logistic", changes=False)
     for rate, remarked in ((100.0, False), (50.0, True)):
