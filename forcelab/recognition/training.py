@@ -153,7 +153,7 @@ def fit_cleaned(
         standardised=settings.standardises,
     )
     for step in fit_classifier(settings.classifier, X, y, settings.seed, probabilities, options):
-        yield FitProgress(step.number, step.total, text, step.loss)
+        yield FitProgress(step.done, step.total, text, step.loss)
     return Recogniser(
         settings=settings,
         rate=median_low(example.rate for example in examples),

@@ -15,7 +15,7 @@ from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
 from forcelab.recognition import ensemble, label_noise, live_model
 from forcelab.recognition import training as training_module
-from forcelab.recognition.classifiers import FitStep
+from forcelab.recognition.ensemble import FitProgress
 from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
@@ -32,7 +32,7 @@ def fitted_to(monkeypatch):
 
     def fitting(name, X, y, seed, probabilities, care):
         arguments.update(name=name, X=X, y=y, seed=seed, probabilities=probabilities, care=care)
-        yield FitStep(1, 1, None, None)
+        yield FitProgress(1, 1, "fit")
 
     monkeypatch.setattr(training_module, "fit_classifier", fitting)
     return arguments
