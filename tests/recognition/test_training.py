@@ -213,6 +213,22 @@ def test_the_shortest_segment_of_each_action_is_remembered(three):
         assert recogniser.shortest[action] == pytest.approx(min(lengths), abs=1 / recogniser.rate)
 
 
+def test_lost_samples_cut_no_shortest_segment(three):
+    whole = train(three, SMALL).shortest
+    lossy = []
+    for item in three:
+        times = item.demonstration.times
+        lost = np.zeros(len(times), dtype=bool)
+        for segment in item.segments:  # 0.2 s, soon after each begins
+            first = np.searchsorted(times, segment.start) + 3
+            lost[first : first + 20] = True
+        some = replace(
+            item.demonstration, times=times[~lost], signals=item.demonstration.signals[~lost]
+        )
+        lossy.append(replace(item, demonstration=some))
+    assert train(lossy, SMALL).shortest == pytest.approx(whole, abs=0.011)
+
+
 def test_demonstrations_without_labels_take_no_part(three):
     bare = LabelledDemonstration(synthetic_demonstration(8, rate=100.0)[0])
     with_bare, without = train([bare, *three], SMALL), train(three, SMALL)
