@@ -254,7 +254,9 @@ def settings_remarks(
         remarks.append(
             f"The largest scale, {settings.max_scale:g} samples, is longer than {short[0]}"
             + (f" and {len(short) - 1} more" if len(short) > 1 else "")
-            + ": there it sees held end values more than forces."
+            + ": there it sees held end values more than forces, which tells the place in a "
+            "recording and need not carry over to another task; use a smaller one, or a higher "
+            "rate."
         )
     return tuple(remarks)
 

@@ -275,6 +275,14 @@ def test_scales_too_short_for_actions_are_remarked_on(six):
     assert not any("largest scale" in r for r in finish(leave_one_out(six[:3], FAST)).remarks)
 
 
+def test_scales_longer_than_recordings_are_remarked_on(six):
+    remarks = finish(leave_one_out(six[:3], FAST.replace(max_scale=4096.0))).remarks
+    (remark,) = [r for r in remarks if r.startswith("The largest scale, 4096 samples, is longer")]
+    assert remark.endswith(
+        "need not carry over to another task; use a smaller one, or a higher rate."
+    )
+
+
 def test_a_median_longer_than_actions_is_remarked_on(six):
     filtered = FAST.replace(median=51)
     (remark,) = [r for r in finish(leave_one_out(six[:3], filtered)).remarks if "median" in r]
