@@ -1010,23 +1010,20 @@ def plan_for(
     scales: Sequence[float] | Real,
     wavelet: Wavelet | None = None,
     tolerance: float = 1e-7,
-    *,
-    double: bool = False,
 ) -> Plan:
     """A plan for transforms; the last few are kept and given again.
 
     `n`: samples of a channel, at least 1; `scales` (k,): in samples, positive, in any order;
     `wavelet`: the Morlet with p = 5 by default. Any other than the complex Morlet takes the plain
     way; `tolerance`: 1e-3, 1e-5, 1e-7, 1e-10 or 1e-14: error relative to the largest coefficient of
-    its scale; `double`: whether to give double precision where single precision holds the
-    tolerance.
+    its scale.
     """
     sizes = np.asarray(scales, dtype=np.float64)
     if n < 1:
         raise InputError(f"A transform needs at least one sample, not {n}.")
     if sizes.ndim != 1 or sizes.size == 0 or not np.all((sizes > 0) & np.isfinite(sizes)):
         raise InputError("Scales are positive numbers of samples.")
-    single = tolerance >= SINGLE and not double
+    single = tolerance >= SINGLE
     return _cached_plan(
         int(n), tuple(sizes.tolist()), wavelet or Morlet(), float(tolerance), single
     )

@@ -158,7 +158,7 @@ def test_a_ramp_over_many_blocks_adds_a_two_hundredth_of_what_other_forces_may(t
     n, scales = 150_000, np.array([9.3, 35.4, 120.0, 500.0, 1000.0])
     x = np.linspace(-0.5, 0.5, n)[np.newaxis]
     expected = transform_channels(x, scales, Morlet())
-    found = plan_for(n, scales, tolerance=tolerance, double=True).coefficients(x)
+    found = Plan(n, scales, Morlet(), tolerance, False).coefficients(x)
     error = np.abs(found - expected).max(axis=2)
     assert np.all(error < (tolerance / 50 / 200 + ROUNDING) * np.sqrt(scales))
 
@@ -291,7 +291,9 @@ def test_the_quiet_after_an_impact_is_as_exact_as_if_there_had_been_none():
 def test_plans_are_kept_and_wrong_requests_refused():
     assert plan_for(100, [4.0, 8.0]) is plan_for(100, np.array([4.0, 8.0]))
     assert plan_for(100, [4.0, 8.0]) is not plan_for(100, [4.0, 8.0], tolerance=1e-5)
-    assert plan_for(50, [9.0], double=True).coefficients(np.ones((1, 50))).dtype == np.complex128
+    assert (
+        Plan(50, [9.0], Morlet(), 1e-7, False).coefficients(np.ones((1, 50))).dtype == np.complex128
+    )
     assert plan_for(50, [9.0]).coefficients(np.ones((1, 50))).dtype == np.complex64
     with pytest.raises(InputError, match="tolerance is one of"):
         plan_for(100, [4.0], tolerance=1e-6)
