@@ -212,17 +212,19 @@ LEAST_SECONDS = 0.5
 
 
 def settings_remarks(
-    labelled: Sequence[LabelledDemonstration], examples: Sequence[Examples], settings: Settings
+    labelled: Sequence[LabelledDemonstration], rate: float, settings: Settings
 ) -> tuple[str, ...]:
-    """Remarks on rates that differ, and on scales and filters that are too short or too long."""
+    """Remarks on rates that differ, and on scales and filters that are too short or too long.
+
+    `rate`: samples a second of the grid.
+    """
     remarks = []
-    rates = sorted(item.demonstration.rate for item in labelled)
+    demonstrations = [item.demonstration for item in labelled]
+    rates = sorted(demonstration.rate for demonstration in demonstrations)
     if rates[-1] > 1.01 * rates[0]:
         remarks.append(
-            f"Recorded at {rates[0]:.6g} to {rates[-1]:.6g} Hz, recognised at "
-            f"{examples[0].rate:.6g} Hz."
+            f"Recorded at {rates[0]:.6g} to {rates[-1]:.6g} Hz, recognised at {rate:.6g} Hz."
         )
-    rate = examples[0].rate
     widest = settings.max_scale / rate
     if "wavelets" in settings.features and widest < LEAST_SECONDS:
         remarks.append(
@@ -245,11 +247,7 @@ def settings_remarks(
             f"At {rate:g} Hz the shortest window, {settings.windows[0]:g} s, holds less than a "
             f"sample: expect up to three points less accuracy than at 1000 Hz."
         )
-    short = [
-        example.name
-        for example in examples
-        if len(example.times) * settings.hop(example.rate) < settings.max_scale
-    ]
+    short = [d.name for d in demonstrations if round(d.duration * rate) < settings.max_scale]
     if short and "wavelets" in settings.features:
         remarks.append(
             f"The largest scale, {settings.max_scale:g} samples, is longer than {short[0]}"
@@ -371,7 +369,7 @@ def leave_one_out(
             *added_remarks(tested, added),
             *unlearnable_remarks(examples, parts),
             *dropped_remarks([segment for result in results for segment in result.dropped]),
-            *settings_remarks([*used, *added], examples, settings),
+            *settings_remarks([*used, *added], examples[0].rate, settings),
             *bridged_remarks(examples[: len(used)], settings),
             *empty_prediction_remarks(tested, settings, examples[0].rate),
         ),
@@ -540,7 +538,7 @@ def train_and_test(
         remarks=remarks
         + _trained_on_remarks(train_items, tested_items)
         + dropped_remarks(recogniser.dropped)
-        + settings_remarks([*train_items, *tested_items], examples, settings)
+        + settings_remarks([*train_items, *tested_items], recogniser.rate, settings)
         + bridged_remarks(examples[len(train_items) :], settings)
         + empty_prediction_remarks(tested, settings, recogniser.rate),
     )
