@@ -613,6 +613,7 @@ def leave_one_out_live(
             f"Recognised as a stream, each label {1000 * latency:g} ms after its force.",
             *remarks,
             *dropped_remarks(left_out),
+            *settings_remarks(used, recogniser.rate, settings),
             *empty_prediction_remarks(list(tested.values()), settings, recogniser.rate),
         ),
     )

@@ -25,7 +25,11 @@ from forcelab.label_map import MergeMap
 from forcelab.labels import Segment, from_codes, to_codes
 from forcelab.recognition import cross_validation
 from forcelab.recognition import groups as grouping
-from forcelab.recognition.cross_validation import leave_one_out, train_and_test
+from forcelab.recognition.cross_validation import (
+    leave_one_out,
+    leave_one_out_live,
+    train_and_test,
+)
 from forcelab.recognition.examples import LabelledDemonstration, suffix_actions
 from forcelab.recognition.metrics import score
 from forcelab.recognition.presets import preset
@@ -271,6 +275,8 @@ def test_scales_too_short_for_actions_are_remarked_on(six):
     remarks = finish(leave_one_out(six[:3], FAST.replace(max_scale=16.0))).remarks
     assert any("At 100 Hz the largest scale, 16 samples, lasts 0.16 s only" in r for r in remarks)
     remarks = finish(leave_one_out(six[:3], FAST.replace(max_scale=41.0))).remarks
+    assert any("At 100 Hz the largest scale, 41 samples, lasts 0.41 s only" in r for r in remarks)
+    remarks = finish(leave_one_out_live(six[:3], FAST.replace(max_scale=41.0), 0.1)).remarks
     assert any("At 100 Hz the largest scale, 41 samples, lasts 0.41 s only" in r for r in remarks)
     assert not any("largest scale" in r for r in finish(leave_one_out(six[:3], FAST)).remarks)
 
