@@ -18,8 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.jobs import finish
-from forcelab.recognition.ensemble import MEMBERS, READERS, FitOptions, fit_ensemble
+from forcelab.recognition.ensemble import (
+    MEMBERS,
+    READERS,
+    FitOptions,
+    FitProgress,
+    fit_ensemble,
+)
 from forcelab.recognition.forest import require
 from forcelab.recognition.perceptron import raise_interrupts
 from forcelab.runtime import one_blas_thread
@@ -159,17 +164,6 @@ CALIBRATION_FOLDS = 5
 NEIGHBOURS = 5
 
 
-@dataclass(frozen=True, slots=True)
-class FitStep:
-    """One step of a fit."""
-
-    #: number, total: this step, from 1, and the most there can be; a fit may converge earlier
-    number: int
-    total: int
-    loss: float | None  # training loss; None for classifiers that have none
-    classifier: Any  # the classifier as it stands, ready to predict; None where there is none yet
-
-
 def fit_classifier(
     name: str,
     X: NDArray[np.float64],
@@ -177,8 +171,8 @@ def fit_classifier(
     seed: int,
     probabilities: bool,
     options: FitOptions | None = None,
-) -> Iterator[FitStep]:
-    """Fit a classifier to X (n, f) and codes y (n,); the last step's classifier is the fitted one.
+) -> Iterator[FitProgress]:
+    """Fit a classifier to X (n, f) and codes y (n,); that of the last progress is the fitted one.
 
     The MLP yields every epoch; those that calibrate or average yield their inner fits first,
     without a classifier. All that are kept as plain arrays standardise the features, and obey the
@@ -194,36 +188,23 @@ def fit_classifier(
     # Two hundred actions of a few samples each are a task; and to put filters back is not safe
     # where there are several threads.
     warnings.filterwarnings("ignore", "The number of unique classes is greater than", UserWarning)
-    options = options or FitOptions()
-    fit = _fit_ensemble_steps(name) if options.standardised else REGISTRY[name].fit
-    yield from fit(X, y, seed, probabilities, options)
+    fit, options = REGISTRY[name].fit, options or FitOptions()
+    if fit is None or options.standardised:
+        member = name if name in MEMBERS else partial(FittedMember.fit, name)
+        yield from fit_ensemble(member, X, y, seed, options)
+    else:
+        yield from fit(X, y, seed, probabilities)
 
 
 def fit_in_one_step(make: Callable[[NDArray[np.int64], int, bool], Any]) -> Fit:
     """A fit of one step, of what ``make(y, seed, probabilities)`` gives untrained."""
 
     def fit(
-        X: NDArray[np.float64], y: NDArray[np.int64], seed: int, probabilities: bool, _: FitOptions
-    ) -> Iterator[FitStep]:
+        X: NDArray[np.float64], y: NDArray[np.int64], seed: int, probabilities: bool
+    ) -> Iterator[FitProgress]:
         classifier = make(y, seed, probabilities)
         classifier.fit(X, y)
-        yield FitStep(1, 1, None, classifier)
-
-    return fit
-
-
-def _fit_ensemble_steps(name: str) -> Fit:
-    """A fit by :func:`fit_ensemble`, of which epochs and inner fits are steps."""
-
-    def fit(
-        X: NDArray[np.float64], y: NDArray[np.int64], seed: int, _: bool, options: FitOptions
-    ) -> Iterator[FitStep]:
-        job = fit_ensemble(
-            name if name in MEMBERS else partial(FittedMember.fit, name), X, y, seed, options
-        )
-        while (fitted := next(job)).done < fitted.total:
-            yield FitStep(fitted.done, fitted.total, fitted.loss, None)
-        yield FitStep(fitted.total, fitted.total, None, finish(job))
+        yield FitProgress(1, 1, "fit", classifier=classifier)
 
     return fit
 
@@ -271,12 +252,8 @@ def _svm(y: NDArray[np.int64], seed: int, probabilities: bool) -> Any:
 
 
 def _fit_mlp(
-    X: NDArray[np.float64],
-    y: NDArray[np.int64],
-    seed: int,
-    _probabilities: bool,
-    _options: FitOptions,
-) -> Iterator[FitStep]:
+    X: NDArray[np.float64], y: NDArray[np.int64], seed: int, _probabilities: bool
+) -> Iterator[FitProgress]:
     """Fit scikit-learn's MLP with its defaults, an epoch at a time.
 
     ``partial_fit`` keeps the state of Adam, which ``warm_start`` with ``max_iter=1`` would lose.
@@ -296,7 +273,7 @@ def _fit_mlp(
         with one_blas_thread(), raise_interrupts():
             mlp.partial_fit(X, y, classes=actions)
         loss = float(mlp.loss_)
-        yield FitStep(number, mlp.max_iter, loss, mlp)
+        yield FitProgress(number, mlp.max_iter, "fit", loss, mlp)
         unimproved = unimproved + 1 if loss > best - mlp.tol else 0
         best = min(best, loss)
         if unimproved > mlp.n_iter_no_change:
@@ -331,7 +308,9 @@ class FittedMember:
         codes, counts = np.unique(y, return_counts=True)
         lone = np.isin(y, codes[counts == 1])
         X, y = np.concatenate([X, X[lone]]), np.append(y, y[lone])
-        *_, last = REGISTRY[name].fit(X, y, seed, True, FitOptions())
+        fit = REGISTRY[name].fit
+        assert fit is not None  # all others are members of their own
+        *_, last = fit(X, y, seed, True)
         return cls(name, last.classifier)
 
     def probabilities(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -357,8 +336,8 @@ class FittedMember:
 
 READERS["scikit-learn"] = FittedMember.from_plain
 
-#: ``fit(X, y, seed, probabilities, options)``, as of :func:`fit_classifier`.
-Fit = Callable[[NDArray[np.float64], NDArray[np.int64], int, bool, FitOptions], Iterator[FitStep]]
+#: ``fit(X, y, seed, probabilities)``, as of :func:`fit_classifier`.
+Fit = Callable[[NDArray[np.float64], NDArray[np.int64], int, bool], Iterator[FitProgress]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -366,10 +345,9 @@ class ClassifierKind:
     """One classifier that can be chosen."""
 
     label: str  # what the window calls it
-    fit: Fit  # fits it step by step
-    #: Of scikit-learn's class, which a file must hold; empty for what
-    #: :mod:`forcelab.recognition.ensemble` fits and reads
-    type_name: str = ""
+    #: Fits it step by step; None for what :mod:`forcelab.recognition.ensemble` fits and reads
+    fit: Fit | None = None
+    type_name: str = ""  # of scikit-learn's class, which a file must hold
     #: ``check(classifier, width)`` raises a ValueError where parts of one from a file do not fit
     #: together
     check: Callable[[Any, int], None] = _check_nothing
@@ -378,7 +356,7 @@ class ClassifierKind:
     @property
     def plain(self) -> bool:
         """Whether it is kept as plain arrays, by :mod:`forcelab.recognition.ensemble`."""
-        return not self.type_name
+        return self.fit is None
 
 
 #: Every classifier by name, in the order of menus: the paper's choice and those it was compared
@@ -400,15 +378,9 @@ REGISTRY: Mapping[str, ClassifierKind] = {
         _check_neighbours,
         random=False,
     ),
-    "logistic": ClassifierKind(
-        "Logistic regression", _fit_ensemble_steps("logistic"), random=False
-    ),
-    "extra-trees": ClassifierKind("Extra trees", _fit_ensemble_steps("extra-trees")),
-    "trees-mlp": ClassifierKind(
-        "Extra trees and multilayer perceptron", _fit_ensemble_steps("trees-mlp")
-    ),
-    "boosting": ClassifierKind("Gradient boosting", _fit_ensemble_steps("boosting")),
-    "ensemble": ClassifierKind(
-        "Extra trees and logistic regression", _fit_ensemble_steps("ensemble")
-    ),
+    "logistic": ClassifierKind("Logistic regression", random=False),
+    "extra-trees": ClassifierKind("Extra trees"),
+    "trees-mlp": ClassifierKind("Extra trees and multilayer perceptron"),
+    "boosting": ClassifierKind("Gradient boosting"),
+    "ensemble": ClassifierKind("Extra trees and logistic regression"),
 }

@@ -171,6 +171,8 @@ class FitProgress(Progress):
 
     #: After an epoch: of demonstrations that were left out, or of training where none is
     loss: float | None = None
+    #: As it stands, ready to predict; None where there is none yet
+    classifier: Any = None
 
 
 def fit_ensemble(
@@ -202,8 +204,9 @@ def fit_ensemble(
         left_out = np.concatenate([left_out for _, left_out in parts])
         P = np.concatenate(shares) / len(kinds)
         exponent = _best_exponent(P, np.searchsorted(classes, y[left_out]))
-    yield FitProgress(total, total, "fit")
-    return replace(ensemble, members=(*ensemble.members, *networks), exponent=exponent)
+    ensemble = replace(ensemble, members=(*ensemble.members, *networks), exponent=exponent)
+    yield FitProgress(total, total, "fit", classifier=ensemble)
+    return ensemble
 
 
 def thin(y: Codes) -> Codes:

@@ -12,6 +12,7 @@ from forcelab.recognition.cross_validation import (
     Job,
     leave_one_out,
     leave_one_out_live,
+    settings_remarks,
     train_and_test,
 )
 from forcelab.recognition.dataset import DataSelection, Dataset
@@ -300,8 +301,10 @@ def train_tasks(
             used for used in dataset.labels if used.demonstration in recogniser.trained_on
         )
         project.runs.add_recogniser(name, content, provenance(settings, selection, tasks, labels))
+    used = [item for item in dataset.labelled if item.segments]
     remarks = (
-        dataset_unit_remarks([dataset], settings)
+        settings_remarks(used, recogniser.rate, settings)
+        + dataset_unit_remarks([dataset], settings)
         + unshared_action_remarks(dataset, settings)
         + unused_merge_remarks(settings, dataset.spellings)
         + _read_only_remarks(project)

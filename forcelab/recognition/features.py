@@ -329,7 +329,7 @@ def wavelet_features(
     together = max(1, TOGETHER // n)
     for i in range(q):
         if i % together == 0:
-            transformed = plan.coefficients(ready.values[i : i + together])[:, :, places]
+            transformed = plan.coefficients(ready.values[i : i + together], places)
         coefficients = transformed[i % together]
         shift = ready.exponent[i] * np.log(2.0)
         with np.errstate(divide="ignore"):  # no noise has the logarithm -inf

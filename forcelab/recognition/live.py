@@ -31,6 +31,7 @@ from forcelab.recognition.features import REACH, RunningSize, wavelet_features
 from forcelab.recognition.hsmm import FixedLag, bridged_steps
 from forcelab.recognition.live_model import choose_live_model, live_hop, needs_live_model
 from forcelab.recognition.recogniser import Recogniser
+from forcelab.recognition.settings import Settings
 from forcelab.runtime import one_blas_thread
 from forcelab.signals.channels import channel_map
 from forcelab.signals.conditioning import noise_level
@@ -169,27 +170,30 @@ class _Stage:
     def push(self, hop: _Hop | None) -> list[LiveLabels]:
         """Take the next hop, None if it has no samples; give the labels that are decided by now."""
         self._waiting.append(None if hop is None else self._classified(hop))
-        return self._labels(self._decided())
+        return self._labels(ended=False)
 
     def finish(self) -> list[LiveLabels]:
         """The labels that were waiting."""
-        return self._labels(self._rest())
+        return self._labels(ended=True)
 
-    def _labels(self, codes: Sequence[Codes]) -> list[LiveLabels]:
-        """The labels of the oldest hops, given the codes of their time steps."""
-        hops = [self._waiting.popleft() for _ in codes]
-        return [hop.labels(own) for hop, own in zip(hops, codes, strict=True) if hop is not None]
+    def _labels(self, ended: bool) -> list[LiveLabels]:
+        """The labels of the oldest hops, as far as they are decided."""
+        decided = [(self._waiting.popleft(), codes) for codes in self._decided(ended)]
+        return [hop.labels(codes) for hop, codes in decided if hop is not None]
 
     def _classified(self, hop: _Hop) -> _Classified:
         raise NotImplementedError
 
-    def _decided(self) -> Sequence[Codes]:
-        """Codes of the oldest hops, as far as they are decided now that one more is there."""
+    def _decided(self, ended: bool) -> Sequence[Codes]:
+        """Codes of the oldest hops that are decided by the newest one, or by the end all."""
         raise NotImplementedError
 
-    def _rest(self) -> Sequence[Codes]:
-        """Codes of all hops that wait."""
-        raise NotImplementedError
+
+def wavelet_samples(settings: Settings, budget: Budget, rate: float) -> tuple[int, int, int]:
+    """Samples before a hop that wavelets see, of it at most, and from its beginning on."""
+    before = min(MOST, max(reaches(settings.scales, settings.mother, TOLERANCE).tolist()))
+    hop = ceil((1 + SAME_RATE) * budget.hop * rate) + 1  # the grid's rate is nearly that
+    return before, hop, max(round(budget.complete * rate) + 1, hop)
 
 
 class _WaveletStage(_Stage):
@@ -199,9 +203,7 @@ class _WaveletStage(_Stage):
         super().__init__()
         settings = recogniser.settings
         self._recogniser, self._budget = recogniser, budget
-        widest = max(reaches(settings.scales, settings.mother, TOLERANCE).tolist())
-        # Samples before a hop and from its beginning on.
-        self._before, self._after = min(MOST, widest), round(budget.complete * rate) + 1
+        self._before, self._hop, self._after = wavelet_samples(settings, budget, rate)
         self.past = self._before / rate
         self._noise, self._noise_age = np.zeros(len(recogniser.channels)), 0  # age: in hops
         # Of what is decided so much that a segment has lasted long enough.
@@ -214,12 +216,12 @@ class _WaveletStage(_Stage):
         edges = np.array([hop.begin, hop.begin + self._budget.hop]) - 0.5 / grid.rate
         first, last = np.searchsorted(grid.times, edges).tolist()
         first = min(first, len(grid.times) - 1)
-        steps = slice(first, max(last, first + 1))
+        steps = slice(first, min(max(last, first + 1), first + self._hop))
         if self._noise_age % round(NOISE_SECONDS / self._budget.hop) == 0:
             self._noise = noise_level(hop.channels)
         self._noise_age += 1
-        # Always of as many samples, so that the transform is planned once: before its beginning a
-        # stream has its first value, after its end its last one.
+        # Always of as many samples, and at as many, so that the transform is planned once: before
+        # its beginning a stream has its first value, after its end its last one.
         around = np.arange(steps.start - self._before, steps.start + self._after)
         features = wavelet_features(
             hop.channels[:, np.clip(around, 0, len(grid.times) - 1)],
@@ -227,9 +229,9 @@ class _WaveletStage(_Stage):
             settings.mother,
             settings.phase,
             self._noise,
-            places=slice(self._before, self._before + steps.stop - steps.start),
+            places=slice(self._before, self._before + self._hop),
             tolerance=TOLERANCE,
-        )
+        )[: steps.stop - first]
         valid = grid.valid[steps]
         raw, probabilities = recogniser.classify(features, valid, with_probabilities=True)
         return _Classified(
@@ -242,14 +244,8 @@ class _WaveletStage(_Stage):
             probabilities,
         )
 
-    def _decided(self) -> Sequence[Codes]:
-        return self._filtered(len(self._waiting) - self._budget.lag)
-
-    def _rest(self) -> Sequence[Codes]:
-        return self._filtered(len(self._waiting))
-
-    def _filtered(self, count: int) -> list[Codes]:
-        """Codes of so many of the oldest hops that wait."""
+    def _decided(self, ended: bool) -> Sequence[Codes]:
+        count = len(self._waiting) - (0 if ended else self._budget.lag)
         if count < 1:
             return []
         hops = [*self._past, *self._waiting]
@@ -300,7 +296,9 @@ class _ModelStage(_Stage):
         times, raw = grid.times[step], probabilities.argmax(axis=1)
         return _Classified(hop.times, grid.valid[hop.places], own, times, valid, raw, probabilities)
 
-    def _decided(self) -> Sequence[Codes]:
+    def _decided(self, ended: bool) -> Sequence[Codes]:
+        if ended:
+            return list(self._decoder.finish()[:, None])
         newest = self._waiting[-1]
         probabilities, valid = np.zeros((1, self._actions)), np.zeros(1, dtype=bool)
         if newest is not None and newest.probabilities is not None:
@@ -308,9 +306,6 @@ class _ModelStage(_Stage):
         with np.errstate(divide="ignore"):  # of a probability of nothing, minus infinity
             logs = np.log(probabilities)
         return list(self._decoder.push(logs, valid)[:, None])
-
-    def _rest(self) -> Sequence[Codes]:
-        return list(self._decoder.finish()[:, None])
 
 
 def nearest_steps(grid: Grid, times: Real) -> Codes:

@@ -46,14 +46,13 @@ class ProbabilityTrace:
         times: NDArray[np.float64],
         probabilities: NDArray[np.floating],
         actions: tuple[str, ...],
-        rate: float = RATE,
     ) -> ProbabilityTrace:
-        """Mean probabilities of increasing `times` (n,), in bins of ``1 / rate`` seconds.
+        """Mean probabilities of increasing `times` (n,), :data:`RATE` a second.
 
         Where time steps are farther apart than that, a bin is as long as a step. Bins without a
         time step, as in gaps, are zero throughout.
         """
-        start = float(times[0])
+        start, rate = float(times[0]), RATE
         if len(times) > 1:
             rate = min(rate, 1.0 / float(np.median(np.diff(times))))
         # A step that lies on the edge of a bin must not fall before it for its last bits.

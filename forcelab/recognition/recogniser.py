@@ -210,11 +210,7 @@ class Recogniser:
         return prepare_examples(LabelledDemonstration(demonstration), settings, self.rate)
 
     def predict(
-        self,
-        demonstration: Demonstration,
-        *,
-        probability_trace: bool = False,
-        examples: Examples | None = None,
+        self, demonstration: Demonstration, *, probability_trace: bool = False
     ) -> Prediction:
         """Recognise the actions of a demonstration.
 
@@ -223,15 +219,13 @@ class Recogniser:
         demonstration : Demonstration
         probability_trace : bool
             Whether its certainty is wanted, which changes nothing else.
-        examples : Examples, optional
-            What :meth:`prepared` made of it, where that is there already.
 
         Raises
         ------
         InputError
             If the demonstration lacks a channel that the recogniser looks at.
         """
-        examples = self.prepare(demonstration) if examples is None else examples
+        examples = self.prepare(demonstration)
         prediction = self.predict_examples(examples, probability_trace=probability_trace)
         if self.settings.step is None:
             return prediction

@@ -11,7 +11,7 @@ import numpy as np
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.labels import from_codes
+from forcelab.labels import from_codes, to_codes
 from forcelab.recognition.classifiers import fit_classifier
 from forcelab.recognition.ensemble import FitOptions, FitProgress, training_steps
 from forcelab.recognition.examples import (
@@ -78,10 +78,12 @@ def _own_rate(labelled: Sequence[LabelledDemonstration], settings: Settings) -> 
 
 
 def _shortest(examples: Sequence[Examples], actions: tuple[str, ...]) -> dict[str, float]:
-    """Duration of each action's shortest segment, in seconds, merged and cut as when scored."""
+    """Duration of each action's shortest segment, in seconds, merged; a gap cuts none in two."""
     shortest: dict[str, float] = {}
     for example in examples:
-        for segment in from_codes(example.codes(actions), example.times, actions):
+        segments = [segment for segment in example.segments if segment.action in actions]
+        codes = to_codes(segments, example.times, actions)
+        for segment in from_codes(codes, example.times, actions):
             least = shortest.get(segment.action, np.inf)
             shortest[segment.action] = min(least, segment.duration)
     return shortest
@@ -153,7 +155,7 @@ def fit_cleaned(
         standardised=settings.standardises,
     )
     for step in fit_classifier(settings.classifier, X, y, settings.seed, probabilities, options):
-        yield FitProgress(step.number, step.total, text, step.loss)
+        yield FitProgress(step.done, step.total, text, step.loss)
     return Recogniser(
         settings=settings,
         rate=median_low(example.rate for example in examples),

@@ -66,12 +66,12 @@ class TrainingStep(Progress):
 class TrainingProgress:
     """Turns the progress of the parts of a training into that of the whole.
 
-    `folds` recognisers are trained for testing, and one more at the end if `fit`.
+    `folds` recognisers are trained for testing, and one more at the end.
     """
 
-    def __init__(self, folds: int, fit: bool, clock: Callable[[], float] = monotonic) -> None:
+    def __init__(self, folds: int, clock: Callable[[], float] = monotonic) -> None:
         self.folds = folds
-        self._fits = folds + fit
+        self._fits = folds + 1
         self._clock = clock
         self._fold = 0
         self._done = 0  # fits
@@ -197,14 +197,13 @@ class _Snapshot:
 
 
 def review_job(
-    path: Path, settings: Settings, selection: DataSelection, name: str, fit: bool = True
+    path: Path, settings: Settings, selection: DataSelection, name: str
 ) -> Generator[TrainingStep, None, int]:
     """Evaluate, train, and propose labels; returns the number of the stored run.
 
-    Made for :func:`forcelab.process.run_in_process`, so it opens the project itself. Without `fit`
-    there is only the evaluation. With no task selected the only one is trained on. An InputError
-    says that there is nothing to learn from, or the project cannot store the run; what only stands
-    in the way of testing is a remark of the run.
+    Made for :func:`forcelab.process.run_in_process`, so it opens the project itself. With no task
+    selected the only one is trained on. An InputError says that there is nothing to learn from, or
+    the project cannot store the run; what only stands in the way of testing is a remark of the run.
     """
     selection.check()
     with Project.open(path) as project:
@@ -212,39 +211,38 @@ def review_job(
         yield TrainingStep(0, 1, "labels", phase="features")
         snapshot = _snapshot(project, settings, selection)
         selection = selection.with_default_folds(snapshot.train)
-        steps = TrainingProgress(_folds(snapshot, selection), fit)
+        steps = TrainingProgress(_folds(snapshot, selection))
         known: Known = {}  # examples for testing, which the final fit learns from, too
-        evaluation, remarks = yield from _evaluate(snapshot, settings, selection, steps, fit, known)
+        evaluation, remarks = yield from _evaluate(snapshot, settings, selection, steps, known)
         remarks += dataset_unit_remarks(snapshot.datasets, settings)
         remarks += unshared_action_remarks(snapshot.train, settings)
         remarks += unused_merge_remarks(
             settings, frozenset().union(*(part.spellings for part in snapshot.datasets))
         )
-        recogniser: Recogniser | None = None
-        proposals: list[DemonstrationResult] = []
-        if fit:
-            job = training_job(snapshot.train.labelled, settings, known)
-            recogniser = yield from steps.fit(job)
-            known.clear()
-            remarks += unlearnt_remarks(snapshot.train, recogniser)
-            proposals, refused = yield from _proposals(project, snapshot, recogniser, steps)
-            remarks += refused
-            if evaluation is None:
-                evaluation = Evaluation(
-                    title=run_title(snapshot.tasks, selection.test_task),
-                    settings=settings,
-                    actions=recogniser.actions,
-                    tested=(),
-                    rate=recogniser.rate,
-                    channels=recogniser.channels,
-                    trained_on=(),
-                    seconds={},
-                )
-            evaluation = replace(evaluation, trained_on=recogniser.trained_on)
-        assert evaluation is not None  # without a fit, what stands in its way was raised
-        result = run_record(replace(evaluation, remarks=evaluation.remarks + remarks))
-        if fit:
-            result["proposals"] = [proposal.to_json() for proposal in proposals]
+        job = training_job(snapshot.train.labelled, settings, known)
+        recogniser = yield from steps.fit(job)
+        known.clear()
+        remarks += unlearnt_remarks(snapshot.train, recogniser)
+        proposals, refused = yield from _proposals(project, snapshot, recogniser, steps)
+        remarks += refused
+        if evaluation is None:
+            evaluation = Evaluation(
+                title=run_title(snapshot.tasks, selection.test_task),
+                settings=settings,
+                actions=recogniser.actions,
+                tested=(),
+                rate=recogniser.rate,
+                channels=recogniser.channels,
+                trained_on=(),
+                seconds={},
+            )
+        evaluation = replace(
+            evaluation,
+            trained_on=recogniser.trained_on,
+            remarks=evaluation.remarks + remarks,
+        )
+        result = run_record(evaluation)
+        result["proposals"] = [proposal.to_json() for proposal in proposals]
         origin = provenance(settings, selection, snapshot.tasks, snapshot.labels)
         while True:
             yield steps.storing()
@@ -297,14 +295,13 @@ def _evaluate(
     settings: Settings,
     selection: DataSelection,
     steps: TrainingProgress,
-    fit: bool,
     known: Known,
 ) -> Generator[TrainingStep, None, tuple[Evaluation | None, tuple[str, ...]]]:
     """Evaluate; where that is not possible, None and a remark that says why.
 
     What stands in the way of training, too, is left to the training to report.
     """
-    if not steps.folds and fit:
+    if not steps.folds:
         by_author = f" by {selection.author}" if selection.author else ""
         return None, (
             f"Only one demonstration is labelled{by_author}, so nothing could be tested; label a "
@@ -317,8 +314,6 @@ def _evaluate(
     try:
         return (yield from steps.test(job)), ()
     except InputError as error:
-        if not fit:
-            raise
         return None, (f"Nothing could be tested: {error}",)
 
 
@@ -351,12 +346,10 @@ def _store(
     origin: Provenance,
     result: dict[str, Any],
     name: str,
-    recogniser: Recogniser | None,
+    recogniser: Recogniser,
 ) -> int:
     """Store the run and its recogniser in one transaction."""
     origin = replace(origin, labels=project.runs.existing_labels(origin.labels))
-    if recogniser is None:
-        return project.runs.add(KIND, origin, result)
     trained_on = project.runs.existing_labels(
         used for used in snapshot.train.labels if used.demonstration in recogniser.trained_on
     )

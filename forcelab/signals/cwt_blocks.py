@@ -169,7 +169,7 @@ def windows(points: Floats, rows: int, product: Interpolation, group: int = 1) -
 
 #: Errors to choose from, relative to the largest coefficient of the scale, and fewest taps.
 TOLERANCES = {1e-3: 4, 1e-5: 6, 1e-7: 8, 1e-10: 12, 1e-14: 16}
-#: From this tolerance on, the result is in single precision unless double is asked for.
+#: From this tolerance on, the result of a planned transform is in single precision.
 SINGLE = 1e-7
 #: Each of the four things that are left away (tails in time, both ends of the band, aliases) errs
 #: by no more than this share of the tolerance.

@@ -124,6 +124,7 @@ class Morlet(Wavelet):
     """
 
     p: float = 5.0
+    kind: ClassVar[str] = "Morlet"
 
     def __post_init__(self) -> None:
         if not 0.1 <= self.p <= 1000:
@@ -132,7 +133,7 @@ class Morlet(Wavelet):
     @property
     def name(self) -> str:  # type: ignore[override]
         """Such as ``Morlet p = 5``."""
-        return f"Morlet p = {self.p:g}"
+        return f"{self.kind} p = {self.p:g}"
 
     def spectrum(self, omega: ArrayLike) -> Complex:
         w = np.asarray(omega, dtype=np.float64)
@@ -157,12 +158,8 @@ class Morlet(Wavelet):
 class RealMorlet(Morlet):
     """The real part of :class:`Morlet`: magnitude and phase are no longer told apart."""
 
+    kind: ClassVar[str] = "real Morlet"
     real: ClassVar[bool] = True
-
-    @property
-    def name(self) -> str:  # type: ignore[override]
-        """Such as ``real Morlet p = 5``."""
-        return f"real Morlet p = {self.p:g}"
 
     def spectrum(self, omega: ArrayLike) -> Complex:
         w = np.asarray(omega, dtype=np.float64)
@@ -185,10 +182,7 @@ class UncorrectedMorlet(Morlet):
     phase that means nothing.
     """
 
-    @property
-    def name(self) -> str:  # type: ignore[override]
-        """Such as ``uncorrected Morlet p = 5``."""
-        return f"uncorrected Morlet p = {self.p:g}"
+    kind: ClassVar[str] = "uncorrected Morlet"
 
     def spectrum(self, omega: ArrayLike) -> Complex:
         w = np.asarray(omega, dtype=np.float64)
@@ -216,10 +210,7 @@ class TorrenceCompoMorlet(UncorrectedMorlet):
     at p = 5.
     """
 
-    @property
-    def name(self) -> str:  # type: ignore[override]
-        """Such as ``Torrence-Compo Morlet p = 5``."""
-        return f"Torrence-Compo Morlet p = {self.p:g}"
+    kind: ClassVar[str] = "Torrence-Compo Morlet"
 
     def spectrum(self, omega: ArrayLike) -> Complex:
         w = np.asarray(omega, dtype=np.float64)

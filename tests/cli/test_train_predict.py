@@ -114,6 +114,13 @@ def test_train_tells_what_was_learnt_as_json(forcelab, project, tmp_path):
     assert result.json["demonstrations"] == 4
 
 
+def test_training_tells_what_scales_mean_at_the_rate_of_the_recordings(forcelab, project, tmp_path):
+    words = ["train", project, "--task", "foam", *SETTINGS, "--out", tmp_path / "r", "--json"]
+    assert forcelab(*words).json["remarks"] == []
+    (remark,) = forcelab(*words, "--max-scale", "16").json["remarks"]
+    assert remark.startswith("At 100 Hz the largest scale, 16 samples, lasts 0.16 s only")
+
+
 def test_other_channels_are_refused(forcelab, recogniser, tmp_path):
     file = tmp_path / "other.csv"
     file.write_text("time,a\n" + "".join(f"{i / 100},{i % 7}\n" for i in range(50)))

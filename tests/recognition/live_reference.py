@@ -12,11 +12,11 @@ from forcelab.recognition.live import (
     LiveLabels,
     OnlineRecogniser,
     budget_of,
+    wavelet_samples,
 )
 from forcelab.recognition.live_model import needs_live_model
 from forcelab.signals.channels import channel_map
 from forcelab.signals.conditioning import noise_level
-from forcelab.signals.cwt import reaches
 from forcelab.signals.grid import on_grid
 
 
@@ -50,22 +50,23 @@ def reference_labels(recogniser, demonstration, latency):
         around = np.arange(n) // hop
         return LiveLabels(demonstration.times, np.array(codes)[around], np.array(known)[around])
     settings, classified, noise = recogniser.settings, [], None
-    before = max(reaches(settings.scales, settings.mother, TOLERANCE).tolist())
+    before, most, after = wavelet_samples(settings, budget, 1 / period)
     for number, (first, recording) in enumerate(zip(firsts, recordings, strict=True)):
         channels = channel_map(recording.channels, recogniser.channels)
         values = channels.apply(on_grid(recording, None, channels.recorded).signals)
         if number % round(NOISE_SECONDS / budget.hop) == 0:
             noise = noise_level(values[:, max(0, first - before) :])
         # Before its beginning a stream has its first value, after its end its last one.
-        places = np.clip(np.arange(first - before, first + complete + 1), 0, values.shape[1] - 1)
+        places = np.clip(np.arange(first - before, first + after), 0, values.shape[1] - 1)
         features = wavelet_features(
             values[:, places],
             settings.scales,
             settings.mother,
             settings.phase,
             noise,
+            places=slice(before, before + most),
             tolerance=TOLERANCE,
-        )[before : before + min(hop, n - first)]
+        )[: min(hop, n - first)]
         valid = np.ones(len(features), dtype=bool)
         classified.append(recogniser.classify(features, valid, True))
     raw, known = zip(*classified, strict=True)

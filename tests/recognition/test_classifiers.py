@@ -58,8 +58,8 @@ def test_a_whole_fit_ends_where_that_of_scikit_learn_ends(seed):
     X, y = blobs([300, 300], features=6)
     *_, last = fit_classifier("mlp", X, y, seed, True)
     reference = fitted_by_sklearn(X, y, seed)
-    assert 20 < last.number < last.total == reference.max_iter
-    assert last.number == pytest.approx(reference.n_iter_, rel=0.1)
+    assert 20 < last.done < last.total == reference.max_iter
+    assert last.done == pytest.approx(reference.n_iter_, rel=0.1)
     assert last.loss == pytest.approx(reference.loss_, rel=0.1)
     assert np.mean(last.classifier.predict(X) == reference.predict(X)) > 0.995
 
@@ -79,7 +79,7 @@ def test_the_fit_stops_when_the_loss_has_not_fallen_for_more_than_ten_epochs():
 def test_a_fit_that_does_not_converge_ends_after_as_many_epochs_as_announced():
     X, y = blobs([40, 40], distance=1.0)
     epochs = list(fit_classifier("mlp", X, y, 0, True))
-    assert [epoch.number for epoch in epochs] == list(range(1, 201))
+    assert [epoch.done for epoch in epochs] == list(range(1, 201))
     assert {epoch.total for epoch in epochs} == {200}
 
 
@@ -130,7 +130,7 @@ def test_every_classifier_learns_what_can_be_told_apart(name, codes):
 @pytest.mark.parametrize("name", [name for name in CLASSIFIERS if "mlp" not in name])
 def test_a_classifier_without_epochs_is_there_in_one_step_and_has_no_loss(name):
     steps = list(fit_classifier(name, *blobs([20, 20]), 0, True))
-    assert [(step.number, step.total, step.loss) for step in steps] == [(1, 1, None)]
+    assert [(step.done, step.total, step.loss) for step in steps] == [(1, 1, None)]
 
 
 @pytest.mark.parametrize("name", CLASSIFIERS)

@@ -25,7 +25,11 @@ from forcelab.label_map import MergeMap
 from forcelab.labels import Segment, from_codes, to_codes
 from forcelab.recognition import cross_validation
 from forcelab.recognition import groups as grouping
-from forcelab.recognition.cross_validation import leave_one_out, train_and_test
+from forcelab.recognition.cross_validation import (
+    leave_one_out,
+    leave_one_out_live,
+    train_and_test,
+)
 from forcelab.recognition.examples import LabelledDemonstration, suffix_actions
 from forcelab.recognition.metrics import score
 from forcelab.recognition.presets import preset
@@ -272,7 +276,29 @@ def test_scales_too_short_for_actions_are_remarked_on(six):
     assert any("At 100 Hz the largest scale, 16 samples, lasts 0.16 s only" in r for r in remarks)
     remarks = finish(leave_one_out(six[:3], FAST.replace(max_scale=41.0))).remarks
     assert any("At 100 Hz the largest scale, 41 samples, lasts 0.41 s only" in r for r in remarks)
+    remarks = finish(leave_one_out_live(six[:3], FAST.replace(max_scale=41.0), 0.1)).remarks
+    assert any("At 100 Hz the largest scale, 41 samples, lasts 0.41 s only" in r for r in remarks)
     assert not any("largest scale" in r for r in finish(leave_one_out(six[:3], FAST)).remarks)
+
+
+def test_scales_longer_than_recordings_are_remarked_on(six):
+    remarks = finish(leave_one_out(six[:3], FAST.replace(max_scale=4096.0))).remarks
+    (remark,) = [r for r in remarks if r.startswith("The largest scale, 4096 samples, is longer")]
+    assert remark.endswith(
+        "need not carry over to another task; use a smaller one, or a higher rate."
+    )
+
+
+def test_a_median_longer_than_actions_is_remarked_on(six):
+    filtered = FAST.replace(median=51)
+    (remark,) = [r for r in finish(leave_one_out(six[:3], filtered)).remarks if "median" in r]
+    assert remark == (
+        "At 100 Hz the running median, 51 samples, lasts 0.51 s and takes out shorter actions, so "
+        "expect poorer labels; use a narrower one, or a higher rate."
+    )
+    for settings in (FAST.replace(median=49), filtered.replace(rate=200.0), FAST):
+        remarks = finish(leave_one_out(six[:3], settings)).remarks
+        assert not any("median" in remark for remark in remarks)
 
 
 def test_windows_shorter_than_a_sample_are_remarked_on(six):

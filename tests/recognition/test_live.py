@@ -11,6 +11,7 @@ from forcelab.labels import UNLABELLED
 from forcelab.recognition.live import OnlineRecogniser
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import train
+from forcelab.signals import cwt_engine
 from tests.recognition.live_reference import reference_labels, streamed
 
 
@@ -192,3 +193,22 @@ def test_a_stream_that_ends_before_anything_is_known_gives_its_labels_all_the_sa
         first = online.push(demonstration.times[:n], demonstration.signals[:n])
         last = online.finish()
         assert len(first) + len(last) == n
+
+
+def test_a_jittering_stream_is_planned_once(trained, three, monkeypatch):
+    demonstration = three[2].demonstration
+    jitter = np.random.default_rng(0).uniform(-3e-4, 3e-4, len(demonstration.times))
+    made = []
+
+    class Counted(cwt_engine.FewSamples):
+        def __init__(self, *arguments):
+            made.append(arguments)
+            super().__init__(*arguments)
+
+    monkeypatch.setattr(cwt_engine, "FewSamples", Counted)
+    for latency in (0.0, 0.04, 0.2):
+        made.clear()
+        uneven = replace(demonstration, times=demonstration.times + jitter)
+        times, _, _ = streamed(trained, uneven, latency, [5], rate=250.0)
+        assert np.array_equal(times, uneven.times)
+        assert len(made) <= 1

@@ -15,7 +15,7 @@ from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
 from forcelab.recognition import ensemble, label_noise, live_model
 from forcelab.recognition import training as training_module
-from forcelab.recognition.classifiers import FitStep
+from forcelab.recognition.ensemble import FitProgress
 from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
@@ -32,7 +32,7 @@ def fitted_to(monkeypatch):
 
     def fitting(name, X, y, seed, probabilities, care):
         arguments.update(name=name, X=X, y=y, seed=seed, probabilities=probabilities, care=care)
-        yield FitStep(1, 1, None, None)
+        yield FitProgress(1, 1, "fit")
 
     monkeypatch.setattr(training_module, "fit_classifier", fitting)
     return arguments
@@ -211,6 +211,22 @@ def test_the_shortest_segment_of_each_action_is_remembered(three):
         lengths = [s.duration for item in three for s in item.segments if s.action == action]
         # To the sample: segments are measured on the grid, as they are scored.
         assert recogniser.shortest[action] == pytest.approx(min(lengths), abs=1 / recogniser.rate)
+
+
+def test_lost_samples_cut_no_shortest_segment(three):
+    whole = train(three, SMALL).shortest
+    lossy = []
+    for item in three:
+        times = item.demonstration.times
+        lost = np.zeros(len(times), dtype=bool)
+        for segment in item.segments:  # 0.2 s, soon after each begins
+            first = np.searchsorted(times, segment.start) + 3
+            lost[first : first + 20] = True
+        some = replace(
+            item.demonstration, times=times[~lost], signals=item.demonstration.signals[~lost]
+        )
+        lossy.append(replace(item, demonstration=some))
+    assert train(lossy, SMALL).shortest == pytest.approx(whole, abs=0.011)
 
 
 def test_demonstrations_without_labels_take_no_part(three):

@@ -72,7 +72,7 @@ def test_its_steps_lead_through_all_phases_and_never_back(trained):
 def test_in_groups_as_many_recognisers_are_trained_and_the_run_tells_so(path, trained):
     steps = []
     choice = DataSelection(("foam",), folds=2)
-    number = finish(review_job(path, BAYES_SETTINGS, choice, "foam", fit=False), steps.append)
+    number = finish(review_job(path, BAYES_SETTINGS, choice, "foam"), steps.append)
     with Project.open(path) as project:
         found, alone = load_run(project, number), load_run(project, trained[1])
     assert [step.fold for step in steps if step.phase == "fold"] == [1, 2]
@@ -347,7 +347,7 @@ def test_another_task_is_tested_on_and_both_tasks_get_proposals(tmp_path):
 
 def test_the_time_left_is_what_the_fits_before_took():
     now = [0.0]
-    steps = TrainingProgress(3, True, lambda: now[0])
+    steps = TrainingProgress(3, lambda: now[0])
 
     def job():
         yield Progress(1, 1, "features")

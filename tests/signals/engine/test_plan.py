@@ -158,7 +158,7 @@ def test_a_ramp_over_many_blocks_adds_a_two_hundredth_of_what_other_forces_may(t
     n, scales = 150_000, np.array([9.3, 35.4, 120.0, 500.0, 1000.0])
     x = np.linspace(-0.5, 0.5, n)[np.newaxis]
     expected = transform_channels(x, scales, Morlet())
-    found = plan_for(n, scales, tolerance=tolerance, double=True).coefficients(x)
+    found = Plan(n, scales, Morlet(), tolerance, False).coefficients(x)
     error = np.abs(found - expected).max(axis=2)
     assert np.all(error < (tolerance / 50 / 200 + ROUNDING) * np.sqrt(scales))
 
@@ -291,7 +291,9 @@ def test_the_quiet_after_an_impact_is_as_exact_as_if_there_had_been_none():
 def test_plans_are_kept_and_wrong_requests_refused():
     assert plan_for(100, [4.0, 8.0]) is plan_for(100, np.array([4.0, 8.0]))
     assert plan_for(100, [4.0, 8.0]) is not plan_for(100, [4.0, 8.0], tolerance=1e-5)
-    assert plan_for(50, [9.0], double=True).coefficients(np.ones((1, 50))).dtype == np.complex128
+    assert (
+        Plan(50, [9.0], Morlet(), 1e-7, False).coefficients(np.ones((1, 50))).dtype == np.complex128
+    )
     assert plan_for(50, [9.0]).coefficients(np.ones((1, 50))).dtype == np.complex64
     with pytest.raises(InputError, match="tolerance is one of"):
         plan_for(100, [4.0], tolerance=1e-6)
@@ -390,3 +392,28 @@ def test_largest_powers_and_samples_are_those_of_the_coefficients(n):
     np.testing.assert_allclose(plan.largest_power(x, bounds), expected, rtol=1e-5)
     found = plan.at_samples(x, bounds)
     np.testing.assert_allclose(found, coefficients[:, :, bounds], rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("wavelet", [Morlet(), DOG(2), Haar()], ids=str)
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+def test_few_neighbouring_samples_are_summed_up_alone(wavelet, tolerance, monkeypatch):
+    n, scales = 2500, [64.0, 2.0, 500.0, 11.0]
+    x = condition(np.stack([white(n), walk(n), impact(n)])).values
+    expected = transform_channels(x, np.array(scales), wavelet)
+    largest = np.abs(expected).max(axis=-1, keepdims=True)
+    plan = Plan(n, scales, wavelet, tolerance, True)
+    monkeypatch.setattr(plan, "_run", None)  # nothing else is transformed
+    for samples in (slice(0, 40), slice(1200, 1201), slice(n - 64, None)):
+        found = plan.coefficients(x, samples)
+        assert found.shape == expected[:, :, samples].shape
+        assert (np.abs(found - expected[:, :, samples]) / largest).max() < tolerance
+    if wavelet.real:
+        assert not found.imag.any()
+
+
+def test_some_samples_are_those_of_the_whole():
+    x = condition(walk(3000)[None]).values
+    for plan in (plan_for(3000, [9.0, 200.0]), plan_for(3000, [9.0, 200.0], tolerance=1e-14)):
+        whole = plan.coefficients(x)
+        for samples in (slice(10, 2000), slice(7, None, 20), slice(5, 5)):
+            assert np.array_equal(plan.coefficients(x, samples), whole[:, :, samples])
