@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPointF, QSignalBlocker, QSize, Qt
+from PySide6.QtCore import QPointF, QSignalBlocker, QSize, Qt
 from PySide6.QtGui import QCloseEvent, QImage, QMouseEvent
 from PySide6.QtWidgets import (
     QApplication,
@@ -93,13 +93,9 @@ class AlignmentPlot(Plot):
             return
         theme, motion, force = colours(), self._proposal.motion, self._proposal.force
         self.show_all_of(self.document.view.bounds, (-1.05, 1.05))
+        moved = self._clock.to_force(motion[0])
         for times, values, colour, name in (
-            (
-                self._clock.to_force(motion[0]),
-                motion[1],
-                theme.curves[0],
-                "up: motion in the video",
-            ),
+            (moved, motion[1], theme.curves[0], "up: motion in the video"),
             (force[0], -force[1], theme.curves[1], "down: change of the force"),
         ):
             brush = pg.mkBrush(translucent(colour, 0.43))
@@ -130,11 +126,6 @@ class AlignmentPlot(Plot):
             return
         if (event.position() - start).manhattanLength() < QApplication.startDragDistance():
             self.document.view.seek(self.value_at(event.position()).x())
-
-    def changeEvent(self, event: QEvent) -> None:
-        if event.type() == QEvent.Type.FontChange:
-            self.updateGeometry()
-        super().changeEvent(event)
 
     def _show_cursor(self) -> None:
         self._cursor.setValue(self.document.view.cursor)

@@ -150,7 +150,8 @@ class ProbabilityChart(Plot):
         self._named: list[tuple[float, str]] = []
         self._cursor = pg.InfiniteLine()
         self._vocabulary = Vocabulary()
-        document.view.cursor_moved.connect(self._show_cursor)
+        for changed in (document.view.cursor_moved, document.demonstration_changed):
+            changed.connect(self._show_cursor)
         document.vocabulary_changed.connect(self.redraw)
 
     def sizeHint(self) -> QSize:

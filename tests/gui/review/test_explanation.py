@@ -321,6 +321,16 @@ def test_a_band_is_told_where_the_pointer_is(explained):
     assert bands.grab().toImage() != before
 
 
+def test_the_chart_has_the_cursor_only_while_its_demonstration_is_open(explained, document):
+    chart, time = explained.page.chart, explained.place.start
+    document.view.seek(time)
+    cursor = chart.box.addedItems[-1]
+    assert (cursor.isVisible(), cursor.value()) == (True, time)
+    other = next(info.id for info in document.infos if info.id != document.id)
+    document.open_demonstration(other)
+    assert not chart.box.addedItems[-1].isVisible()
+
+
 def test_the_chart_reads_the_most_probable_actions_at_the_pointer(explained):
     chart, trace = explained.page.chart, explained.why.probability_trace
     at = int(np.searchsorted(trace.times, explained.place.start)) + 3
