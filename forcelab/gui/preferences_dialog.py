@@ -331,7 +331,7 @@ class PreferencesDialog(QDialog):
 
     def _make_buttons(self) -> QDialogButtonBox:
         buttons = QDialogButtonBox()
-        reset = QPushButton("Reset this page")
+        self._reset = reset = QPushButton("Reset this page")
         reset.clicked.connect(self._reset_page)
         close = QPushButton("Close")
         close.clicked.connect(self.accept)
@@ -358,6 +358,8 @@ class PreferencesDialog(QDialog):
             self.subjects.item(i).setHidden(not has_matches)
         if any(found) and not found[self.subjects.currentRow()]:
             self.subjects.setCurrentRow(found.index(True))
+        # It would reset what the search hides, too.
+        set_enabled_with_reason(self._reset, "Clear the search first." if query.strip() else "")
         self._found.say("" if any(found) else f"Nothing is called '{query.strip()}'.")
 
     def _reset_page(self) -> None:

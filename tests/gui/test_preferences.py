@@ -263,6 +263,10 @@ def test_a_page_is_reset_and_no_other(dialog):
     assert (HOLD_TIME.value, REACTION_TIME.value, THEME.value) == (250, 0, "dark")
     assert keys()["play"] == ("F8",)
     dialog.show_page("Keys")
+    QTest.keyClicks(dialog.search, "split")
+    click(reset)
+    assert keys()["play"] == ("F8",)  # which the search hides
+    dialog.search.clear()
     click(reset)
     assert keys()["play"] == ("Space",)
     assert THEME.value == "dark"
