@@ -265,7 +265,6 @@ class LabelWorkspace(DockedWindow):
         for action in self.toggles.values():
             action.setChecked(True)
         self.restoreState(self._standard, LAYOUT)
-        self._list_heights = None
         self._show_docks()
         self._distribute_room()
 
@@ -342,6 +341,7 @@ class LabelWorkspace(DockedWindow):
         heights = [width * 3 // 4, rest // 2, rest // 2]
         self.resizeDocks([video, actions, segments], heights, Qt.Orientation.Vertical)
         self._timeline.distribute_room()
+        self._list_heights = None  # which they have now
         self._fit_lists()
 
     def _fit_lists(self) -> None:

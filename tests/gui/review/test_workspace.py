@@ -210,6 +210,22 @@ def test_an_empty_list_is_remembered_with_the_room_that_it_gave_away(
     assert again == pytest.approx(heights, abs=2)
 
 
+def test_a_window_that_opens_on_a_filmed_demonstration_without_segments_has_a_small_list(
+    study, windows, rested
+):
+    with Project.open(study) as project:
+        id_ = project.demonstrations.id_of("foam 01")
+        project.tracks.edit(id_, "Ada", project.tracks.get(id_, "Ada").segments, (), "erased")
+    window = windows(study, demonstration="foam 01")
+    rested(window)
+    docks = window.label._docks
+    assert docks["video"].isVisible()
+    assert docks["segments"].height() == docks["segments"].minimumSizeHint().height()
+    window.commands["reset_layout"].trigger()
+    rested(window)
+    assert docks["segments"].height() == docks["segments"].minimumSizeHint().height()
+
+
 def test_without_a_run_the_timeline_has_the_room_of_the_pairs(study, windows, rested):
     window = windows(study, "review", demonstration="foam 01")
     rested(window)
