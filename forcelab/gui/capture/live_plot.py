@@ -128,7 +128,7 @@ BREATH, APART = 4.0, 2
 
 
 class LivePlot(PlotView):
-    """A view of the last seconds, drawn anew whenever there may be new samples.
+    """A view of the last seconds; they are drawn anew whenever there may be new samples.
 
     The x axis of its boxes are seconds before now.
     """
@@ -161,8 +161,9 @@ class LivePlot(PlotView):
             painter.fillRect(QRectF(0, 0, FOCUS, self.height()), QColor(colours().accent))
 
     def _ticked(self) -> None:
+        """Draw what moves."""
         if self.isVisible():
-            self.update()
+            self.update(QRect(GUTTER, 0, self.width() - GUTTER, self.height()))
 
 
 def plot_width(width: float) -> float:
@@ -334,13 +335,11 @@ class LiveView(LivePlot):
         return self._drawn[1]
 
     def _ticked(self) -> None:
-        """Draw what moves; what is written beside it, as often as devices are asked: to be read."""
-        state, known = self._controller.state, self._state
-        if state is known and self.isVisible():
-            self.update(QRect(GUTTER, 0, self.width() - GUTTER, self.height()))
-        else:
+        super()._ticked()
+        state = self._controller.state
+        if state is not self._state:
             self._state = state
-            super()._ticked()
+            self.update()  # with the readings: more often, nobody could read them
         if not self._channels and state is not None:
             self._changed()  # it is known by now how the devices do
 

@@ -164,7 +164,6 @@ class LiveScalogramView(LivePlot):
             table = magnitude_colours(colours().dark)
             self._image.setImage(strip.values, levels=levels, lut=table)
             self.box.setYRange(top, bottom, padding=0)
-            self.resetCachedContent()  # the legend may have other ends
         now = self._controller.now
         self._image.setRect(QRectF(strip.start - now, top, strip.end - strip.start, bottom - top))
         self._estimated.complete = strip.complete - now
@@ -227,7 +226,7 @@ class LiveScalogramView(LivePlot):
     def _forget(self) -> None:
         """The picture is of another channel, or of other devices."""
         self.strip = self._drawn = None
-        self.resetCachedContent()
+        self.invalidate()
 
     def _ended(self, _: None) -> None:
         """The devices were released."""
@@ -242,6 +241,7 @@ class LiveScalogramView(LivePlot):
     def _set_strip(self, strip: RollingImage | None) -> None:
         if strip is not None:
             self.strip = strip
+            self.invalidate()  # the legend may have other ends
 
 
 def _build_scalogram(

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from factories import BAYES_SETTINGS, synthetic_set
+from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QGuiApplication, QImage, QPainter
 
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.gui.capture.live_model import RECOGNISING, LoadedRecogniser, RecogniserSelection
+from forcelab.gui.capture.live_plot import GUTTER
 from forcelab.gui.capture.live_scalogram import DRAWING
 from forcelab.gui.capture.recognition_panel import latency_budget_text
 from forcelab.live.recognition import LiveRecognition, latency_budget
@@ -353,3 +355,32 @@ def test_live_views_are_copied_from_their_menus(connected, until):
         menu = view.plot_menu()
         menu.actions()[0].trigger()
         assert QGuiApplication.clipboard().image().size().width() >= view.width()
+
+
+class PaintedFrom(QObject):
+    """Where what a widget paints begins at the left."""
+
+    def __init__(self, widget):
+        super().__init__()
+        self.lefts = []
+        widget.installEventFilter(self)
+
+    def eventFilter(self, _, event):  # noqa: N802 - Qt's name
+        if event.type() == QEvent.Type.Paint:
+            self.lefts.append(event.region().boundingRect().left())
+        return False
+
+
+def test_readings_stay_to_be_read_until_devices_are_asked_again(app, connected):
+    view, controller = connected.live_view, connected.controller
+    controller._timer.stop()
+    for _ in range(10):  # what is drawn anew as a lane has grown
+        app.processEvents()
+    painted = PaintedFrom(view.viewport())
+    for asked, left in ((False, GUTTER), (True, 0), (False, GUTTER)):
+        if asked:
+            controller.state = controller.recorder.state()
+        painted.lefts.clear()
+        controller.ticked.emit()
+        app.processEvents()
+        assert painted.lefts == [left]
