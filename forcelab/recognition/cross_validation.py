@@ -71,26 +71,20 @@ def make_folds(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> 
 
 
 def run_folds(
-    folds: Sequence[Fold], settings: Settings, probability_trace: bool
+    folds: Sequence[Fold], settings: Settings, probability_trace: bool, jobs: int
 ) -> Generator[Progress, None, list[FoldResult]]:
-    """Run the folds in this process; every epoch is progress, so that cancelling is quick."""
+    """Run the folds; every epoch is progress, of several processes every finished fold."""
     results: list[FoldResult] = []
+    if jobs > 1:
+        work = partial(_run_fold_in_process, settings=settings, probability_trace=probability_trace)
+        with closing(map_in_processes(work, folds, jobs)) as coming:
+            for result in coming:
+                results.append(result)
+                yield Progress(len(results), len(folds), "recognising")
+        return results
     for fold in folds:
         where = f"{len(results) + 1} of {len(folds)}"
         results.append((yield from _run_fold(fold, settings, where, probability_trace)))
-    return results
-
-
-def run_folds_in_processes(
-    folds: Sequence[Fold], settings: Settings, jobs: int, probability_trace: bool
-) -> Generator[Progress, None, list[FoldResult]]:
-    """Run the folds in several processes; every finished fold is progress."""
-    results: list[FoldResult] = []
-    worked = partial(_run_fold_in_process, settings=settings, probability_trace=probability_trace)
-    with closing(map_in_processes(worked, folds, jobs)) as coming:
-        for result in coming:
-            results.append(result)
-            yield Progress(len(results), len(folds), "recognising")
     return results
 
 
@@ -274,7 +268,6 @@ def bridged_remarks(examples: Sequence[Examples], settings: Settings) -> tuple[s
 
 
 Job = Generator[Progress, None, Evaluation]
-FoldsJob = Generator[Progress, None, list[FoldResult]]
 
 
 def leave_one_out(
@@ -331,30 +324,27 @@ def leave_one_out(
     seconds = {"features": perf_counter() - started, "fit": 0.0, "predict": 0.0, "filter": 0.0}
     actions = actions_of(examples)
     jobs = min(jobs, len(parts))
-
-    def run(examples: Sequence[Examples], probability_trace: bool) -> FoldsJob:
-        folds = make_folds(examples, parts)
-        if jobs <= 1:
-            return run_folds(folds, settings, probability_trace)
-        return run_folds_in_processes(folds, settings, jobs, probability_trace)
-
-    results = yield from run(examples, probability_trace)
-    seconds["fit"] = sum(result.fit_seconds for result in results)
     # Groups are interleaved; what was found goes back to the order of the demonstrations.
     order = np.argsort(np.concatenate(parts))
-    predictions = [prediction for result in results for prediction in result.predictions]
-    tested = [
-        held_out_prediction(used[i], examples[i], predictions[place], actions)
-        for i, place in enumerate(order)
-    ]
+
+    def held_out(results: Sequence[FoldResult]) -> list[HeldOutPrediction]:
+        predictions = [prediction for result in results for prediction in result.predictions]
+        return [
+            held_out_prediction(used[i], examples[i], predictions[place], actions)
+            for i, place in enumerate(order)
+        ]
+
+    results = yield from run_folds(make_folds(examples, parts), settings, probability_trace, jobs)
+    seconds["fit"] = sum(result.fit_seconds for result in results)
+    tested = held_out(results)
     _add_seconds(seconds, tested)
     if added:
-        alone = yield from run(examples[: len(used)], probability_trace=False)
-        predictions = [prediction for result in alone for prediction in result.predictions]
-        for i, place in enumerate(order):
-            own = held_out_prediction(used[i], examples[i], predictions[place], actions)
-            ablations = tested[i].ablations | {"alone": own.filtered}
-            tested[i] = replace(tested[i], ablations=ablations)
+        own_folds = make_folds(examples[: len(used)], parts)
+        alone = held_out((yield from run_folds(own_folds, settings, False, jobs)))
+        tested = [
+            replace(both, ablations=both.ablations | {"alone": own.filtered})
+            for both, own in zip(tested, alone, strict=True)
+        ]
     return Evaluation(
         title=title,
         settings=settings,
