@@ -162,6 +162,8 @@ class _Engine(QIconEngine):
     def pixmap(self, size: QSize, mode: QIcon.Mode, state: QIcon.State) -> QPixmap:
         """Draw it on nothing."""
         image = QPixmap(size)
+        if size.isEmpty():  # of a button that a layout has squeezed away
+            return image
         image.fill(Qt.GlobalColor.transparent)
         with QPainter(image) as painter:
             self.paint(painter, QRect(0, 0, size.width(), size.height()), mode, state)

@@ -60,3 +60,8 @@ def test_a_copy_outlives_its_original(app):
 def test_what_is_no_icon_is_a_mistake(app):
     with pytest.raises(KeyError):
         icon("smiley")
+
+
+def test_an_icon_without_room_is_drawn_without_a_complaint(app, capfd):
+    assert icon(NAMES[0]).pixmap(QSize(0, 16)).isNull()
+    assert "QPainter" not in capfd.readouterr().err
