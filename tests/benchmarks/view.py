@@ -483,7 +483,7 @@ def measuring_opening(
     with shown(size=size) as window:
         shows = [
             window.demonstrations.view.viewport(),
-            window.label.tracks,
+            window.label.tracks.viewport(),
             window.label.segments.table.viewport(),
         ]
         for i, (name, project) in enumerate(projects.items()):
@@ -534,7 +534,7 @@ def _strokes(
     document, label = window.document, window.label
     (low, high), actions = document.view.bounds, tuple(document.vocabulary)
     # The overview follows a moment later; what it takes is in the lateness afterwards.
-    lists: list[QWidget] = [label.tracks, label.segments.table.viewport()]
+    lists: list[QWidget] = [label.tracks.viewport(), label.segments.table.viewport()]
     random, taken = np.random.default_rng(5), []
     with Painted([widget for widget in lists if widget.isVisible()]) as painted:
         for _ in range(times):

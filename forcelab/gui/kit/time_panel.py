@@ -120,6 +120,7 @@ class TimePanel(TimeView):
         """
         box = pg.ViewBox(enableMouse=False, enableMenu=False, invertY=inverted, defaultPadding=0)
         box.disableAutoRange()
+        box.borderRect.hide()  # it has no pen, and takes its time all the same
         box.setXRange(self.document.view.start, self.document.view.end, padding=0)
         self.addItem(box)
         self._boxes.append(box)

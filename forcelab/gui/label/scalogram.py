@@ -333,7 +333,7 @@ class ScalogramPanel(SignalPanel):
         self._frequencies.linkToView(self._box)
         self.addItem(self._frequencies)
         self._pointer: QPointF | None = None
-        self._trouble = ""
+        self._trouble = self._note = ""  # what went wrong, and what was approximated
         self._request_due = False  # a picture that was not asked for while the window was minimised
         self._loader = ScalogramLoader(jobs, self._request, self)
         self._loader.loaded.connect(self._show_picture)
@@ -422,7 +422,8 @@ class ScalogramPanel(SignalPanel):
 
     def invalidate(self, *_: object) -> None:
         """Draw again, with axis and cone for the rate and the recording."""
-        is_open = self.document.demonstration is not None
+        is_open, picture = self.document.demonstration is not None, self.picture
+        self._note = "" if picture is None else readout_note(picture, self._range()[1])
         for item in (self._box, self._frequencies):
             item.setVisible(is_open)
         if is_open:
@@ -449,9 +450,8 @@ class ScalogramPanel(SignalPanel):
         if self._trouble:
             draw_plate(painter, plot.topLeft(), self._trouble, colours(), plot)
             return
-        note = "" if self.picture is None else readout_note(self.picture, self._range()[1])
-        if note:
-            draw_plate(painter, plot.topRight(), note, colours(), plot, quiet=True)
+        if self._note:
+            draw_plate(painter, plot.topRight(), self._note, colours(), plot, quiet=True)
         if self._pointer is not None and plot.contains(self._pointer):
             line = self.value_at(self._pointer.x(), self._pointer.y())
             if line:

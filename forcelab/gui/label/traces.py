@@ -307,6 +307,9 @@ class ForcePanel(SignalPanel):
         #: The lanes from top to bottom, each with its vertical axis in pixels.
         self.axes: tuple[tuple[Lane, Axis], ...] = ()
         self._strips: tuple[Lane, ...] = ()
+        #: What the axes were made for, and the notes on it.
+        self._fitted: object = None
+        self._notes: list[str] = []
         self._lane_axes: list[LaneAxis] = []
         self._traces: list[ChannelTrace] = []
         self._drawn: tuple[object, Columns, dict[str, Extremes]] | None = None
@@ -372,7 +375,7 @@ class ForcePanel(SignalPanel):
             axis.linkToView(self._traces[lane.channels[0]].box)
             axis.show_lane(lane, source.channels)
         self._strips = strips
-        self.axes = ()
+        self.axes, self._fitted = (), None
         self.invalidate()
 
     def _columns(self) -> tuple[Columns, dict[str, Extremes]]:
@@ -382,9 +385,15 @@ class ForcePanel(SignalPanel):
     def _fit(self) -> None:
         """Let each axis hold its values; before each painting, as values may have been read."""
         if not self._strips or self.document.demonstration is None:
-            self.axes = ()
+            self.axes, self._fitted = (), None
             return
-        _, extremes = self._columns()
+        view, size = self.document.view, (self.size(), self.devicePixelRatioF())
+        state = view.start, view.end, self.source.revision, self.source.autoscale, size
+        if state == self._fitted:
+            return
+        self._fitted = state
+        columns, extremes = self._columns()
+        self._notes = self._notes_on(columns)
         names, axes = self.source.names, []
         for lane in self._strips:
             axis = axis_of(lane, self._span([names[i] for i in lane.channels], extremes))
@@ -424,7 +433,8 @@ class ForcePanel(SignalPanel):
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         if not self.axes:
             return
-        self._paint_notes(painter, plot)
+        self._noted_left = self._notes_left
+        paint_notes(painter, plot, self._notes, colours(), at_left=self._noted_left)
         x = self.x_at(self.document.view.cursor)
         for axis in self._lane_axes[: len(self._strips)]:
             if axis.tagged and plot.left() <= x <= plot.right():
@@ -462,10 +472,9 @@ class ForcePanel(SignalPanel):
             span = spanning(self.source.envelope(name).range for name in names)
         return span or spanning(span_of(extremes[name]) for name in names)
 
-    def _paint_notes(self, painter: QPainter, plot: QRectF) -> None:
-        """Write how much of the data is drawn."""
+    def _notes_on(self, columns: Columns) -> list[str]:
+        """How much of the data is drawn."""
         notes, view = [], self.document.view
-        columns, _ = self._columns()
         glitches = sum(
             len(self.source.glitches(name, view.start, view.end)[0]) for name in self.source.shown
         )
@@ -481,8 +490,7 @@ class ForcePanel(SignalPanel):
         if columns.dense:
             count = f"{columns.crowd:.0f}"
             notes.append(f"min/max of {count} samples a pixel")
-        self._noted_left = self._notes_left
-        paint_notes(painter, plot, notes, colours(), at_left=self._noted_left)
+        return notes
 
     def gutter_tip(self, x: float, y: float) -> str:
         for lane, _ in self.axes:
