@@ -43,6 +43,7 @@ class ExportDialog(QDialog):
         if shown:
             listed = f"All in the list ({len(shown)})"
             self.which.addItem(listed, tuple(shown))
+            self.which.setCurrentIndex(self.which.count() - 1)  # what is wanted most
         if len(shown) < len(document.infos):  # the list is searched or narrowed
             all_ = f"The whole project ({len(document.infos)})"
             self.which.addItem(all_, tuple(info.id for info in document.infos))

@@ -42,6 +42,8 @@ def written(folder):
 
 def test_the_open_demonstration_or_all_that_are_shown(dialog, document, tmp_path, until):
     document.open_demonstration(document.infos[0].id)
+    assert dialog.which.currentText() == "All in the list (2)"  # what is wanted most
+    dialog.which.setCurrentIndex(0)
     dialog.export(tmp_path / "one")
     until(dialog.go.isEnabled)
     [(name, text)] = written(tmp_path / "one").items()
@@ -78,6 +80,7 @@ def test_the_whole_project_is_offered_beside_what_a_search_has_left(document, tm
 
 def test_a_blind_coder_exports_only_what_is_not_hidden(dialog, document, tmp_path, until):
     document.project.coding.assign(document.infos[0].id, document.author)
+    dialog.which.setCurrentIndex(0)
     dialog.export(tmp_path / "blind")
     until(dialog.go.isEnabled)
     [text] = written(tmp_path / "blind").values()
