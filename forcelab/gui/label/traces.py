@@ -369,7 +369,6 @@ class ForcePanel(SignalPanel):
                 box = self._traces[column].box
                 box.setGeometry(QRectF(plot.left(), lane.top, plot.width(), lane.height))
                 box.show()
-            axis.linkToView(self._traces[lane.channels[0]].box)
             axis.show_lane(lane, source.channels)
         self._strips = strips
         self.axes = ()
@@ -386,11 +385,13 @@ class ForcePanel(SignalPanel):
             return
         _, extremes = self._columns()
         names, axes = self.source.names, []
-        for lane in self._strips:
+        for lane, lane_axis in zip(self._strips, self._lane_axes, strict=False):
             axis = axis_of(lane, self._span([names[i] for i in lane.channels], extremes))
+            ends = axis.value(lane.bottom), axis.value(lane.top)
+            if tuple(lane_axis.range) != ends:  # or it would draw its numbers again
+                lane_axis.setRange(*ends)
             for column in lane.channels:
-                box = self._traces[column].box
-                box.setYRange(axis.value(lane.bottom), axis.value(lane.top), padding=0)
+                self._traces[column].box.setYRange(*ends, padding=0)
             axes.append((lane, axis))
         if self.axes != tuple(axes):
             self.axes = tuple(axes)

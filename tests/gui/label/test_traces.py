@@ -3,12 +3,13 @@ import pytest
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QContextMenuEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMenu
-from window_helpers import pixels
+from PySide6.QtWidgets import QApplication, QMenu
+from window_helpers import pixels, shown_widget
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
+from forcelab.gui.jobs import Jobs
 from forcelab.gui.kit.traces import curve_ink
 from forcelab.gui.label import traces
 from forcelab.gui.label.lanes import number_format
@@ -76,6 +77,21 @@ def test_every_channel_is_drawn_where_its_values_are(panel):
         assert axis.end >= values.max()
         assert lane.top + rows.min() == pytest.approx(axis.at(values.max()), abs=2.5)
         assert lane.top + rows.max() == pytest.approx(axis.at(values.min()), abs=2.5)
+
+
+def test_numbers_are_those_of_the_curve_beside_them_when_another_channel_is_hidden(panel):
+    count = 18
+    signals = np.random.default_rng(0).standard_normal((1000, count)) * (1.0 + 7 * np.arange(count))
+    channels = tuple(Channel(f"f{'xyz'[i % 3]}{i // 3}", "N") for i in range(count))
+    many = Demonstration("many", "foam", np.arange(1000) / 1000.0, signals, channels)
+    show(panel.document, many, "many")
+    picture(panel)
+    panel.source.set_shown("fx0", False)
+    hidden = picture(panel)
+    fresh = ForcePanel(panel.document, Jobs())
+    fresh.source.set_shown("fx0", False)
+    with shown_widget(QApplication.instance(), fresh, (panel.width(), panel.height())):
+        assert np.array_equal(picture(fresh), hidden)
 
 
 def test_a_single_sample_is_seen_however_far_one_zooms_out(panel):
