@@ -24,7 +24,6 @@ from forcelab.gui.figures.axes import Axis, labels, ticks
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.tracks import FadeOverlay, fade_overlays, paint_track
 from forcelab.gui.kit.plot import NUMBER, PlotView, ValueAxis
-from forcelab.gui.kit.time_panel import FOCUS
 from forcelab.gui.kit.traces import Trace, column_edges
 from forcelab.gui.label.lanes import (
     LANE_GAP,
@@ -141,11 +140,9 @@ class LivePlot(PlotView):
         controller.ticked.connect(self._ticked)
         controller.changed.connect(self._changed)
 
-    def add_box(self, *, inverted: bool = False) -> pg.ViewBox:
-        box = pg.ViewBox(enableMouse=False, enableMenu=False, invertY=inverted, defaultPadding=0)
-        box.disableAutoRange()
+    def add_box(self, *, zooms: bool = False, inverted: bool = False) -> pg.ViewBox:
+        box = super().add_box(zooms=zooms, inverted=inverted)
         box.setXRange(-SECONDS, 0.0, padding=0)
-        self.addItem(box)
         return box
 
     @abstractmethod
@@ -155,10 +152,6 @@ class LivePlot(PlotView):
     @abstractmethod
     def _changed(self) -> None:
         """Devices were connected or released, or a recording has begun or ended."""
-
-    def paint_foreground(self, painter: QPainter) -> None:
-        if self.hasFocus():
-            painter.fillRect(QRectF(0, 0, FOCUS, self.height()), QColor(colours().accent))
 
     def _ticked(self) -> None:
         """Draw what moves."""
@@ -389,7 +382,6 @@ class LiveView(LivePlot):
             face.setBold(True)
             painter.setFont(face)
             self._paint_centred(painter, str(controller.seconds_left), theme.accent)
-        super().paint_foreground(painter)
 
     def _paint_centred(self, painter: QPainter, line: str, colour: str) -> None:
         painter.setPen(QColor(colour))

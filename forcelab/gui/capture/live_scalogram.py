@@ -188,7 +188,6 @@ class LiveScalogramView(LivePlot):
         name = f"{self.channel}: {line}" if line else self.channel
         corner = plot.topLeft() + QPointF(2, 2)
         draw_plate(painter, corner, name, colours(), plot, quiet=not self._problem)
-        super().paint_foreground(painter)
 
     # Computing
 

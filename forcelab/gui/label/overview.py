@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt, QTimer
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPen
@@ -44,10 +43,7 @@ class WholeTrace(Trace):
     opaque = 0.75
 
     def __init__(self, overview: Overview, column: int) -> None:
-        box = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)
-        box.disableAutoRange()
-        overview.addItem(box)
-        super().__init__(box, column)
+        super().__init__(overview.add_box(), column)
         self._source = overview.source
 
     @property

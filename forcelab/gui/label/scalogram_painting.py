@@ -15,7 +15,6 @@ Wavelet and marks are those of preset ``paper``, written out: to load the wavele
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -138,35 +137,6 @@ LARGEST = 2.0 * MARKED[-1]
 
 #: Height of small numbers in pixels.
 SMALL = 10.0
-
-
-@dataclass(frozen=True, slots=True)
-class Rows:
-    """The vertical axis: logarithms of scales (samples), the smallest on top, in pixels.
-
-    `factor` is the wavelet's period over its scale, `rate` the samples a second.
-    """
-
-    top: float
-    bottom: float
-    smallest: float
-    largest: float
-    factor: float
-    rate: float
-
-    def y(self, scale: float) -> float:
-        """The pixel of a scale."""
-        share = math.log(scale / self.smallest) / math.log(self.largest / self.smallest)
-        return self.top + share * (self.bottom - self.top)
-
-    def hertz(self, scale: float) -> float:
-        """The frequency at which a scale's response is largest."""
-        return self.rate / (self.factor * scale)
-
-    def scale(self, y: float) -> float:
-        """The scale at a pixel."""
-        share = (y - self.top) / (self.bottom - self.top)
-        return float(self.smallest * (self.largest / self.smallest) ** share)
 
 
 class ConeAndMarks(BoxItem):
