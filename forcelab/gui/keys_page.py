@@ -229,13 +229,12 @@ class KeysPage(QWidget):
         """Give the current row the key that was pressed in a field."""
         row = self._current()
         key = self._edits[place].keySequence().toString(QKeySequence.SequenceFormat.PortableText)
-        if row is None or not key:
-            self._show_current()  # nothing came of a press, as of Ctrl alone
-            return
-        bound = list(self._keys_of(row))
-        if row.is_action:
+        bound = [] if row is None else list(self._keys_of(row))
+        if row is not None and row.is_action:
             key = key.lower()
-        if key not in bound:
+        if row is None or not key or key in bound:
+            self._show_current()  # nothing came of a press, as of Ctrl alone
+        else:
             bound[place : place + 1] = [key]
             self._set(row, bound)
 
