@@ -20,10 +20,10 @@ from forcelab.capture.reader import FORCE_NAME
 from forcelab.demonstration import GAP_PERIODS, Channel
 from forcelab.gui.capture.controller import CaptureController, CaptureState
 from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import Axis, labels, ticks
+from forcelab.gui.figures.axes import NUMBER, Axis, labels, ticks
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.tracks import FadeOverlay, fade_overlays, paint_track
-from forcelab.gui.kit.plot import NUMBER, PlotView, ValueAxis
+from forcelab.gui.kit.plot import PlotView, ValueAxis
 from forcelab.gui.kit.traces import Trace, column_edges
 from forcelab.gui.label.lanes import (
     LANE_GAP,
@@ -353,14 +353,14 @@ class LiveView(LivePlot):
         if not self._lanes:
             return
         painter.fillRect(QRectF(0, 0, GUTTER, self.height()), QColor(theme.panel))
-        paint_groups(painter, self._lanes, theme)
+        paint_groups(painter, self._lanes)
         painter.setPen(QPen(QColor(theme.grid), 1))
         for lane in self._lanes:
             low, high = self.traces[lane.channels[0]].box.viewRange()[1]
             if low < 0 < high:
                 y = round(lane.bottom + low / (high - low) * lane.height) + 0.5
                 painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
-        paint_borders(painter, self._lanes, plot, theme)
+        paint_borders(painter, self._lanes, plot)
         face, ink, y = text.font(NUMBER), QColor(theme.muted), self.height() - RULER + 10.0
         text.draw_text(painter, GUTTER - 20, y, "s", face=face, ink=ink, align=1.0)
 

@@ -39,7 +39,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import paint_names
+from forcelab.gui.figures.axes import NUMBER, paint_names
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.figure import Figure
 from forcelab.gui.file_dialogs import ask_picture
@@ -50,8 +50,6 @@ pg.setConfigOptions(mouseRateLimit=-1)
 
 #: How opaque a plot is that is disabled.
 FAINT = 0.35
-#: Height of an axis' numbers, in pixels.
-NUMBER = 10.0
 #: Pixels between the pointer and its readout, and around the readout's text.
 READOUT = 12.0
 PADDING = 4.0

@@ -406,7 +406,7 @@ class ForcePanel(SignalPanel):
             return
         theme = colours()
         self.paint_segments(painter, plot)
-        paint_gaps(painter, self, self.source.gaps, plot, theme)
+        paint_gaps(painter, self, self.source.gaps, plot)
         for (_, axis), lane_axis in zip(self.axes, self._lane_axes, strict=False):
             painter.setPen(QPen(QColor(theme.grid), 1))
             for value in lane_axis.numbers():
@@ -416,11 +416,11 @@ class ForcePanel(SignalPanel):
                 painter.setPen(QPen(QColor(theme.frame), 1, Qt.PenStyle.DotLine))
                 y = round(axis.at(0.0)) + 0.5
                 painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
-        paint_borders(painter, [lane for lane, _ in self.axes], plot, theme)
+        paint_borders(painter, [lane for lane, _ in self.axes], plot)
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
         painter.fillRect(box, QColor(colours().panel))
-        paint_groups(painter, [lane for lane, _ in self.axes], colours())
+        paint_groups(painter, [lane for lane, _ in self.axes])
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         if not self.axes:
@@ -483,7 +483,7 @@ class ForcePanel(SignalPanel):
             count = f"{columns.crowd:.0f}"
             notes.append(f"min/max of {count} samples a pixel")
         self._noted_left = self._notes_left
-        paint_notes(painter, plot, notes, colours(), at_left=self._noted_left)
+        paint_notes(painter, plot, notes, at_left=self._noted_left)
 
     def gutter_tip(self, x: float, y: float) -> str:
         for lane, _ in self.axes:

@@ -14,8 +14,7 @@ from forcelab.gui.capture.live_plot import (
     pixel_columns,
     smallest_span,
 )
-from forcelab.gui.figures.axes import Axis, labels
-from forcelab.gui.kit.plot import NUMBER
+from forcelab.gui.figures.axes import NUMBER, Axis, labels
 
 
 @pytest.mark.parametrize(
