@@ -290,6 +290,41 @@ def scaled_lines(scene: QGraphicsScene, width: float, size: float) -> Iterator[N
             item.setExportMode(False)
 
 
+def plate_box(line: str) -> QRectF:
+    """A box with room for a line of small letters."""
+    return QRectF(0, 0, text.width(line, text.font(NUMBER)) + 3 * PADDING, 16)
+
+
+def draw_plate(
+    painter: QPainter,
+    at: QPointF,
+    line: str,
+    within: QRectF,
+    *,
+    centred: bool = False,
+    quiet: bool = False,
+) -> None:
+    """Write a line on a plate, whose corner or centre is at a point, moved and cut to be `within`.
+
+    It covers what is behind it; through a `quiet` one it shows.
+    """
+    theme, room = colours(), within.adjusted(2, 2, -2, -2)
+    box = plate_box(line)
+    box.setWidth(min(box.width(), room.width()))
+    box.moveTopLeft(at - box.center() if centred else at)
+    box.moveLeft(max(room.left(), min(box.left(), room.right() - box.width())))
+    box.moveTop(max(room.top(), min(box.top(), room.bottom() - box.height())))
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(Qt.PenStyle.NoPen if quiet else QPen(QColor(theme.frame), 1.0))
+    painter.setBrush(translucent(theme.panel, 0.75 if quiet else 0.94))
+    painter.drawRoundedRect(box.adjusted(0.5, 0.5, -0.5, -0.5), 3, 3)
+    face, ink = text.font(NUMBER), QColor(theme.muted if quiet else theme.text)
+    line, left = text.elided(line, face, box.width() - 2 * PADDING), box.left() + 1.5 * PADDING
+    text.draw_text(painter, left, box.center().y(), line, face=face, ink=ink)
+    painter.restore()
+
+
 class ValueAxis(pg.AxisItem):
     """An axis with the window's fonts, colours and minus signs."""
 

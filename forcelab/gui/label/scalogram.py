@@ -30,6 +30,7 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES, signed
 from forcelab.gui.jobs import Job, Jobs
+from forcelab.gui.kit.plot import draw_plate
 from forcelab.gui.label.scalogram_painting import (
     FOURIER_FACTOR,
     LARGEST,
@@ -41,7 +42,6 @@ from forcelab.gui.label.scalogram_painting import (
     amount_text,
     colour_range,
     draw_bar,
-    draw_plate,
 )
 from forcelab.gui.label.segment_panel import SignalPanel
 from forcelab.gui.layout import set_enabled_with_reason
@@ -433,17 +433,17 @@ class ScalogramPanel(SignalPanel):
         bar = QRectF(4.5, BUTTON + 10.5, 6, box.bottom() - BUTTON - 18)
         ends = self._ends()
         if bar.height() >= 40 and ends is not None:
-            draw_bar(painter, bar, ends, self._phase, colours())
+            draw_bar(painter, bar, ends, phase=self._phase)
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         """Show the value under the pointer, and what was approximated or went wrong."""
         self.paint_segments(painter, plot)
         if self._trouble:
-            draw_plate(painter, plot.topLeft(), self._trouble, colours(), plot)
+            draw_plate(painter, plot.topLeft(), self._trouble, plot)
             return
         note = "" if self.picture is None else readout_note(self.picture, self._range()[1])
         if note:
-            draw_plate(painter, plot.topRight(), note, colours(), plot, quiet=True)
+            draw_plate(painter, plot.topRight(), note, plot, quiet=True)
 
     def readout(self, pointer: QPointF) -> str:
         """The value at a pixel, such as ``12.3 Hz at 4.250 s: |W| = 0.42``."""

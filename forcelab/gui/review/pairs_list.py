@@ -419,7 +419,7 @@ def paint_examined(
     spare = max(8.0 - (right - left), 0.0) / 2 + 2
     top = boxes.human.top()
     frame = QRectF(left, top, right - left, boxes.predicted.bottom() - top)
-    outline(painter, frame.adjusted(-spare, -3, spare, 3), colours())
+    outline(painter, frame.adjusted(-spare, -3, spare, 3))
 
 
 def paint_focus(painter: QPainter, layout: PairsLayout, row: int, mark: Interval | None) -> None:
