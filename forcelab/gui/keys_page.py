@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.errors import InputError
 from forcelab.gui.document import Document
-from forcelab.gui.layout import page_layout, set_enabled_with_reason, set_tone
+from forcelab.gui.layout import page_layout, set_enabled_with_reason, toned_label
 from forcelab.gui.shortcuts import COMMANDS, Keys, key_name
 from forcelab.gui.text import contains_words
 
@@ -129,7 +129,7 @@ class KeysPage(QWidget):
         self._reset.setAccessibleName("Give this command its default keys back")
         self._reset.setAutoDefault(False)
         self._reset.clicked.connect(self._reset_current)
-        self._trouble = set_tone("trouble")
+        self._trouble = toned_label("trouble")
         self._trouble.setTextFormat(Qt.TextFormat.PlainText)
         self._trouble.setAccessibleName("Why a key was refused")
         # Kept free, so that the table does not jump when a sentence comes.

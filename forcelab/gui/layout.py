@@ -305,7 +305,7 @@ class ProgressBar(QProgressBar):
         self.setFormat(progress.text)
 
 
-def set_tone(tone: Literal["trouble", "warning"], text: str = "") -> QLabel:
+def toned_label(tone: Literal["trouble", "warning"], text: str = "") -> QLabel:
     """A sentence in the theme's colour for trouble or warnings."""
     label = _sentence(text)
     label.setProperty("tone", tone)  # by which the theme's style sheet finds it

@@ -121,8 +121,8 @@ GUTTER, NUMBERS, RIGHT = 140, 48, 10
 #: Pixels: height of the ruler and of a row of labels, the least height of a lane, and what is free
 #: above and below its curve.
 RULER, ROW_HEIGHT, LEAST_LANE, INSET = 18, 20, 24, 3.0
-#: Pixels between two numbers of a lane at least, and between axes and lanes: as Qt draws what is so
-#: close anew, too.
+#: Pixels at least between two numbers of a lane; and from the axes to the lanes, as Qt draws again
+#: what is closer to what moves.
 BREATH, APART = 4.0, 2
 
 

@@ -29,7 +29,7 @@ from forcelab.gui.layout import (
     resize_on_screen,
     search_field,
     set_enabled_with_reason,
-    set_tone,
+    toned_label,
 )
 from forcelab.gui.text import contains_words
 from forcelab.gui.widgets import ElidedComboBox
@@ -82,7 +82,7 @@ class RecordedDeviceDialog(QDialog):
         self.demonstrations.currentItemChanged.connect(self._update)
         self.loop = QCheckBox("Loop; otherwise it stops at its end, as if it were unplugged")
         self.loop.setChecked(True)
-        self._problem = set_tone("trouble")
+        self._problem = toned_label("trouble")
         self._problem.setVisible(False)
         form = QFormLayout()
         form.addRow("Project", self.project)

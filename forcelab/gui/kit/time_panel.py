@@ -84,7 +84,7 @@ class TimePanel(TimeView):
     with them (:meth:`paint_overlay`).
     """
 
-    #: How many pixels beside the cursor what follows it is drawn, and whether the gutter, too.
+    #: Pixels on either side of the cursor that change when it moves, and whether the gutter does.
     beside_cursor: float = LINE
     gutter_follows: bool = False
 
