@@ -177,8 +177,11 @@ class LaneAxis(ValueAxis):
 
     @property
     def tagged(self) -> bool:
-        """Whether the values stand at the cursor: the gutter has no room for them."""
-        return self._lines[0] == 1 and not self._behind_name
+        """Whether the values stand at the cursor: the gutter has no room for them.
+
+        In a lane that is lower than a number they stand nowhere.
+        """
+        return self._lines[0] == 1 and not self._behind_name and self.lane.height > NUMBER
 
     def taken(self) -> list[QRectF]:
         """Where names and values stand."""
@@ -217,8 +220,9 @@ class LaneAxis(ValueAxis):
         size = min(NAME, line)
         small, number = text.font(min(NUMBER, size)), text.font(NUMBER)
         if lane.unit and not alone:
-            wide = text.width(lane.unit, small)
-            yield lane.unit, small, muted, QRectF(right - 6 - wide, 2, wide, NUMBER)
+            unit = text.elided(lane.unit, small, VALUE_WIDTH)
+            wide = text.width(unit, small)
+            yield unit, small, muted, QRectF(right - 6 - wide, 2, wide, NUMBER)
         for i, column in enumerate(lane.channels):
             y = 1 + line / 2 + i * rows * line
             if y + line / 2 > lane.height + 1:
@@ -293,7 +297,7 @@ def paint_groups(painter: QPainter, lanes: Sequence[Lane]) -> None:
     for group, members in groupby(lanes, key=lambda lane: lane.group):
         strips = list(members)
         top, bottom = strips[0].top + 3, strips[-1].bottom - 3
-        if not group:
+        if not group or bottom - top < NUMBER:
             continue
         painter.setPen(QPen(QColor(colours().frame), 1.0))
         painter.drawLines(
