@@ -27,6 +27,7 @@ from forcelab.gui.kit.plot import PlotView, ValueAxis
 from forcelab.gui.kit.traces import Trace, column_edges
 from forcelab.gui.label.lanes import (
     LANE_GAP,
+    LARGEST_VALUE,
     NAME,
     NAMES_LEFT,
     Lane,
@@ -100,6 +101,7 @@ class LaneScale:
 
     def fit(self, low: float, high: float, now: float) -> None:
         """Take in the least and the greatest value in view at `now` (s)."""
+        low, high = max(low, -LARGEST_VALUE), min(high, LARGEST_VALUE)
         span = max(high - low, self._least)
         if span >= NEEDED * (self.high - self.low):
             self._needed_at = now
