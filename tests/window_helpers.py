@@ -16,10 +16,10 @@ from factories import (
     make_training_project,
 )
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, QTimer
 from PySide6.QtGui import QImage, QMouseEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QDialog
 
 from forcelab.gui.document import Document
 from forcelab.labels import Segment
@@ -52,6 +52,27 @@ def shown_widget(app, widget, size=(320, 400)):
     widget.close()
     widget.deleteLater()
     app.processEvents()
+
+
+def answer_dialog(parent, kind, press, use) -> None:
+    """Press what opens a modal dialog of a kind, and do something with the dialog."""
+    trouble = []
+
+    def answer():
+        dialog = QApplication.activeModalWidget()
+        try:
+            assert isinstance(dialog, kind)
+            use(dialog)
+        except BaseException as error:
+            trouble.append(error)
+            raise
+        finally:
+            if isinstance(dialog, QDialog) and dialog.isVisible():
+                dialog.reject()
+
+    QTimer.singleShot(0, parent, answer)
+    press()
+    assert not trouble
 
 
 def status_messages(document) -> list[tuple[str, bool]]:

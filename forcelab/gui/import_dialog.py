@@ -55,7 +55,7 @@ from forcelab.gui.layout import (
     copyable,
     resize_on_screen,
     set_enabled_with_reason,
-    set_tone,
+    toned_label,
 )
 from forcelab.gui.text import settle_name
 from forcelab.gui.theme import colours
@@ -368,7 +368,7 @@ class ImportDialog(QDialog):
         calibration.addWidget(choose)
         self.videos = QCheckBox("Attach videos beside them that have the same name")
         self.videos.setChecked(True)
-        self._taskless = set_tone(
+        self._taskless = toned_label(
             "warning",
             ("Enter the task shown in these files, for example stylus. Import one task at a time."),
         )

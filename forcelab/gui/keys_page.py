@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.errors import InputError
 from forcelab.gui.document import Document
-from forcelab.gui.layout import page_layout, set_enabled_with_reason, set_tone
+from forcelab.gui.layout import page_layout, set_enabled_with_reason, toned_label
 from forcelab.gui.shortcuts import COMMANDS, Keys, key_name
 from forcelab.gui.text import contains_words
 
@@ -129,7 +129,7 @@ class KeysPage(QWidget):
         self._reset.setAccessibleName("Give this command its default keys back")
         self._reset.setAutoDefault(False)
         self._reset.clicked.connect(self._reset_current)
-        self._trouble = set_tone("trouble")
+        self._trouble = toned_label("trouble")
         self._trouble.setTextFormat(Qt.TextFormat.PlainText)
         self._trouble.setAccessibleName("Why a key was refused")
         # Kept free, so that the table does not jump when a sentence comes.
@@ -229,13 +229,12 @@ class KeysPage(QWidget):
         """Give the current row the key that was pressed in a field."""
         row = self._current()
         key = self._edits[place].keySequence().toString(QKeySequence.SequenceFormat.PortableText)
-        if row is None or not key:
-            self._show_current()  # nothing came of a press, as of Ctrl alone
-            return
-        bound = list(self._keys_of(row))
-        if row.is_action:
+        bound = [] if row is None else list(self._keys_of(row))
+        if row is not None and row.is_action:
             key = key.lower()
-        if key not in bound:
+        if row is None or not key or key in bound:
+            self._show_current()  # nothing came of a press, as of Ctrl alone
+        else:
             bound[place : place + 1] = [key]
             self._set(row, bound)
 

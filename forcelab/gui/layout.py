@@ -39,6 +39,8 @@ from forcelab.jobs import Progress
 ROW_SPACING = 1.6
 #: Free room around a placeholder, in pixels.
 PAGE_MARGIN = 16
+#: Of a widget that may become as high as it can (Qt's QWIDGETSIZE_MAX), in pixels.
+UNLIMITED = 16_777_215
 #: What a window's frame adds to its width and height at most, in pixels.
 FRAME = QSize(16, 44)
 
@@ -205,9 +207,6 @@ class DockedWindow(QMainWindow):
 class YieldingSplitter(QSplitter):
     """Parts below each other, one of which gives its room away while there is nothing in it."""
 
-    #: Of a widget that may become as high as it can (Qt's QWIDGETSIZE_MAX), in pixels.
-    UNLIMITED = 16_777_215
-
     def __init__(self) -> None:
         super().__init__(Qt.Orientation.Vertical, childrenCollapsible=False)
         self._filled: QByteArray | None = None
@@ -218,7 +217,7 @@ class YieldingSplitter(QSplitter):
             self._filled = self.filled_state
             part.setMaximumHeight(lines * self.fontMetrics().height())
         elif self._filled is not None:
-            part.setMaximumHeight(self.UNLIMITED)
+            part.setMaximumHeight(UNLIMITED)
             self.restoreState(self._filled)
             self._filled = None
 
@@ -306,7 +305,7 @@ class ProgressBar(QProgressBar):
         self.setFormat(progress.text)
 
 
-def set_tone(tone: Literal["trouble", "warning"], text: str = "") -> QLabel:
+def toned_label(tone: Literal["trouble", "warning"], text: str = "") -> QLabel:
     """A sentence in the theme's colour for trouble or warnings."""
     label = _sentence(text)
     label.setProperty("tone", tone)  # by which the theme's style sheet finds it

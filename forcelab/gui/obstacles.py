@@ -124,12 +124,12 @@ def _synchronise(document: Document) -> str:
     return "" if filmed else "There is no video to synchronise here."
 
 
-def _accept(document: Document) -> str:
+def obstacle_to_accept(document: Document) -> str:
     predicted = index_at(document.review.prediction, document.view.cursor) is not None
     return document.review.obstacle or ("" if predicted else "Nothing is predicted at the cursor.")
 
 
-def _accept_all(document: Document) -> str:
+def obstacle_to_accept_all(document: Document) -> str:
     inside = overlapping(document.review.prediction, document.view.start, document.view.end)
     predicted = inside.start < inside.stop
     return document.review.obstacle or ("" if predicted else "Nothing is predicted in view.")
@@ -153,8 +153,8 @@ _CHECKS: dict[str, Callable[[Document], str]] = {
     "end_to_cursor": partial(_before, segments.find_to_end),
     "start_to_cursor": partial(_after, segments.find_to_start),
     "synchronise": _synchronise,
-    "accept": _accept,
-    "accept_all": _accept_all,
+    "accept": obstacle_to_accept,
+    "accept_all": obstacle_to_accept_all,
     **{f"verdict_{kind}": _verdict for kind in ("human", "model", "ambiguous")},
     **{
         f"{part}_{way}": _nudge for part in ("start", "end", "move") for way in ("earlier", "later")

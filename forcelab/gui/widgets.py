@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import ClassVar
 
 from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtGui import QKeyEvent, QPainter, QPaintEvent, QResizeEvent
@@ -112,8 +113,11 @@ NAME_CHARACTERS = 12
 class ElidedComboBox(QComboBox):
     """A combo box for a row with little room."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    #: Where its text is cut.
+    elide_mode: ClassVar = Qt.TextElideMode.ElideRight
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
         self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.setMinimumContentsLength(NAME_CHARACTERS)
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
@@ -148,7 +152,7 @@ class ElidedComboBox(QComboBox):
         )
         text = option.currentText or self.placeholderText()
         room = field.width() - 2  # which the style leaves before the text
-        option.currentText = self.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, room)
+        option.currentText = self.fontMetrics().elidedText(text, self.elide_mode, room)
         return option
 
 

@@ -9,7 +9,7 @@ from factories import add_foam_demonstration, make_foam_project, perform_grips, 
 from PySide6.QtCore import QPoint, Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QCommandLinkButton, QLineEdit
-from window_helpers import named
+from window_helpers import answer_dialog, named
 
 from forcelab.gui import settings
 from forcelab.gui.import_dialog import ImportDialog
@@ -217,24 +217,9 @@ def recordings(tmp_path, monkeypatch):
     return folder
 
 
-def in_dialog(window, until, use):
+def in_dialog(window, use):
     """Press the button for one's own recordings, and do something with the dialog."""
-    trouble = []
-
-    def answer():
-        dialog = QApplication.activeModalWidget()
-        try:
-            assert isinstance(dialog, ImportDialog)
-            use(dialog)
-        except BaseException as error:
-            trouble.append(error)
-            raise
-        finally:
-            dialog.reject()
-
-    QTimer.singleShot(0, window, answer)
-    click(way(window, "Label your own"))
-    assert not trouble
+    answer_dialog(window, ImportDialog, lambda: click(way(window, "Label your own")), use)
 
 
 def test_ten_own_recordings_are_in_a_new_project_after_six_actions(window, recordings, until):
@@ -256,7 +241,7 @@ def test_ten_own_recordings_are_in_a_new_project_after_six_actions(window, recor
         actions.append("close")
         assert not dialog.isVisible()
 
-    in_dialog(window, until, use)
+    in_dialog(window, use)
     assert len(actions) == 6
     assert window.document.project.path == recordings / "pulls.forcelab"
     assert {info.task for info in window.document.infos} == {"pull"}
@@ -281,7 +266,7 @@ def test_name_and_place_of_the_new_project_can_be_changed(window, recordings, tm
         click(dialog._go)
         until(lambda: window.document.id)
 
-    in_dialog(window, until, use)
+    in_dialog(window, use)
     assert window.document.project.path == tmp_path / "mine" / "first.forcelab"
 
 
@@ -301,7 +286,7 @@ def test_nothing_is_made_where_nothing_is_imported(window, recordings, until, re
             words = "make it first" if reason == "no such folder" else "pull-00.csv"
             assert words in dialog._report_label.text()
 
-    in_dialog(window, until, use)
+    in_dialog(window, use)
     assert window.document.project is None
     assert window._welcome.isVisible()
     assert sorted(recordings.iterdir()) == before

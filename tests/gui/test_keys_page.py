@@ -63,6 +63,15 @@ def press(edit, key, modifiers=Qt.NoModifier):
     QTest.keyClick(edit, key, modifiers)
 
 
+def test_a_key_that_the_command_has_already_is_not_shown_twice(page, keys):
+    first, second = choose(page, "Delete the segment")
+    press(second, Qt.Key_Delete)
+    second.editingFinished.emit()
+    assert keys["delete"] == ("Del",)
+    assert second.keySequence().isEmpty()
+    assert first.keySequence().toString() == "Del"
+
+
 def trouble(page):
     [label] = [
         w for w in page.findChildren(QLabel) if w.accessibleName() == "Why a key was refused"

@@ -13,7 +13,7 @@ from forcelab.gui.layout import (
     muted_label,
     placeholder,
     resize_on_screen,
-    set_tone,
+    toned_label,
 )
 
 SMALL = QRect(0, 0, 960, 540)
@@ -39,7 +39,9 @@ def test_a_window_is_no_larger_than_its_screen_with_its_frame(app, expected, siz
     window.deleteLater()
 
 
-@pytest.mark.parametrize("make", [copyable, muted_label, placeholder, partial(set_tone, "warning")])
+@pytest.mark.parametrize(
+    "make", [copyable, muted_label, placeholder, partial(toned_label, "warning")]
+)
 def test_a_name_that_looks_like_markup_is_shown_as_it_is(app, make):
     messages = "Nobody labelled <b>this</b> here."
     room = QLabel(messages, textFormat=Qt.TextFormat.PlainText).sizeHint().width()

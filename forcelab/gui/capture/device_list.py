@@ -27,7 +27,7 @@ from forcelab.gui.capture.recorded_device import RecordedDeviceDialog, recorded_
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.file_dialogs import ask_file
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.layout import emphasise, set_enabled_with_reason
+from forcelab.gui.layout import UNLIMITED, emphasise, set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
@@ -150,8 +150,8 @@ def found_as(item: QListWidgetItem) -> FoundDevice | None:
 SEARCH_JOB = "capture: what is plugged in"
 #: Where the devices that were ticked last are remembered.
 TICKED, BY_HAND = "capture/ticked", "capture/by hand"
-#: Pixels: Qt's greatest height of a widget, and what devices that are connected need not exceed.
-UNBOUNDED, HIGHEST = 16_777_215, 120
+#: Pixels that devices that are connected need not exceed.
+HIGHEST = 120
 
 
 class DeviceList(QWidget):
@@ -239,7 +239,7 @@ class DeviceList(QWidget):
             if ticked:
                 height += self.rows.sizeHintForRow(i) + 2 * self.rows.spacing()
         self.rows.setMinimumHeight(0 if choosing else min(height, HIGHEST))
-        self.rows.setMaximumHeight(UNBOUNDED if choosing else height)
+        self.rows.setMaximumHeight(UNLIMITED if choosing else height)
 
     def refresh(self) -> None:
         """Find what is plugged in."""

@@ -20,14 +20,14 @@ from forcelab.capture.reader import FORCE_NAME
 from forcelab.demonstration import GAP_PERIODS, Channel
 from forcelab.gui.capture.controller import CaptureController, CaptureState
 from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import Axis, labels, ticks
+from forcelab.gui.figures.axes import NUMBER, Axis, labels, ticks
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.tracks import FadeOverlay, fade_overlays, paint_track
-from forcelab.gui.kit.plot import NUMBER, PlotView, ValueAxis
-from forcelab.gui.kit.time_panel import FOCUS
+from forcelab.gui.kit.plot import PlotView, ValueAxis
 from forcelab.gui.kit.traces import Trace, column_edges
 from forcelab.gui.label.lanes import (
     LANE_GAP,
+    LARGEST_VALUE,
     NAME,
     NAMES_LEFT,
     Lane,
@@ -101,6 +101,7 @@ class LaneScale:
 
     def fit(self, low: float, high: float, now: float) -> None:
         """Take in the least and the greatest value in view at `now` (s)."""
+        low, high = max(low, -LARGEST_VALUE), min(high, LARGEST_VALUE)
         span = max(high - low, self._least)
         if span >= NEEDED * (self.high - self.low):
             self._needed_at = now
@@ -122,8 +123,8 @@ GUTTER, NUMBERS, RIGHT = 140, 48, 10
 #: Pixels: height of the ruler and of a row of labels, the least height of a lane, and what is free
 #: above and below its curve.
 RULER, ROW_HEIGHT, LEAST_LANE, INSET = 18, 20, 24, 3.0
-#: Pixels between two numbers of a lane at least, and between axes and lanes: as Qt draws what is so
-#: close anew, too.
+#: Pixels at least between two numbers of a lane; and from the axes to the lanes, as Qt draws again
+#: what is closer to what moves.
 BREATH, APART = 4.0, 2
 
 
@@ -141,11 +142,9 @@ class LivePlot(PlotView):
         controller.ticked.connect(self._ticked)
         controller.changed.connect(self._changed)
 
-    def add_box(self, *, inverted: bool = False) -> pg.ViewBox:
-        box = pg.ViewBox(enableMouse=False, enableMenu=False, invertY=inverted, defaultPadding=0)
-        box.disableAutoRange()
+    def add_box(self, *, zooms: bool = False, inverted: bool = False) -> pg.ViewBox:
+        box = super().add_box(zooms=zooms, inverted=inverted)
         box.setXRange(-SECONDS, 0.0, padding=0)
-        self.addItem(box)
         return box
 
     @abstractmethod
@@ -155,10 +154,6 @@ class LivePlot(PlotView):
     @abstractmethod
     def _changed(self) -> None:
         """Devices were connected or released, or a recording has begun or ended."""
-
-    def paint_foreground(self, painter: QPainter) -> None:
-        if self.hasFocus():
-            painter.fillRect(QRectF(0, 0, FOCUS, self.height()), QColor(colours().accent))
 
     def _ticked(self) -> None:
         """Draw what moves."""
@@ -360,14 +355,14 @@ class LiveView(LivePlot):
         if not self._lanes:
             return
         painter.fillRect(QRectF(0, 0, GUTTER, self.height()), QColor(theme.panel))
-        paint_groups(painter, self._lanes, theme)
+        paint_groups(painter, self._lanes)
         painter.setPen(QPen(QColor(theme.grid), 1))
         for lane in self._lanes:
             low, high = self.traces[lane.channels[0]].box.viewRange()[1]
             if low < 0 < high:
                 y = round(lane.bottom + low / (high - low) * lane.height) + 0.5
                 painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
-        paint_borders(painter, self._lanes, plot, theme)
+        paint_borders(painter, self._lanes, plot)
         face, ink, y = text.font(NUMBER), QColor(theme.muted), self.height() - RULER + 10.0
         text.draw_text(painter, GUTTER - 20, y, "s", face=face, ink=ink, align=1.0)
 
@@ -389,7 +384,6 @@ class LiveView(LivePlot):
             face.setBold(True)
             painter.setFont(face)
             self._paint_centred(painter, str(controller.seconds_left), theme.accent)
-        super().paint_foreground(painter)
 
     def _paint_centred(self, painter: QPainter, line: str, colour: str) -> None:
         painter.setPen(QColor(colour))

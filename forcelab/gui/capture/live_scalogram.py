@@ -20,14 +20,13 @@ from forcelab.gui.capture.live_plot import APART, GUTTER, SECONDS, LivePlot, Rea
 from forcelab.gui.figures import text
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.jobs import Job, Jobs
-from forcelab.gui.kit.plot import BoxItem
+from forcelab.gui.kit.plot import BoxItem, draw_plate
 from forcelab.gui.label.scalogram_painting import (
     FOURIER_FACTOR,
     FrequencyAxis,
     ScalogramImage,
     amount_text,
     draw_bar,
-    draw_plate,
     magnitude_colours,
 )
 from forcelab.gui.theme import colours
@@ -178,7 +177,7 @@ class LiveScalogramView(LivePlot):
         strip, bar = self.strip, QRectF(8.5, 8.5, 6, self.plot.height() - 18)
         if strip is not None and bar.height() >= 40:
             ends = amount_text(10**strip.low), amount_text(10**strip.high)
-            draw_bar(painter, bar, ends, False, colours())
+            draw_bar(painter, bar, ends)
 
     def paint_foreground(self, painter: QPainter) -> None:
         """Name the channel, and what went wrong."""
@@ -186,9 +185,7 @@ class LiveScalogramView(LivePlot):
         if self.strip is None:
             line = line or "Waiting for samples…"
         name = f"{self.channel}: {line}" if line else self.channel
-        corner = plot.topLeft() + QPointF(2, 2)
-        draw_plate(painter, corner, name, colours(), plot, quiet=not self._problem)
-        super().paint_foreground(painter)
+        draw_plate(painter, plot.topLeft(), name, plot, quiet=not self._problem)
 
     # Computing
 

@@ -29,8 +29,9 @@ from forcelab.gui.layout import (
     resize_on_screen,
     search_field,
     set_enabled_with_reason,
-    set_tone,
+    toned_label,
 )
+from forcelab.gui.text import contains_words
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.project import DemonstrationInfo, Project
 
@@ -81,7 +82,7 @@ class RecordedDeviceDialog(QDialog):
         self.demonstrations.currentItemChanged.connect(self._update)
         self.loop = QCheckBox("Loop; otherwise it stops at its end, as if it were unplugged")
         self.loop.setChecked(True)
-        self._problem = set_tone("trouble")
+        self._problem = toned_label("trouble")
         self._problem.setVisible(False)
         form = QFormLayout()
         form.addRow("Project", self.project)
@@ -153,10 +154,9 @@ class RecordedDeviceDialog(QDialog):
 
     def _list_demonstrations(self) -> None:
         """List what is searched for; at first the one that is open is chosen."""
-        words = self.search.text().casefold().split()
         self.demonstrations.clear()
         for info in self._infos:
-            if not all(word in f"{info.task} {info.name}".casefold() for word in words):
+            if not contains_words(f"{info.task} {info.name}", self.search.text()):
                 continue
             sent = f"{len(info.channels)} at {info.samples / info.duration:.0f} Hz"
             row = QTreeWidgetItem([info.name, info.task, f"{info.duration:.1f} s", sent])

@@ -15,6 +15,8 @@ from PySide6.QtGui import QColor, QFont, QPainter, QPen, QPolygonF
 from forcelab.gui.figures import text
 from forcelab.gui.figures.figure import Theme
 
+#: Height of an axis' numbers and title, in pixels.
+NUMBER = 10.0
 #: Length of a tick mark, and the distance from its end to its number, in pixels.
 MARK = 4.0
 GAP = 4.0
@@ -60,26 +62,26 @@ class Axis:
         share = (pixel - self.begin) / (self.finish - self.begin)
         return self.start + share * (self.end - self.start)
 
-    def marks(self, size: float, upright: bool) -> tuple[tuple[float, str], ...]:
+    def marks(self, *, upright: bool) -> tuple[tuple[float, str], ...]:
         """Values and their texts: multiples of 1, 2 or 5 times a power of ten that have room.
 
-        Texts are `size` pixels high; along an `upright` axis they need room by height, not width.
+        Along an `upright` axis texts need room by height, not width.
         """
-        marks = self._marks(size, upright, BREATH)
-        return marks if len(marks) > 1 else self._marks(size, upright, TIGHT)
+        marks = self._marks(upright, BREATH)
+        return marks if len(marks) > 1 else self._marks(upright, TIGHT)
 
-    def _marks(self, size: float, upright: bool, breath: float) -> tuple[tuple[float, str], ...]:
-        face = text.font(size)
+    def _marks(self, upright: bool, breath: float) -> tuple[tuple[float, str], ...]:
+        face = text.font(NUMBER)
         room = abs(self.finish - self.begin)
         span = self.end - self.start
         power = math.floor(math.log10(span)) - 3
         while True:
             for step in (10.0**power, 2 * 10.0**power, 5 * 10.0**power):
-                if step / span * room < size + breath:
+                if step / span * room < NUMBER + breath:
                     continue
                 values = ticks(self.start, self.end, step)
                 texts = labels(values, step)
-                needed = size if upright else text.widest(texts, face)
+                needed = NUMBER if upright else text.widest(texts, face)
                 if step > span or step / span * room >= needed + breath:
                     return tuple(zip(values, texts, strict=True))
             power += 1
@@ -98,9 +100,9 @@ class LogAxis:
         share = math.log(value / self.start) / math.log(self.end / self.start)
         return self.begin + share * (self.finish - self.begin)
 
-    def marks(self, size: float, upright: bool) -> tuple[tuple[float, str], ...]:
+    def marks(self, *, upright: bool) -> tuple[tuple[float, str], ...]:
         """Values and their texts: 1, 2 and 5 times powers of ten, or fewer where these crowd."""
-        face = text.font(size)
+        face = text.font(NUMBER)
         low, high = math.floor(math.log10(self.start)), math.ceil(math.log10(self.end))
         exponents = range(low, high + 1)
         for digits, stride in (((1, 2, 5), 1), ((1,), 1), ((1,), 2), ((1,), 5)):
@@ -108,7 +110,7 @@ class LogAxis:
             values = [v for v in values if self.start * 0.999 <= v <= self.end * 1.001]
             texts = [f"{value:g}" for value in values]
             spots = [self.at(value) for value in values]
-            needed = size if upright else text.widest(texts, face)
+            needed = NUMBER if upright else text.widest(texts, face)
             gaps = [abs(b - a) for a, b in pairwise(spots)]
             if min(gaps, default=math.inf) >= needed + BREATH / 2:
                 break
@@ -122,23 +124,22 @@ def draw_bottom(
     title: str,
     theme: Theme,
     *,
-    size: float = 10.0,
     above: bool = False,
 ) -> None:
     """Draw an axis along the bottom edge `y` of a plot, or along its top edge with `above`."""
     sign = -1.0 if above else 1.0
-    marks = axis.marks(size, upright=False)
+    marks = axis.marks(upright=False)
     painter.setPen(QPen(QColor(theme.frame), 1.0))
     painter.drawLine(QLineF(axis.begin, y, axis.finish, y))
     painter.drawLines([QLineF(axis.at(v), y, axis.at(v), y + sign * MARK) for v, _ in marks])
-    face = text.font(size)
-    centre = y + sign * (MARK + GAP + size / 2)
+    face = text.font(NUMBER)
+    centre = y + sign * (MARK + GAP + NUMBER / 2)
     for value, label in marks:
         text.draw_text(
             painter, axis.at(value), centre, label, face=face, ink=QColor(theme.text), align=0.5
         )
     middle = (axis.begin + axis.finish) / 2
-    below = centre + sign * (size + GAP + 2)
+    below = centre + sign * (NUMBER + GAP + 2)
     text.draw_text(painter, middle, below, title, face=face, ink=QColor(theme.muted), align=0.5)
 
 
@@ -149,23 +150,22 @@ def draw_left(
     title: str,
     theme: Theme,
     *,
-    size: float = 10.0,
     numbers: bool = True,
 ) -> None:
     """Draw an axis along the left edge `x` of a plot, with or without its numbers."""
-    marks = axis.marks(size, upright=True)
+    marks = axis.marks(upright=True)
     painter.setPen(QPen(QColor(theme.frame), 1.0))
     painter.drawLine(QLineF(x, axis.begin, x, axis.finish))
     painter.drawLines([QLineF(x, axis.at(v), x - MARK, axis.at(v)) for v, _ in marks])
     if not numbers:
         return
-    face = text.font(size)
+    face = text.font(NUMBER)
     for value, label in marks:
         ink = QColor(theme.text)
         text.draw_text(
             painter, x - MARK - GAP, axis.at(value), label, face=face, ink=ink, align=1.0
         )
-    side = x - MARK - GAP - text.widest((label for _, label in marks), face) - GAP - size / 2
+    side = x - MARK - GAP - text.widest((label for _, label in marks), face) - GAP - NUMBER / 2
     middle = (axis.begin + axis.finish) / 2
     text.draw_text_upwards(
         painter, side, middle, title, face=face, ink=QColor(theme.muted), align=0.5

@@ -98,7 +98,7 @@ class ClusterFigure(Figure):
         rim = 0.06 * (high - low) or 1.0
         up = Axis(low - rim, high + rim, bottom, bottom - PLOT_HEIGHT)
         painter.setPen(QPen(QColor(self.theme.grid), 1.0))
-        levels = [up.at(value) for value, _ in up.marks(10.0, upright=True)]
+        levels = [up.at(value) for value, _ in up.marks(upright=True)]
         painter.drawLines([QLineF(LEFT, y, LEFT + PLOT_WIDTH, y) for y in levels])
         draw_left(painter, up, LEFT, f"force ({self.unit})", self.theme)
         edges = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), len(codes)]

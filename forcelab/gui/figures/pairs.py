@@ -350,5 +350,5 @@ class TimelinePairs(Figure):
     def _paint_grid(self, painter: QPainter, axis: Axis) -> None:
         painter.setPen(QPen(QColor(self.theme.grid), 1.0))
         top, bottom = self._rows_top - 8, self._rows_end
-        marks = axis.marks(10.0, upright=False)
+        marks = axis.marks(upright=False)
         painter.drawLines([QLineF(axis.at(v), top, axis.at(v), bottom) for v, _ in marks])

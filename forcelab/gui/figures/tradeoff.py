@@ -149,9 +149,9 @@ class Tradeoff(Figure):
         reference = text.elided(f"Against {rows[0].reference}.", small, box.width())
         text.draw_text(painter, box.left(), box.top() - 13, reference, face=small, ink=muted)
         painter.setPen(QPen(QColor(self.theme.grid), 1.0))
-        for value, _ in across.marks(10.0, upright=False):
+        for value, _ in across.marks(upright=False):
             painter.drawLine(QLineF(across.at(value), box.top(), across.at(value), box.bottom()))
-        for value, _ in up.marks(10.0, upright=True):
+        for value, _ in up.marks(upright=True):
             painter.drawLine(QLineF(box.left(), up.at(value), box.right(), up.at(value)))
         draw_bottom(painter, across, box.bottom(), self.table.seconds, self.theme)
         first = panel % COLUMNS == 0

@@ -39,7 +39,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import paint_names
+from forcelab.gui.figures.axes import NUMBER, paint_names
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.figure import Figure
 from forcelab.gui.file_dialogs import ask_picture
@@ -50,8 +50,11 @@ pg.setConfigOptions(mouseRateLimit=-1)
 
 #: How opaque a plot is that is disabled.
 FAINT = 0.35
-#: Height of an axis' numbers, in pixels.
-NUMBER = 10.0
+#: Pixels between the pointer and its readout, and around the readout's text.
+READOUT = 12.0
+PADDING = 4.0
+#: Width in pixels of the bar at the left of a view that has the keyboard.
+FOCUS = 2
 
 
 class PlotView(pg.GraphicsView):
@@ -64,6 +67,8 @@ class PlotView(pg.GraphicsView):
     def __init__(self) -> None:
         super().__init__(background=None)
         self._complete = True
+        self._pointer: QPointF | None = None
+        self._has_readout = False
         self.setCentralItem(None)
         self.centralLayout = None
         self.setRenderHint(QPainter.RenderHint.TextAntialiasing)
@@ -72,6 +77,17 @@ class PlotView(pg.GraphicsView):
     def close(self) -> bool:
         """Close as any widget does: pyqtgraph's own leaves no view that could be shown again."""
         return QWidget.close(self)
+
+    def add_box(self, *, zooms: bool = False, inverted: bool = False) -> pg.ViewBox:
+        """A box of a plot; its place is the view's to set.
+
+        Boxes are hidden and used again, never removed: PySide trips over what is left of them.
+        """
+        box = pg.ViewBox(enableMouse=zooms, enableMenu=False, invertY=inverted, defaultPadding=0)
+        box.disableAutoRange()
+        box.borderRect.hide()  # it has no pen, and takes its time all the same
+        self.addItem(box)
+        return box
 
     # Drawing
 
@@ -112,8 +128,16 @@ class PlotView(pg.GraphicsView):
         """Put the plots where they belong in a view of this size."""
 
     def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the plots, and above them what is in no file: readout and focus."""
         with scaled_lines(self.scene(), self.devicePixelRatioF(), 1.0):
             super().paintEvent(event)
+        with QPainter(self.viewport()) as painter:
+            sentence = "" if self._pointer is None else self.readout(self._pointer)
+            self._has_readout = bool(sentence)
+            if self._pointer is not None and sentence:
+                self.paint_readout(painter, self._pointer, sentence)
+            if self.hasFocus():
+                self.paint_focus(painter)
 
     def render(self, painter: QPainter, *area: Any) -> None:
         """Draw into an image or a file."""
@@ -135,6 +159,55 @@ class PlotView(pg.GraphicsView):
 
     def paint_foreground(self, painter: QPainter) -> None:
         """Draw what lies above the plots, in pixels of the view."""
+
+    def paint_focus(self, painter: QPainter) -> None:
+        """Show that the view has the keyboard: by a bar at its left."""
+        painter.fillRect(QRectF(0, 0, FOCUS, self.height()), QColor(colours().accent))
+
+    def paint_readout(self, painter: QPainter, pointer: QPointF, sentence: str) -> None:
+        """Write beside the pointer, at its other side where there is more room."""
+        painter.setFont(text.font(NUMBER))
+        room = QRectF(0, 0, self.width() - 2 * PADDING, self.height())
+        box = painter.boundingRect(room, Qt.TextFlag.TextWordWrap, sentence)
+        box = box.adjusted(0, 0, 2 * PADDING, 2 * PADDING)
+        beside, most = pointer.x() + READOUT, self.width() - box.width()
+        left = beside if beside <= most else pointer.x() - READOUT - box.width()
+        top = min(max(pointer.y() - box.height(), 0.0), self.height() - box.height())
+        box.moveTo(min(max(left, 0.0), most), top)
+        painter.setPen(QColor(colours().frame))
+        painter.setBrush(translucent(colours().panel, 0.92))
+        painter.drawRect(box.adjusted(0.5, 0.5, -0.5, -0.5))
+        painter.setPen(QColor(colours().text))
+        text_box = box.adjusted(PADDING, PADDING, -PADDING, -PADDING)
+        painter.drawText(text_box, Qt.TextFlag.TextWordWrap, sentence)
+
+    # Pointer and keys
+
+    def readout(self, pointer: QPointF) -> str:
+        """What is to be read at a pixel; empty where there is nothing."""
+        return ""
+
+    def point_at(self, pointer: QPointF | None) -> None:
+        """Show what is to be read at a pixel, or nothing."""
+        self._pointer = pointer
+        if self._has_readout or (pointer is not None and self.readout(pointer)):
+            self.update()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        super().leaveEvent(event)
+        self.point_at(None)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Keys are the window's."""
+        event.ignore()
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        super().focusInEvent(event)
+        self.update()
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        super().focusOutEvent(event)
+        self.update()
 
     # Menu
 
@@ -216,6 +289,41 @@ def scaled_lines(scene: QGraphicsScene, width: float, size: float) -> Iterator[N
             pen.setWidthF(before)
         for item in marks if size != 1.0 else ():
             item.setExportMode(False)
+
+
+def plate_box(line: str) -> QRectF:
+    """A box with room for a line of small letters."""
+    return QRectF(0, 0, text.width(line, text.font(NUMBER)) + 3 * PADDING, 16)
+
+
+def draw_plate(
+    painter: QPainter,
+    at: QPointF,
+    line: str,
+    within: QRectF,
+    *,
+    centred: bool = False,
+    quiet: bool = False,
+) -> None:
+    """Write a line on a plate, whose corner or centre is at a point, moved and cut to be `within`.
+
+    It covers what is behind it; through a `quiet` one it shows.
+    """
+    theme, room = colours(), within.adjusted(2, 2, -2, -2)
+    box = plate_box(line)
+    box.setWidth(min(box.width(), room.width()))
+    box.moveTopLeft(at - box.center() if centred else at)
+    box.moveLeft(max(room.left(), min(box.left(), room.right() - box.width())))
+    box.moveTop(max(room.top(), min(box.top(), room.bottom() - box.height())))
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(Qt.PenStyle.NoPen if quiet else QPen(QColor(theme.frame), 1.0))
+    painter.setBrush(translucent(theme.panel, 0.75 if quiet else 0.94))
+    painter.drawRoundedRect(box.adjusted(0.5, 0.5, -0.5, -0.5), 3, 3)
+    face, ink = text.font(NUMBER), QColor(theme.muted if quiet else theme.text)
+    line, left = text.elided(line, face, box.width() - 2 * PADDING), box.left() + 1.5 * PADDING
+    text.draw_text(painter, left, box.center().y(), line, face=face, ink=ink)
+    painter.restore()
 
 
 class ValueAxis(pg.AxisItem):
@@ -311,9 +419,6 @@ class ValueAxis(pg.AxisItem):
 
 #: How strong the lines of a grid are, of 255.
 GRID = 70
-#: Pixels between the pointer and its readout, and around the readout's text.
-READOUT = 12.0
-PADDING = 4.0
 
 
 class Plot(PlotView):
@@ -335,8 +440,7 @@ class Plot(PlotView):
         grid: bool = False,
     ) -> None:
         super().__init__()
-        self.box = pg.ViewBox(enableMouse=zooms, enableMenu=False, defaultPadding=0)
-        self.box.disableAutoRange()
+        self.box = self.add_box(zooms=zooms)
         self.box.sigRangeChangedManually.connect(self._zoomed_by_hand)
         self.left, self.bottom = ValueAxis("left", left or ""), ValueAxis("bottom", bottom or "")
         titled = ((self.left, left), (self.bottom, bottom))
@@ -346,8 +450,6 @@ class Plot(PlotView):
         self.sentence = ""
         #: Named curves with their pens: pyqtgraph's legend crashes when a window is deleted.
         self.legend: list[tuple[str, QPen]] = []
-        self._readout: tuple[QPointF, str] | None = None
-        self.addItem(self.box)
         for axis in (self.left, self.bottom):
             axis.setZValue(-1)
             axis.setStyle(tickLength=4, hideOverlappingLabels=False)
@@ -421,11 +523,9 @@ class Plot(PlotView):
         self.sentence, self.zoomed = sentence, self.zoomed and not sentence
         for item in self._shown:
             item.setVisible(not sentence)
+        if sentence:
+            self._pointer = None
         self.invalidate()
-
-    def readout(self, pointer: QPointF) -> str:
-        """What is to be read at a pixel; empty where there is nothing."""
-        return ""
 
     # Drawing
 
@@ -454,32 +554,10 @@ class Plot(PlotView):
             paint_names(painter, x, y, self.legend, colours())
         super().drawForeground(painter, rect)
 
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the plot, and above it what is in no file: readout and focus."""
-        super().paintEvent(event)
-        with QPainter(self.viewport()) as painter:
-            if self._readout is not None:
-                self.paint_readout(painter, *self._readout)
-            if self.hasFocus():
-                painter.setPen(QPen(QColor(colours().accent), 1.0))
-                painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
-
-    def paint_readout(self, painter: QPainter, pointer: QPointF, sentence: str) -> None:
-        """Write beside the pointer, at its other side where there is more room."""
-        painter.setFont(text.font(NUMBER))
-        room = QRectF(0, 0, self.width() - 2 * PADDING, self.height())
-        box = painter.boundingRect(room, Qt.TextFlag.TextWordWrap, sentence)
-        box = box.adjusted(0, 0, 2 * PADDING, 2 * PADDING)
-        beside, most = pointer.x() + READOUT, self.width() - box.width()
-        left = beside if beside <= most else pointer.x() - READOUT - box.width()
-        top = min(max(pointer.y() - box.height(), 0.0), self.height() - box.height())
-        box.moveTo(min(max(left, 0.0), most), top)
-        painter.setPen(QColor(colours().frame))
-        painter.setBrush(translucent(colours().panel, 0.92))
-        painter.drawRect(box.adjusted(0.5, 0.5, -0.5, -0.5))
-        painter.setPen(QColor(colours().text))
-        text_box = box.adjusted(PADDING, PADDING, -PADDING, -PADDING)
-        painter.drawText(text_box, Qt.TextFlag.TextWordWrap, sentence)
+    def paint_focus(self, painter: QPainter) -> None:
+        painter.setPen(QPen(QColor(colours().accent), 1.0))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
 
     # Pointer and keys
 
@@ -501,29 +579,7 @@ class Plot(PlotView):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         super().mouseMoveEvent(event)
-        self._read(event.position())
-
-    def leaveEvent(self, event: QEvent) -> None:
-        super().leaveEvent(event)
-        self._read(None)
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Keys are the window's."""
-        event.ignore()
-
-    def focusInEvent(self, event: QFocusEvent) -> None:
-        super().focusInEvent(event)
-        self.update()
-
-    def focusOutEvent(self, event: QFocusEvent) -> None:
-        super().focusOutEvent(event)
-        self.update()
-
-    def _read(self, pointer: QPointF | None) -> None:
-        sentence = "" if pointer is None or self.sentence else self.readout(pointer)
-        before, self._readout = self._readout, (pointer, sentence) if pointer and sentence else None
-        if self._readout != before:
-            self.update()
+        self.point_at(None if self.sentence else event.position())
 
     def _zoomed_by_hand(self, *_: object) -> None:
         self.zoomed = True

@@ -10,8 +10,6 @@ import pyqtgraph as pg
 from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import (
     QColor,
-    QFocusEvent,
-    QKeyEvent,
     QMouseEvent,
     QPainter,
     QPen,
@@ -33,8 +31,6 @@ PAN_STEP = 0.1
 LINE = 2.0
 #: Pixels from where to where something is drawn.
 TimeSpan = tuple[float, float]
-#: Width in pixels of the bar at the left of the panel that has the keyboard.
-FOCUS = 2
 
 
 class TimeView(PlotView):
@@ -88,7 +84,7 @@ class TimePanel(TimeView):
     with them (:meth:`paint_overlay`).
     """
 
-    #: How many pixels beside the cursor what follows it is drawn, and whether the gutter, too.
+    #: Pixels on either side of the cursor that change when it moves, and whether the gutter does.
     beside_cursor: float = LINE
     gutter_follows: bool = False
 
@@ -113,16 +109,10 @@ class TimePanel(TimeView):
 
     # Boxes
 
-    def add_box(self, *, inverted: bool = False) -> pg.ViewBox:
-        """A box of a plot on the time axis; its place is the panel's to set.
-
-        Boxes are hidden and used again, never removed: PySide trips over what is left of them.
-        """
-        box = pg.ViewBox(enableMouse=False, enableMenu=False, invertY=inverted, defaultPadding=0)
-        box.disableAutoRange()
-        box.borderRect.hide()  # it has no pen, and takes its time all the same
+    def add_box(self, *, zooms: bool = False, inverted: bool = False) -> pg.ViewBox:
+        """A box of a plot on the time axis; its place is the panel's to set."""
+        box = super().add_box(zooms=zooms, inverted=inverted)
         box.setXRange(self.document.view.start, self.document.view.end, padding=0)
-        self.addItem(box)
         self._boxes.append(box)
         return box
 
@@ -186,8 +176,6 @@ class TimePanel(TimeView):
         painter.setClipRect(plot)
         self._paint_lines(painter, plot)
         painter.restore()
-        if self.hasFocus():
-            painter.fillRect(QRectF(0, 0, FOCUS, self.height()), QColor(colours().accent))
 
     # Qt
 
@@ -233,18 +221,6 @@ class TimePanel(TimeView):
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """The second press is a press."""
         self.mousePressEvent(event)
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Keys are the window's."""
-        event.ignore()
-
-    def focusInEvent(self, event: QFocusEvent) -> None:
-        super().focusInEvent(event)
-        self.update(QRect(0, 0, FOCUS, self.height()))
-
-    def focusOutEvent(self, event: QFocusEvent) -> None:
-        super().focusOutEvent(event)
-        self.update(QRect(0, 0, FOCUS, self.height()))
 
     # Inside
 

@@ -16,12 +16,12 @@ from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from forcelab.demonstration import Channel
 from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.axes import NUMBER, Axis
 from forcelab.gui.figures.colormap import translucent
-from forcelab.gui.kit.plot import NUMBER, ValueAxis
+from forcelab.gui.kit.plot import ValueAxis
 from forcelab.gui.kit.time_panel import TimePanel
 from forcelab.gui.kit.traces import curve_ink
-from forcelab.gui.theme import Colours, colours
+from forcelab.gui.theme import colours
 from forcelab.signals.minmax import Extremes
 
 #: Names such as fx1, Fx_left, force z 2; and such as x_acc.
@@ -177,8 +177,11 @@ class LaneAxis(ValueAxis):
 
     @property
     def tagged(self) -> bool:
-        """Whether the values stand at the cursor: the gutter has no room for them."""
-        return self._lines[0] == 1 and not self._behind_name
+        """Whether the values stand at the cursor: the gutter has no room for them.
+
+        In a lane that is lower than a number they stand nowhere.
+        """
+        return self._lines[0] == 1 and not self._behind_name and self.lane.height > NUMBER
 
     def taken(self) -> list[QRectF]:
         """Where names and values stand."""
@@ -217,8 +220,9 @@ class LaneAxis(ValueAxis):
         size = min(NAME, line)
         small, number = text.font(min(NUMBER, size)), text.font(NUMBER)
         if lane.unit and not alone:
-            wide = text.width(lane.unit, small)
-            yield lane.unit, small, muted, QRectF(right - 6 - wide, 2, wide, NUMBER)
+            unit = text.elided(lane.unit, small, VALUE_WIDTH)
+            wide = text.width(unit, small)
+            yield unit, small, muted, QRectF(right - 6 - wide, 2, wide, NUMBER)
         for i, column in enumerate(lane.channels):
             y = 1 + line / 2 + i * rows * line
             if y + line / 2 > lane.height + 1:
@@ -264,40 +268,38 @@ class LaneAxis(ValueAxis):
         return number_format(values.get(self._names[column]), self.range[1] - self.range[0])
 
 
-def paint_notes(
-    painter: QPainter, plot: QRectF, notes: Sequence[str], theme: Colours, *, at_left: bool
-) -> None:
+def paint_notes(painter: QPainter, plot: QRectF, notes: Sequence[str], *, at_left: bool) -> None:
     """Write notes on the curves into a corner, one below the other."""
     face, y = text.font(10), plot.top() + 9
-    ground = translucent(theme.background, 0.9)
+    ground, ink = translucent(colours().background, 0.9), QColor(colours().muted)
     for note in notes:
         wide = text.width(note, face)
         right = plot.left() + wide + 10 if at_left else plot.right()
         painter.fillRect(QRectF(right - wide - 10, y - 7, wide + 8, 14), ground)
-        text.draw_text(painter, right - 6, y, note, face=face, ink=QColor(theme.muted), align=1.0)
+        text.draw_text(painter, right - 6, y, note, face=face, ink=ink, align=1.0)
         y += 15
 
 
-def paint_borders(painter: QPainter, lanes: Sequence[Lane], plot: QRectF, theme: Colours) -> None:
+def paint_borders(painter: QPainter, lanes: Sequence[Lane], plot: QRectF) -> None:
     """Draw a line between two lanes of a sensor, and a stripe between two sensors."""
-    painter.setPen(QPen(QColor(theme.panel_edge), 1))
+    painter.setPen(QPen(QColor(colours().panel_edge), 1))
     for lane, following in pairwise(lanes):
         y = round(lane.bottom) + 0.5
         painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
         if following.top > lane.bottom:
             box = QRectF(plot.left(), lane.bottom, plot.width(), following.top - lane.bottom)
-            painter.fillRect(box, QColor(theme.panel))
+            painter.fillRect(box, QColor(colours().panel))
 
 
-def paint_groups(painter: QPainter, lanes: Sequence[Lane], theme: Colours) -> None:
+def paint_groups(painter: QPainter, lanes: Sequence[Lane]) -> None:
     """Draw a bracket along the lanes of each sensor, with its name where there is room."""
     face = text.font(NUMBER)
     for group, members in groupby(lanes, key=lambda lane: lane.group):
         strips = list(members)
         top, bottom = strips[0].top + 3, strips[-1].bottom - 3
-        if not group:
+        if not group or bottom - top < NUMBER:
             continue
-        painter.setPen(QPen(QColor(theme.frame), 1.0))
+        painter.setPen(QPen(QColor(colours().frame), 1.0))
         painter.drawLines(
             [
                 QLineF(15.5, top, 15.5, bottom),
@@ -309,12 +311,12 @@ def paint_groups(painter: QPainter, lanes: Sequence[Lane], theme: Colours) -> No
         if text.width(name, face) > bottom - top:
             name = text.elided_name(group, face, bottom - top)
         middle = (top + bottom) / 2
-        ink = QColor(theme.muted)
+        ink = QColor(colours().muted)
         text.draw_text_upwards(painter, 8.0, middle, name, face=face, ink=ink, align=0.5)
 
 
 def paint_gaps(
-    painter: QPainter, panel: TimePanel, gaps: NDArray[np.float64], plot: QRectF, theme: Colours
+    painter: QPainter, panel: TimePanel, gaps: NDArray[np.float64], plot: QRectF
 ) -> None:
     """Hatch the visible gaps, shape (2, g) in seconds; those closer than a pixel become one."""
     document, slope = panel.document, panel.seconds_per_pixel
@@ -329,8 +331,8 @@ def paint_gaps(
     left, right = middle - half, middle + half
     opens = np.flatnonzero(np.append(True, left[1:] > np.maximum.accumulate(right)[:-1] + 1.0))
     ends = np.maximum.accumulate(right)[np.append(opens[1:], len(left)) - 1]
-    hatch = QBrush(QColor(theme.frame), Qt.BrushStyle.BDiagPattern)
-    wash = QColor(theme.panel)
+    hatch = QBrush(QColor(colours().frame), Qt.BrushStyle.BDiagPattern)
+    wash = QColor(colours().panel)
     for a, b in zip(left[opens].tolist(), ends.tolist(), strict=True):
         box = QRectF(a, plot.top(), b - a, plot.height())
         painter.fillRect(box, wash)

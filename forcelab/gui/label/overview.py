@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt, QTimer
+from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, QSize, Qt, QTimer
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPen
 from PySide6.QtWidgets import QApplication, QSizePolicy
 
@@ -44,10 +43,7 @@ class WholeTrace(Trace):
     opaque = 0.75
 
     def __init__(self, overview: Overview, column: int) -> None:
-        box = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)
-        box.disableAutoRange()
-        overview.addItem(box)
-        super().__init__(box, column)
+        super().__init__(overview.add_box(), column)
         self._source = overview.source
 
     @property
@@ -89,8 +85,9 @@ class Overview(TimeView):
         for painted in (document.tracks_changed, document.vocabulary_changed):
             painted.connect(self._track_timer.start)
         document.view.span_changed.connect(self._repaint)
-        document.view.cursor_moved.connect(self._repaint)
+        document.view.cursor_moved.connect(self._cursor_moved)
         self.scene().sigPrepareForPaint.connect(self._fit)
+        self._cursor = 0.0  # where it was drawn, in pixels
         self._handle: Handle | None = None
         self._press = QPointF()
         self._span = (0.0, 1.0)
@@ -193,11 +190,17 @@ class Overview(TimeView):
             wash = translucent(theme.range, 0.25)
             left, right = (self.axis.at(time) for time in self._band)
             painter.fillRect(QRectF(left, 0, right - left, HEIGHT), wash)
-        self.paint_cursor(painter, self.axis.at(self.document.view.cursor))
+        self._cursor = self.axis.at(self.document.view.cursor)
+        self.paint_cursor(painter, self._cursor)
 
     def _repaint(self, *_: object) -> None:
         if self.isVisible():
             self.update()
+
+    def _cursor_moved(self, time: float) -> None:
+        """Draw again where the cursor was and is."""
+        for x in (self._cursor, self.axis.at(time)) if self.isVisible() else ():
+            self.update(QRect(round(x) - 2, 0, 5, HEIGHT))
 
     def time_at(self, x: float) -> float:
         """The time in seconds of a pixel, within the demonstration."""

@@ -10,7 +10,8 @@ from PySide6.QtWidgets import QSizePolicy
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
-from forcelab.gui.kit.plot import NUMBER, ValueAxis
+from forcelab.gui.figures.axes import NUMBER
+from forcelab.gui.kit.plot import ValueAxis
 from forcelab.gui.kit.time_panel import TimePanel
 from forcelab.gui.theme import colours
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QObject, QPointF, QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QAction,
     QActionGroup,
@@ -30,6 +30,7 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES, signed
 from forcelab.gui.jobs import Job, Jobs
+from forcelab.gui.kit.plot import draw_plate
 from forcelab.gui.label.scalogram_painting import (
     FOURIER_FACTOR,
     LARGEST,
@@ -37,12 +38,10 @@ from forcelab.gui.label.scalogram_painting import (
     SMALLEST,
     ConeAndMarks,
     FrequencyAxis,
-    Rows,
     ScalogramLayers,
     amount_text,
     colour_range,
     draw_bar,
-    draw_plate,
 )
 from forcelab.gui.label.segment_panel import SignalPanel
 from forcelab.gui.layout import set_enabled_with_reason
@@ -243,17 +242,17 @@ class ScalogramLoader(QObject):
 SPIKE = 0.5
 
 
-def readout_value(picture: Scalogram, rows: Rows, time: float, y: float) -> str:
-    """The value at a time and a height, such as ``12.3 Hz at 4.250 s: |W| = 0.42``.
+def readout_value(picture: Scalogram, rate: float, time: float, share: float) -> str:
+    """The value at a time and a share of the height, such as ``12.3 Hz at 4.250 s: |W| = 0.42``.
 
     The transform's own measure, without the channel's unit: a tone of 1 N has more the wider the
     wavelet is.
     """
-    scale = rows.scale(y)
+    hertz = rate / (FOURIER_FACTOR * SMALLEST * (LARGEST / SMALLEST) ** share)
     k, c = picture.values.shape
-    row = math.floor(math.log(scale / rows.smallest) / math.log(rows.largest / rows.smallest) * k)
+    row = math.floor(share * k)
     column = math.floor((time - picture.start) / (picture.end - picture.start) * c)
-    where = f"{rows.hertz(scale):.3g} Hz at {time:.3f} s"
+    where = f"{hertz:.3g} Hz at {time:.3f} s"
     if not (0 <= row < k and 0 <= column < c) or not np.isfinite(picture.values[row, column]):
         return where
     value = float(picture.values[row, column])
@@ -332,7 +331,6 @@ class ScalogramPanel(SignalPanel):
         self._frequencies.setWidth(self.GUTTER)
         self._frequencies.linkToView(self._box)
         self.addItem(self._frequencies)
-        self._pointer: QPointF | None = None
         self._trouble = self._note = ""  # what went wrong, and what was approximated
         self._request_due = False  # a picture that was not asked for while the window was minimised
         self._loader = ScalogramLoader(jobs, self._request, self)
@@ -402,13 +400,7 @@ class ScalogramPanel(SignalPanel):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         super().mouseMoveEvent(event)
-        self._pointer = event.position()
-        self.update()
-
-    def leaveEvent(self, event: QEvent) -> None:
-        super().leaveEvent(event)
-        self._pointer = None
-        self.update()
+        self.point_at(event.position())
 
     # Drawing
 
@@ -428,9 +420,9 @@ class ScalogramPanel(SignalPanel):
             item.setVisible(is_open)
         if is_open:
             self._layers.set_smooth(self.settled)
-            self._cone.bounds, self._cone.rate = self.document.view.bounds, self._rows.rate
+            self._cone.bounds, self._cone.rate = self.document.view.bounds, self._rate
             self._cone.update()
-            self._frequencies.set_rate(self._rows.rate)
+            self._frequencies.set_rate(self._rate)
         super().invalidate()
 
     def paint_content(self, painter: QPainter, plot: QRectF) -> None:
@@ -442,37 +434,32 @@ class ScalogramPanel(SignalPanel):
         bar = QRectF(4.5, BUTTON + 10.5, 6, box.bottom() - BUTTON - 18)
         ends = self._ends()
         if bar.height() >= 40 and ends is not None:
-            draw_bar(painter, bar, ends, self._phase, colours())
+            draw_bar(painter, bar, ends, phase=self._phase)
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         """Show the value under the pointer, and what was approximated or went wrong."""
         self.paint_segments(painter, plot)
         if self._trouble:
-            draw_plate(painter, plot.topLeft(), self._trouble, colours(), plot)
+            draw_plate(painter, plot.topLeft(), self._trouble, plot)
             return
         if self._note:
-            draw_plate(painter, plot.topRight(), self._note, colours(), plot, quiet=True)
-        if self._pointer is not None and plot.contains(self._pointer):
-            line = self.value_at(self._pointer.x(), self._pointer.y())
-            if line:
-                draw_plate(painter, self._pointer + QPointF(12, 14), line, colours(), plot)
+            draw_plate(painter, plot.topRight(), self._note, plot, quiet=True)
 
-    def value_at(self, x: float, y: float) -> str:
-        """The value at a point of the panel, such as ``12.3 Hz at 4.250 s: 0.42 N``."""
-        if self.picture is None:
+    def readout(self, pointer: QPointF) -> str:
+        """The value at a pixel, such as ``12.3 Hz at 4.250 s: |W| = 0.42``."""
+        if self.picture is None or self._trouble or not self.plot.contains(pointer):
             return ""
-        return readout_value(self.picture, self._rows, self.time_at(x), y)
+        share = (pointer.y() - self.plot.top() - 1) / (self.plot.height() - 2)
+        return readout_value(self.picture, self._rate, self.time_at(pointer.x()), share)
 
     # Computing
 
     @property
-    def _rows(self) -> Rows:
-        """The vertical axis, while there is a demonstration."""
+    def _rate(self) -> float:
+        """Samples a second, while there is a demonstration."""
         demonstration, view = self.document.demonstration, self._loader.view
         assert demonstration is not None
-        rate = view.reader.rate if view is not None else 1.0 / demonstration.period
-        top, bottom = self.plot.top() + 1, self.plot.bottom() - 1
-        return Rows(top, bottom, SMALLEST, LARGEST, FOURIER_FACTOR, rate)
+        return view.reader.rate if view is not None else 1.0 / demonstration.period
 
     def _demonstration_changed(self) -> None:
         """Keep the channel where the new demonstration has it, too."""

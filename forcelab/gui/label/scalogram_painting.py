@@ -15,7 +15,6 @@ Wavelet and marks are those of preset ``paper``, written out: to load the wavele
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -26,9 +25,10 @@ from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPen, QPolygonF
 
 from forcelab.gui.figures import text
+from forcelab.gui.figures.axes import NUMBER
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.kit.plot import BoxItem, ValueAxis
-from forcelab.gui.theme import Colours, colours
+from forcelab.gui.theme import colours
 from forcelab.signals.wavelets import cone_of_influence
 
 if TYPE_CHECKING:
@@ -136,39 +136,6 @@ SMALLEST = 2.0
 LARGEST = 2.0 * MARKED[-1]
 
 
-#: Height of small numbers in pixels.
-SMALL = 10.0
-
-
-@dataclass(frozen=True, slots=True)
-class Rows:
-    """The vertical axis: logarithms of scales (samples), the smallest on top, in pixels.
-
-    `factor` is the wavelet's period over its scale, `rate` the samples a second.
-    """
-
-    top: float
-    bottom: float
-    smallest: float
-    largest: float
-    factor: float
-    rate: float
-
-    def y(self, scale: float) -> float:
-        """The pixel of a scale."""
-        share = math.log(scale / self.smallest) / math.log(self.largest / self.smallest)
-        return self.top + share * (self.bottom - self.top)
-
-    def hertz(self, scale: float) -> float:
-        """The frequency at which a scale's response is largest."""
-        return self.rate / (self.factor * scale)
-
-    def scale(self, y: float) -> float:
-        """The scale at a pixel."""
-        share = (y - self.top) / (self.bottom - self.top)
-        return float(self.smallest * (self.largest / self.smallest) ** share)
-
-
 class ConeAndMarks(BoxItem):
     """The hatched cone of influence over a picture, and marks at the scales that are recognised.
 
@@ -264,49 +231,18 @@ def amount_text(value: float) -> str:
     return f"{value:.{digits}f}".rstrip("0").rstrip(".") if digits else f"{value:.0f}"
 
 
-def draw_bar(
-    painter: QPainter, box: QRectF, ends: tuple[str, str], phase: bool, colours: Colours
-) -> None:
+def draw_bar(painter: QPainter, box: QRectF, ends: tuple[str, str], *, phase: bool = False) -> None:
     """The legend: all colours in a bar, the least and the largest value beside its ends."""
-    table = phase_colours(colours.dark) if phase else magnitude_colours(colours.dark)
+    theme = colours()
+    table = phase_colours(theme.dark) if phase else magnitude_colours(theme.dark)
     kind = QImage.Format.Format_RGB888
     painter.drawImage(box, QImage(table[::-1].tobytes(), 1, len(table), 3, kind))
-    painter.setPen(QPen(QColor(colours.frame), 1.0))
+    painter.setPen(QPen(QColor(theme.frame), 1.0))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.drawRect(box)
-    face, ink = text.font(SMALL), QColor(colours.muted)
-    for label, y in zip(ends, (box.bottom() - SMALL / 2, box.top() + SMALL / 2), strict=True):
+    face, ink, half = text.font(NUMBER), QColor(theme.muted), NUMBER / 2
+    for label, y in zip(ends, (box.bottom() - half, box.top() + half), strict=True):
         text.draw_text(painter, box.right() + 4, y, label, face=face, ink=ink)
-
-
-def draw_plate(
-    painter: QPainter,
-    corner: QPointF,
-    line: str,
-    colours: Colours,
-    area: QRectF,
-    *,
-    quiet: bool = False,
-) -> None:
-    """Write a line on a plate that covers what is behind it, kept inside `area`.
-
-    A `quiet` one is smaller, and the picture shows through.
-    """
-    face = text.font(SMALL if quiet else 11.0)
-    line = text.elided(line, face, max(area.width() - 16, 1.0))
-    box = QRectF(0, 0, text.width(line, face) + 12, 16 if quiet else 20)
-    box.moveTopLeft(corner)
-    box.moveLeft(max(area.left() + 2, min(box.left(), area.right() - box.width() - 2)))
-    box.moveTop(max(area.top() + 2, min(box.top(), area.bottom() - box.height() - 2)))
-    ground = translucent(colours.panel, 0.75 if quiet else 0.94)
-    painter.save()
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    painter.setPen(Qt.PenStyle.NoPen if quiet else QPen(QColor(colours.panel_edge), 1.0))
-    painter.setBrush(ground)
-    painter.drawRoundedRect(box, 3, 3)
-    ink = QColor(colours.muted if quiet else colours.text)
-    text.draw_text(painter, box.left() + 6, box.center().y(), line, face=face, ink=ink)
-    painter.restore()
 
 
 def colour_range(picture: Scalogram, steady: bool) -> tuple[float, float]:

@@ -372,7 +372,6 @@ class ForcePanel(SignalPanel):
                 box = self._traces[column].box
                 box.setGeometry(QRectF(plot.left(), lane.top, plot.width(), lane.height))
                 box.show()
-            axis.linkToView(self._traces[lane.channels[0]].box)
             axis.show_lane(lane, source.channels)
         self._strips = strips
         self.axes, self._fitted = (), None
@@ -395,11 +394,13 @@ class ForcePanel(SignalPanel):
         columns, extremes = self._columns()
         self._notes = self._notes_on(columns)
         names, axes = self.source.names, []
-        for lane in self._strips:
+        for lane, lane_axis in zip(self._strips, self._lane_axes, strict=False):
             axis = axis_of(lane, self._span([names[i] for i in lane.channels], extremes))
+            ends = axis.value(lane.bottom), axis.value(lane.top)
+            if tuple(lane_axis.range) != ends:  # or it would draw its numbers again
+                lane_axis.setRange(*ends)
             for column in lane.channels:
-                box = self._traces[column].box
-                box.setYRange(axis.value(lane.bottom), axis.value(lane.top), padding=0)
+                self._traces[column].box.setYRange(*ends, padding=0)
             axes.append((lane, axis))
         if self.axes != tuple(axes):
             self.axes = tuple(axes)
@@ -414,7 +415,7 @@ class ForcePanel(SignalPanel):
             return
         theme = colours()
         self.paint_segments(painter, plot)
-        paint_gaps(painter, self, self.source.gaps, plot, theme)
+        paint_gaps(painter, self, self.source.gaps, plot)
         for (_, axis), lane_axis in zip(self.axes, self._lane_axes, strict=False):
             painter.setPen(QPen(QColor(theme.grid), 1))
             for value in lane_axis.numbers():
@@ -424,17 +425,17 @@ class ForcePanel(SignalPanel):
                 painter.setPen(QPen(QColor(theme.frame), 1, Qt.PenStyle.DotLine))
                 y = round(axis.at(0.0)) + 0.5
                 painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
-        paint_borders(painter, [lane for lane, _ in self.axes], plot, theme)
+        paint_borders(painter, [lane for lane, _ in self.axes], plot)
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
         painter.fillRect(box, QColor(colours().panel))
-        paint_groups(painter, [lane for lane, _ in self.axes], colours())
+        paint_groups(painter, [lane for lane, _ in self.axes])
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         if not self.axes:
             return
         self._noted_left = self._notes_left
-        paint_notes(painter, plot, self._notes, colours(), at_left=self._noted_left)
+        paint_notes(painter, plot, self._notes, at_left=self._noted_left)
         x = self.x_at(self.document.view.cursor)
         for axis in self._lane_axes[: len(self._strips)]:
             if axis.tagged and plot.left() <= x <= plot.right():

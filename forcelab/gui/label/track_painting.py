@@ -21,8 +21,9 @@ from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.figure import Theme
 from forcelab.gui.figures.tracks import LabelStyle, action_style, paint_track, plate
+from forcelab.gui.kit.plot import plate_box
 from forcelab.gui.label.track_spans import track_spans
-from forcelab.gui.theme import Colours
+from forcelab.gui.theme import Colours, colours
 from forcelab.labels import Segments
 from forcelab.project import Origin
 from forcelab.vocabulary import Vocabulary
@@ -241,10 +242,10 @@ def _strip(columns: NDArray[np.int64], palette: NDArray[np.uint32]) -> QImage:
     return image.copy()  # of its own: the array's memory goes
 
 
-def outline(painter: QPainter, bar: QRectF, theme: Colours) -> None:
+def outline(painter: QPainter, bar: QRectF) -> None:
     """Draw a frame that is seen on every action's colour: accent outside, white inside."""
     painter.setBrush(Qt.BrushStyle.NoBrush)
-    for inset, colour, thickness in ((0.0, theme.accent, 2.0), (2.0, "#ffffff", 1.0)):
+    for inset, colour, thickness in ((0.0, colours().accent, 2.0), (2.0, "#ffffff", 1.0)):
         shrunk = inset + thickness / 2
         if bar.width() < 2 * shrunk + 1 and inset:
             continue
@@ -254,16 +255,12 @@ def outline(painter: QPainter, bar: QRectF, theme: Colours) -> None:
         painter.drawRect(bar.adjusted(shrunk, shrunk, -shrunk, -shrunk))
 
 
-def _plate_box(label: str) -> QRectF:
-    return QRectF(0, 0, text.width(label, text.font(10)) + 10, 16)
-
-
 def plate_beside(bar: QRectF, label: str, pointer: float, within: QRectF) -> QPointF:
-    """The middle of a plate about a dragged bar that covers neither it nor the pointer (pixels).
+    """The middle of a label's plate that covers neither a dragged bar nor the pointer (pixels).
 
     Where the bar leaves no room `within`, the plate lies at the end farther from the pointer.
     """
-    wide, y = _plate_box(label).width(), bar.center().y()
+    wide, y = plate_box(label).width(), bar.center().y()
     before = min(bar.left() - PLATE_DISTANCE, pointer - PLATE_DISTANCE) - wide / 2
     behind = max(bar.right() + PLATE_DISTANCE, pointer + ARROW) + wide / 2
     fits_before = before - wide / 2 >= within.left()
@@ -275,21 +272,6 @@ def plate_beside(bar: QRectF, label: str, pointer: float, within: QRectF) -> QPo
         return QPointF(behind, y)
     ends = within.left() + wide / 2, within.right() - wide / 2
     return QPointF(max(ends, key=lambda x: abs(x - pointer)), y)
-
-
-def draw_plate(painter: QPainter, at: QPointF, label: str, theme: Colours, within: QRectF) -> None:
-    """Write a label on a small plate centred on a point, kept within a box."""
-    face = text.font(10)
-    room = _plate_box(label)
-    room.moveCenter(at)
-    room.moveLeft(max(min(room.left(), within.right() - room.width()), within.left()))
-    painter.setPen(QPen(QColor(theme.frame), 1))
-    painter.setBrush(QColor(theme.background))
-    painter.drawRoundedRect(room.adjusted(0.5, 0.5, -0.5, -0.5), 3, 3)
-    middle = room.center()
-    text.draw_text(
-        painter, middle.x(), middle.y(), label, face=face, ink=QColor(theme.text), align=0.5
-    )
 
 
 #: Heights in pixels: of the coder's row at least and at most, of another author's row, of the

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import QMenu, QSizePolicy, QToolTip
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.colormap import translucent
+from forcelab.gui.kit.plot import draw_plate
 from forcelab.gui.label.key_labelling import pending
 from forcelab.gui.label.segment_commands import zoom_to
 from forcelab.gui.label.segment_panel import FREE, SegmentPanel
@@ -38,7 +39,6 @@ from forcelab.gui.label.track_painting import (
     OWN_NAME,
     Row,
     RowLayout,
-    draw_plate,
     origin_text,
     outline,
     paint_row,
@@ -80,6 +80,7 @@ class TrackPanel(SegmentPanel):
         self._layout = RowLayout(document)
         # Other authors' rows stay the same while the coder paints: their pictures are reused.
         self._pictures: dict[str, tuple[tuple[object, ...], QPixmap]] = {}
+        self._plated = False  # whether something is written beside a mark
         #: The menu that was opened last.
         self.menu: QMenu | None = None
         for signal in (document.tracks_changed, document.demonstration_changed):
@@ -192,7 +193,7 @@ class TrackPanel(SegmentPanel):
             kind = document.view.hint.kind
             # Beside the line, which is drawn over everything.
             x = self.x_at(document.view.hint.time) + text.width(kind, text.font(10)) / 2 + 8
-            draw_plate(painter, QPointF(x, own_row.box.bottom() - 10), kind, colours(), plot)
+            draw_plate(painter, QPointF(x, own_row.box.bottom() - 10), kind, plot, centred=True)
 
     def _paint_row(self, painter: QPainter, row: Row, segments: Segments) -> None:
         document = self.document
@@ -229,7 +230,7 @@ class TrackPanel(SegmentPanel):
         selected = self.document.selected
         if selected is not None and selected < len(own_row.segments):
             segment = own_row.segments[selected]
-            outline(painter, self._bar(own_row.box, segment.start, segment.end), colours())
+            outline(painter, self._bar(own_row.box, segment.start, segment.end))
 
     def _paint_drag(self, painter: QPainter, own_row: Row, drag: Drag) -> None:
         """Draw what a drag would make of the track, and how long that is."""
@@ -240,10 +241,10 @@ class TrackPanel(SegmentPanel):
             self._paint_row(painter, own_row, after)
         if end > start:
             bar = self._bar(own_row.box, start, end)
-            outline(painter, bar, colours())
-            label = f"{gesture.action} {start:.3f}–{end:.3f} s   {end - start:.3f} s".lstrip()
+            outline(painter, bar)
+            label = f"{gesture.action} {start:.3f}–{end:.3f} s ({end - start:.3f} s)".lstrip()
             at = plate_beside(bar, label, drag.pointer, own_row.box)
-            draw_plate(painter, at, label, colours(), own_row.box)
+            draw_plate(painter, at, label, own_row.box, centred=True)
 
     def _paint_stroke(self, painter: QPainter, own_row: Row) -> None:
         """Draw what a key has begun, up to the cursor."""
@@ -257,17 +258,17 @@ class TrackPanel(SegmentPanel):
         painter.setClipRect(bar, Qt.ClipOperation.IntersectClip)
         self._paint_row(painter, own_row, (Segment(start, end, stroke.action),))
         painter.restore()
-        outline(painter, bar, colours())
+        outline(painter, bar)
 
     def _paint_pending(self, painter: QPainter, own_row: Row) -> None:
         """Say in the row what was begun and how it is ended."""
         if (begun := pending(self.document)) is None:
             return
         face, within = text.font(10), self.plot
-        room = within.width() - text.width(begun.how, face) - 14
+        room = within.width() - text.width(begun.how, face) - 18
         label = text.elided_name(begun.what, face, room) + begun.how
         x = self.x_at(begun.start) + text.width(label, face) / 2 + 12
-        draw_plate(painter, QPointF(x, own_row.box.bottom() - 10), label, colours(), within)
+        draw_plate(painter, QPointF(x, own_row.box.bottom() - 10), label, within, centred=True)
 
     def _paint_invitation(self, painter: QPainter, box: QRectF) -> None:
         """Say how to begin, in a row that is empty."""
@@ -411,8 +412,15 @@ class TrackPanel(SegmentPanel):
     # The document
 
     def _marks_moved(self, *_: object) -> None:
-        """Draw all rows anew: a plate beside a mark is as wide as its text."""
-        self.update()
+        """Draw all rows anew while there is a mark with a plate, which is as wide as its text."""
+        document, before = self.document, self._plated
+        waiting = document.view.range_start is not None
+        hinted = document.view.hint is not None
+        self._plated = waiting or hinted or document.stroke is not None
+        if before or self._plated:
+            self.update()
+        else:
+            super()._marks_moved()
 
     def _tracks_changed(self) -> None:
         """Draw anew, with room for every row."""

@@ -40,6 +40,7 @@ from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.preferences import REACTION_TIME
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours, themes
+from forcelab.gui.widgets import ElidedLabel
 from forcelab.segment_edits import SLIVER
 
 #: The time of the last edit is looked up when nothing was painted for so many ms.
@@ -212,28 +213,6 @@ class FrameCounter(QWidget):
             painter.drawText(self.rect(), middle, self._text)
 
 
-class Readout(QLabel):
-    """A text that is cut where it has no room, and claims none."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._text = ""
-        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-
-    def say(self, text: str) -> None:
-        self._text = text
-        self.setToolTip(text)
-        self._cut()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._cut()
-
-    def _cut(self) -> None:
-        end = Qt.TextElideMode.ElideRight
-        self.setText(self.fontMetrics().elidedText(self._text, end, self.width()))
-
-
 def _seconds(typed: str) -> float:
     """Seconds from ``12.5``, ``12.5 s``, ``1:05.2`` or ``1:00:05``."""
     total = 0.0
@@ -274,7 +253,8 @@ class Transport(QWidget):
         self.time = TimeEdit(document)
         self.length = QLabel()
         self.frame = FrameCounter()
-        self.range = Readout()
+        self.range = ElidedLabel()
+        self.range.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.range.setAccessibleName("Marked range")
         self.reaction = QSpinBox()
         self.saved = SavedIndicator(document)
@@ -456,7 +436,7 @@ class Transport(QWidget):
             text = ""
         if (begun := pending(document)) is not None:
             text = begun.what + begun.how
-        self.range.say(text)
+        self.range.set_text(text)
 
     def _show_playing(self) -> None:
         """Show whether and how fast the demonstration plays."""

@@ -5,13 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Qt, Signal
-from PySide6.QtGui import QImage, QPaintEvent, QResizeEvent, QShowEvent
+from PySide6.QtGui import QImage, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QDockWidget,
-    QStyle,
-    QStyleOptionComboBox,
-    QStylePainter,
     QWidget,
 )
 
@@ -21,11 +18,9 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES, signed
 from forcelab.gui.label.picture_view import PictureView
 from forcelab.gui.label.video_frames import STOP_TIMEOUT, VideoFrames
+from forcelab.gui.widgets import ElidedComboBox
 from forcelab.project.media import Camera, name_video
 from forcelab.video.index import last_at
-
-#: Pixels beside a name in its field.
-PADDING = 4
 
 
 class CameraSelection(QObject):
@@ -85,8 +80,10 @@ class CameraSelection(QObject):
             self.changed.emit()
 
 
-class CameraChoice(QComboBox):
+class CameraChoice(ElidedComboBox):
     """Chooses the camera; hidden unless there are several."""
+
+    elide_mode = NAMES
 
     def __init__(self, cameras: CameraSelection, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -94,6 +91,7 @@ class CameraChoice(QComboBox):
         self.setAccessibleName("Camera")
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # a click leaves the keyboard where it is
         self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+        self.setMinimumContentsLength(0)
         self.activated.connect(cameras.show)
         cameras.changed.connect(self._fill)
         self._fill()
@@ -110,17 +108,6 @@ class CameraChoice(QComboBox):
         popup = self.view().window()
         popup.setFixedWidth(self.width())
         popup.move(self.mapToGlobal(self.rect().topLeft()).x(), popup.y())
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw it with as much of the name as fits."""
-        painter, option = QStylePainter(self), QStyleOptionComboBox()
-        self.initStyleOption(option)
-        field = QStyle.SubControl.SC_ComboBoxEditField
-        kind = QStyle.ComplexControl.CC_ComboBox
-        room = self.style().subControlRect(kind, option, field, self).width() - PADDING
-        option.currentText = self.fontMetrics().elidedText(self.currentText(), NAMES, room)
-        painter.drawComplexControl(kind, option)
-        painter.drawControl(QStyle.ControlElement.CE_ComboBoxLabel, option)
 
     def _fill(self) -> None:
         self.clear()

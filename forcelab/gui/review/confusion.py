@@ -16,7 +16,6 @@ from PySide6.QtGui import (
     QKeyEvent,
     QMouseEvent,
     QPainter,
-    QPaintEvent,
     QPalette,
     QPen,
     QResizeEvent,
@@ -286,11 +285,6 @@ class MatrixCanvas(PlotView):
         super().focusInEvent(event)
         if self.figure is not None and self._hovered is None:
             self.pointed.emit(self.focus)
-        self.update()
-
-    def focusOutEvent(self, event: QFocusEvent) -> None:
-        super().focusOutEvent(event)
-        self.update()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         event.ignore()  # what it lies in scrolls
@@ -299,18 +293,16 @@ class MatrixCanvas(PlotView):
         if self.figure is not None:
             self.figure.draw(painter)
 
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the figure, and the frames of cells over it."""
-        super().paintEvent(event)
-        if self.figure is None:
-            return
-        with QPainter(self.viewport()) as painter:
-            if self._hovered is not None:
-                self._frame(painter, self.figure.box(*self._hovered), 1.0)
-            if self.chosen is not None:
-                self._frame(painter, self.figure.box(*self.chosen), 2.0)
-            if self.hasFocus():
-                self._frame(painter, self.figure.box(*self.focus), 2.0, dashed=True)
+    def paint_foreground(self, painter: QPainter) -> None:
+        """Draw frames around the cells that are pointed at and chosen."""
+        if self.figure is not None and self._hovered is not None:
+            self._frame(painter, self.figure.box(*self._hovered), 1.0)
+        if self.figure is not None and self.chosen is not None:
+            self._frame(painter, self.figure.box(*self.chosen), 2.0)
+
+    def paint_focus(self, painter: QPainter) -> None:
+        if self.figure is not None:
+            self._frame(painter, self.figure.box(*self.focus), 2.0, dashed=True)
 
     # Inside
 

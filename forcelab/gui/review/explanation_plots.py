@@ -330,9 +330,7 @@ class BandMap(Plot):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.why: Explanation | None = None
         self.box.invertY()
-        self._bars = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)
-        self._bars.disableAutoRange()
-        self.addItem(self._bars)
+        self._bars = self.add_box()
 
     def set_why(self, why: Explanation | None) -> None:
         self.why = why
@@ -366,13 +364,13 @@ class BandMap(Plot):
     def cell(self, channel: int, scale: int) -> QRectF:
         return QRectF(self.spot(channel, scale), self.spot(channel + 1, scale + 1))
 
-    def band_text(self, where: QPointF) -> str:
-        """The sentence of the band at a point; empty where there is none."""
-        if self.why is None or not self.area.contains(where):
+    def readout(self, pointer: QPointF) -> str:
+        """The sentence of the band at a pixel."""
+        if self.why is None or not self.area.contains(pointer):
             return ""
         from forcelab.review.explanation import Band
 
-        attribution, at = self.why.attribution, self.value_at(where)
+        attribution, at = self.why.attribution, self.value_at(pointer)
         i, j = (
             min(int(at.x()), len(self.why.channels) - 1),
             min(int(at.y()), len(self.why.hertz) - 1),
@@ -380,9 +378,6 @@ class BandMap(Plot):
         weight, error = float(attribution.bands[i, j]), float(attribution.bands_error[i, j])
         band = Band(self.why.channels[i], float(self.why.hertz[j]), weight, error)
         return band_sentence(band, self.why)
-
-    def readout(self, pointer: QPointF) -> str:
-        return self.band_text(pointer)
 
     # Drawing
 

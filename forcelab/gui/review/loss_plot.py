@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.kit.plot import Plot
-from forcelab.gui.layout import muted_label, set_tone
+from forcelab.gui.layout import muted_label, toned_label
 from forcelab.gui.review.reviewed_run import visible_run
 from forcelab.gui.review.trainer import Trainer
 from forcelab.gui.theme import colours
@@ -140,7 +140,7 @@ class LossView(QWidget):
         self.document, self.trainer = document, trainer
         self.setAccessibleName("Training")
         self.curves = LossCurves(trainer)
-        self.times, self.remarks = muted_label(), set_tone("warning")
+        self.times, self.remarks = muted_label(), toned_label("warning")
         for label in (self.times, self.remarks):
             label.setContentsMargins(8, 0, 8, 2)
             label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)

@@ -347,7 +347,7 @@ def paint_row(
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     if not layout.stretched:
         painter.setPen(QPen(QColor(theme.grid), 1.0))
-        spots = [axis.at(value) for value, _ in axis.marks(10.0, upright=False)]
+        spots = [axis.at(value) for value, _ in axis.marks(upright=False)]
         painter.drawLines([QLineF(x, 0, x, box.height()) for x in spots])
     on_track = replace(theme, text=theme.on_unlabelled)
     pair = _thinned_pair(entry.pair, axis, ratio)
@@ -419,7 +419,7 @@ def paint_examined(
     spare = max(8.0 - (right - left), 0.0) / 2 + 2
     top = boxes.human.top()
     frame = QRectF(left, top, right - left, boxes.predicted.bottom() - top)
-    outline(painter, frame.adjusted(-spare, -3, spare, 3), colours())
+    outline(painter, frame.adjusted(-spare, -3, spare, 3))
 
 
 def paint_focus(painter: QPainter, layout: PairsLayout, row: int, mark: Interval | None) -> None:

@@ -24,15 +24,12 @@ from forcelab.gui.item_views import Index, TableColumn, TableRow, TextModel, Tex
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.track_spans import track_spans
 from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, set_enabled_with_reason
+from forcelab.gui.obstacles import obstacle_to_accept, obstacle_to_accept_all
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours
 from forcelab.review.active_learning import Proposal, acceptable_segments, rank_proposals
 from forcelab.review.run_result import RunResult
-from forcelab.segment_edits import overlapping
-
-#: A stretch that is too short to hold anything but what lies at its start, in seconds.
-INSTANT = 1e-6
 
 
 class AcceptButtons(QWidget):
@@ -134,31 +131,21 @@ class AcceptButtons(QWidget):
             self.document.show_message(text)
         return accepted
 
-    def _is_predicted(self, start: float, end: float) -> bool:
-        predicted = self.document.review.prediction  # asked at each step of playback: not all of it
-        found = overlapping(predicted, start, end)
-        return found.start < found.stop
-
-    def _follow_cursor(self, cursor: float) -> None:
+    def _follow_cursor(self) -> None:
         if self.isVisible():
-            predicted = self._is_predicted(cursor, cursor + INSTANT)
-            set_enabled_with_reason(
-                self.here, "" if predicted else "Nothing is predicted at the cursor."
-            )
+            set_enabled_with_reason(self.here, obstacle_to_accept(self.document))
 
-    def _follow_span(self, start: float, end: float) -> None:
+    def _follow_span(self) -> None:
         if self.isVisible():
-            predicted = self._is_predicted(start, end)
-            reason = "" if predicted else "Nothing is predicted in view."
-            set_enabled_with_reason(self.in_view, reason)
+            set_enabled_with_reason(self.in_view, obstacle_to_accept_all(self.document))
 
     def _follow(self, *_: object) -> None:
         """Offer what can be accepted."""
         if not self.isVisible():
             return
         document = self.document
-        self._follow_cursor(document.view.cursor)
-        self._follow_span(document.view.start, document.view.end)
+        self._follow_cursor()
+        self._follow_span()
         reviewed, count = document.review.reviewed, 0
         if reviewed is not None:
             least = self.at_least.value()

@@ -42,7 +42,7 @@ from forcelab.gui.layout import (
     scroll_area,
     separator,
     set_enabled_with_reason,
-    set_tone,
+    toned_label,
 )
 from forcelab.gui.review.trainer import Trainer, default_author
 from forcelab.gui.review.training_preferences import PRESET_TEXTS
@@ -189,7 +189,7 @@ class MergeEditor(Editor):
             "Click a line and write what was labelled and what it is to count as; an emptied "
             "line is left out."
         )
-        self.remark = set_tone("warning")
+        self.remark = toned_label("warning")
         self.remark.hide()
         page_layout(self, self.table, self.hint, self.remark, spacing=2)
         self.set_value(MergeMap())
@@ -402,7 +402,7 @@ class SettingsForm(QWidget):
     def _add(self, field: SettingField, form: QFormLayout) -> None:
         editor = _editor_for(field, self.facts)
         editor.changed.connect(self._edited)
-        trouble = set_tone("trouble")
+        trouble = toned_label("trouble")
         trouble.hide()
         cell = QWidget()
         page_layout(cell, editor, trouble, spacing=2)
@@ -502,7 +502,7 @@ class SettingsDialog(QDialog):
         for i, name in enumerate(PRESETS):
             self.presets.setItemData(i, PRESET_TEXTS.get(name, ""), Qt.ItemDataRole.ToolTipRole)
         self.presets.activated.connect(self._preset_chosen)
-        self.changed_label = set_tone("warning", "changed")
+        self.changed_label = toned_label("warning", "changed")
         self.change = QPushButton("&Change…")
         self.change.setAccessibleName("Change these settings")
         self.change.clicked.connect(self.open_form)

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui.document import Document
-from forcelab.gui.layout import dialog_buttons, set_enabled_with_reason, set_tone
+from forcelab.gui.layout import dialog_buttons, set_enabled_with_reason, toned_label
 from forcelab.gui.review.trainer import (
     OWN_MINIMUM,
     Trainer,
@@ -45,7 +45,7 @@ class TaskChoiceForm(QWidget):
         self.trouble = ""
         self._also_from = choice.also_from  # chosen in the bar
         self.tasks = tuple(dict.fromkeys(info.task for info in document.infos))
-        self._refusal, self._explanation = set_tone("trouble"), QLabel(wordWrap=True)
+        self._refusal, self._explanation = toned_label("trouble"), QLabel(wordWrap=True)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self._training_box(choice))

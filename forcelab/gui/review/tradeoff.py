@@ -21,7 +21,7 @@ from forcelab.gui.layout import (
     page_layout,
     scroll_area,
     set_enabled_with_reason,
-    set_tone,
+    toned_label,
 )
 from forcelab.gui.review.tradeoff_plot import Point, TradeoffPlot
 from forcelab.gui.review.trainer import MEASURING, Trainer, default_author, task_text
@@ -437,7 +437,7 @@ class TradeoffView(QWidget):
         page = QWidget()
         page_layout(page, self._axes, self._split, growing=self._split)
         self.pages = PageOrPlaceholder(scroll_area(page))
-        self.trouble = set_tone("trouble")
+        self.trouble = toned_label("trouble")
         self.trouble.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.trouble.setContentsMargins(6, 0, 6, 4)
         page_layout(self, self._measurement_row(), self.trouble, self.pages, growing=self.pages)

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
-from forcelab.gui.layout import set_enabled_with_reason, set_tone
+from forcelab.gui.layout import set_enabled_with_reason, toned_label
 from forcelab.gui.review.task_choice import TaskComboBox
 from forcelab.gui.review.trainer import RUNNING, Trainer
 from forcelab.gui.review.training_backend import run_text, training_progress_text
@@ -283,7 +283,7 @@ class TrainingBar(QWidget):
         self._build_trouble_row()
 
     def _build_trouble_row(self) -> None:
-        self.trouble = set_tone("trouble")
+        self.trouble = toned_label("trouble")
         self.trouble.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.dismiss = QToolButton()
         self.dismiss.setIcon(icon("cross"))

@@ -14,8 +14,10 @@ from forcelab.gui.capture.live_plot import (
     pixel_columns,
     smallest_span,
 )
-from forcelab.gui.figures.axes import Axis, labels
-from forcelab.gui.kit.plot import NUMBER
+from forcelab.gui.figures.axes import NUMBER, Axis, labels
+from forcelab.gui.kit.plot import PlotView
+from forcelab.gui.label.lanes import span_of
+from forcelab.signals.minmax import Extremes
 
 
 @pytest.mark.parametrize(
@@ -74,3 +76,13 @@ def test_a_lane_grows_at_once_and_shrinks_late():
     assert scale.high > 20.0
     scale.fit(0.0, 1.0, 5.0)
     assert scale.high < 2.0
+
+
+@pytest.mark.parametrize("values", [(0.5, np.inf, 1.0), (-np.inf, 0.5, 1.0), (0.5, 1e308, -1e308)])
+def test_a_value_that_no_axis_can_reach_leaves_the_lane_an_axis(app, values):
+    times, view, scale = np.array([0.1, 1.1, 2.1]), PlotView(), LaneScale()
+    found = pixel_columns(times, np.array([values]).T, np.linspace(0.0, 3.0, 7))
+    scale.fit(*span_of(Extremes(found.low[:, 0], found.high[:, 0])), 3.0)
+    view.add_box().setYRange(scale.low, scale.high, padding=0)
+    assert -np.inf < scale.low < 0.5 < scale.high < np.inf
+    view.deleteLater()

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, Qt, QTimer
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog
+from window_helpers import answer_dialog
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import settings
@@ -39,23 +39,8 @@ def click(widget, where=None):
 
 def open_dialog(page, use):
     """Press the button, and do something with the dialog that it opens."""
-    trouble = []
-
-    def answer():
-        dialog = QApplication.activeModalWidget()
-        try:
-            assert isinstance(dialog, RecordedDeviceDialog)
-            use(dialog)
-        except BaseException as error:
-            trouble.append(error)
-            raise
-        finally:
-            if isinstance(dialog, QDialog) and dialog.isVisible():
-                dialog.reject()
-
-    QTimer.singleShot(0, page, answer)
-    click(page.device_list.recorded_button)
-    assert not trouble
+    button = page.device_list.recorded_button
+    answer_dialog(page, RecordedDeviceDialog, lambda: click(button), use)
 
 
 def rows(dialog):

@@ -29,7 +29,7 @@ def test_labels_have_the_decimals_that_the_step_needs():
 @settings(max_examples=100, deadline=None)
 def test_numbers_at_an_axis_never_overlap_and_tell_the_truth(start, span, room, upright):
     axis = Axis(start, start + span, 10.0, 10.0 + room)
-    marks = axis.marks(10.0, upright)
+    marks = axis.marks(upright=upright)
     face = text.font(10.0)
     needs = [10.0 if upright else text.width(label, face) for _, label in marks]
     spots = [axis.at(value) for value, _ in marks]
@@ -44,14 +44,14 @@ def test_numbers_at_an_axis_never_overlap_and_tell_the_truth(start, span, room, 
 
 @pytest.mark.parametrize("span", [(0.0, 0.9), (-3.3, 0.1), (-0.05, 0.78)])
 def test_on_an_axis_as_low_as_a_force_among_six_two_numbers_tell_the_scale(span):
-    assert len(Axis(*span, 40.0, 2.0).marks(10.0, upright=True)) == 2
+    assert len(Axis(*span, 40.0, 2.0).marks(upright=True)) == 2
 
 
 @given(low=st.floats(1e-3, 1e3), octaves=st.floats(0.5, 40), room=st.floats(60, 800))
 @settings(max_examples=60, deadline=None)
 def test_numbers_at_a_logarithmic_axis_never_overlap(low, octaves, room):
     axis = LogAxis(low, low * 2**octaves, 500.0, 500.0 - room)
-    spots = [axis.at(value) for value, _ in axis.marks(10.0, upright=True)]
+    spots = [axis.at(value) for value, _ in axis.marks(upright=True)]
     assert all(a - b >= 10.0 for a, b in pairwise(spots))
 
 

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pyqtgraph as pg
 import pytest
-from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QGuiApplication, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QVBoxLayout, QWidget
@@ -104,6 +104,25 @@ def test_the_pointer_reads_and_files_have_no_readout(plot):
     assert ViewFigure(plot).image(1.0) == file
     QTest.mouseMove(plot.viewport(), QPoint(2, 2))
     assert plot.grab().toImage() == without
+
+
+def test_what_is_read_goes_with_what_was_shown(plot):
+    QTest.mouseMove(plot.viewport(), QPoint(200, 150))
+    plot.say("There is nothing.")
+    sentence = plot.grab().toImage()
+    QTest.mouseMove(plot.viewport(), QPoint(2, 2))
+    assert plot.grab().toImage() == sentence
+
+
+def test_the_keyboards_frame_leaves_the_plot_behind_it_as_it_is(app, plot):
+    QTest.mouseMove(plot.viewport(), QPoint(100, 200))
+    inside = QRect(150, 30, 220, 120)
+    without = plot.grab(inside).toImage()
+    plot.activateWindow()
+    plot.setFocus()
+    app.processEvents()
+    assert plot.hasFocus()
+    assert plot.grab(inside).toImage() == without
 
 
 def test_a_sentence_stands_in_its_place(plot):

@@ -1,12 +1,13 @@
 from __future__ import annotations
 
+import math
 import subprocess
 import sys
 import threading
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from window_helpers import PATIENCE
 
@@ -73,12 +74,17 @@ def started_jobs(jobs, monkeypatch):
     return started
 
 
+def spot(panel, time, hertz):
+    """The pixel of a time and a frequency."""
+    place = math.log(1000.0 / (scales.FOURIER_FACTOR * hertz))
+    box = panel._box
+    return QPointF(panel.x_at(time), box.pos().y() + box.mapFromView(QPointF(0, place)).y())
+
+
 def colour(panel, time, hertz):
     """The colour at a time and a frequency."""
-    rows = panel._rows
-    y = rows.y(rows.rate / (rows.factor * hertz))
-    ratio = panel.devicePixelRatioF()
-    return panel.grab().toImage().pixelColor(int(panel.x_at(time) * ratio), int(y * ratio))
+    at = spot(panel, time, hertz) * panel.devicePixelRatioF()
+    return panel.grab().toImage().pixelColor(int(at.x()), int(at.y()))
 
 
 def test_a_hidden_panel_computes_nothing(panel, document, started_jobs, app):
@@ -210,13 +216,12 @@ def test_the_value_under_the_pointer_is_that_of_the_transform(open_panel, docume
     open_panel.set_channel("normal 1")
     document.view.set_span(4.0, 4.4)
     until(lambda: open_panel.settled)
-    rows = open_panel._rows
-    scale = rows.rate / (rows.factor * 20.0)
-    text = open_panel.value_at(open_panel.x_at(4.2), rows.y(scale))
+    text = open_panel.readout(spot(open_panel, 4.2, 20.0))
     hertz, rest = text.split(" Hz at ")
     time, value = rest.split(" s: ")
     assert float(hertz) == pytest.approx(20.0, rel=0.01)
     assert float(time) == pytest.approx(4.2)
+    scale = 1000.0 / (scales.FOURIER_FACTOR * 20.0)
     exact = np.abs(cwt(document.demonstration.signals[:, 2], [scale])[0, 4200])
     assert value.startswith("|W| = ")
     assert float(value.removeprefix("|W| = ")) == pytest.approx(exact, rel=0.05)
@@ -235,8 +240,8 @@ def test_phases_are_shown_on_request(open_panel, until):
     open_panel.set_phase(True)
     until(lambda: open_panel.settled and open_panel.picture is not None)
     assert open_panel.picture.phase
-    rows = open_panel._rows
-    values = [open_panel.value_at(x, rows.y(30.0)) for x in range(100, 480, 5)]
+    y = spot(open_panel, 0.0, 27.0).y()
+    values = [open_panel.readout(QPointF(x, y)) for x in range(100, 480, 5)]
     assert all(value.endswith(" rad") and "-" not in value for value in values)
     assert any("\N{MINUS SIGN}" in value for value in values)
 
@@ -284,12 +289,12 @@ def test_the_marked_scales_and_the_wavelet_are_those_of_the_paper():
     assert settings.parameter == scales.MORLET_P
 
 
-def test_marks_stand_at_their_frequencies(open_panel):
-    rows = open_panel._rows
-    hertz = frequencies(scales.MARKED, 1000.0, Morlet())
-    for scale, own in zip(scales.MARKED, hertz, strict=True):
-        assert rows.hertz(scale) == pytest.approx(own)
-        assert rows.top <= rows.y(scale) < rows.bottom
+def test_marks_stand_at_their_frequencies(open_panel, until):
+    until(lambda: open_panel.settled and open_panel.picture is not None)
+    for hertz in frequencies(scales.MARKED, 1000.0, Morlet()):
+        at = spot(open_panel, 1.0, hertz) + QPointF(0, 1e-6)  # the first is at the very top
+        assert open_panel.plot.contains(at)
+        assert open_panel.readout(at).startswith(f"{hertz:.3g} Hz at 1.000 s: ")
 
 
 def test_trouble_is_one_sentence_on_the_panel(open_panel, document, until):

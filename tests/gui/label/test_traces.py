@@ -1,14 +1,17 @@
+from itertools import combinations
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QContextMenuEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMenu
-from window_helpers import pixels
+from PySide6.QtWidgets import QApplication, QMenu
+from window_helpers import pixels, shown_widget
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
+from forcelab.gui.jobs import Jobs
 from forcelab.gui.kit.traces import curve_ink
 from forcelab.gui.label import traces
 from forcelab.gui.label.lanes import number_format
@@ -76,6 +79,43 @@ def test_every_channel_is_drawn_where_its_values_are(panel):
         assert axis.end >= values.max()
         assert lane.top + rows.min() == pytest.approx(axis.at(values.max()), abs=2.5)
         assert lane.top + rows.max() == pytest.approx(axis.at(values.min()), abs=2.5)
+
+
+def many_channels(count, unit="N"):
+    """A recording of sensors with three axes, each channel of another range."""
+    signals = np.random.default_rng(0).standard_normal((1000, count)) * (1.0 + 7 * np.arange(count))
+    channels = tuple(Channel(f"f{'xyz'[i % 3]}{i // 3}", unit) for i in range(count))
+    return Demonstration("many", "foam", np.arange(1000) / 1000.0, signals, channels)
+
+
+def test_in_lanes_lower_than_a_number_no_numbers_cover_the_curves(panel):
+    show(panel.document, many_channels(81), "many")
+    panel.document.view.seek(0.1)
+    at, beside = round(panel.x_at(0.1)), slice(round(panel.x_at(0.1)) + 4, 600)
+    with_cursor = picture(panel)
+    panel.document.view.seek(0.99)
+    assert not np.array_equal(picture(panel)[:, at], with_cursor[:, at])
+    assert np.array_equal(picture(panel)[:, beside], with_cursor[:, beside])
+
+
+def test_a_long_unit_leaves_the_names_to_be_read(panel):
+    show(panel.document, many_channels(3, "newtons of the left sensor"), "many")
+    panel.source.set_overlaid(True)
+    picture(panel)
+    boxes = [box for *_, box in panel._lane_axes[0].texts({"fx0": 1.0})]
+    assert len(boxes) > 3
+    assert not any(a.intersects(b) for a, b in combinations(boxes, 2))
+
+
+def test_numbers_are_those_of_the_curve_beside_them_when_another_channel_is_hidden(panel):
+    show(panel.document, many_channels(18), "many")
+    picture(panel)
+    panel.source.set_shown("fx0", False)
+    hidden = picture(panel)
+    fresh = ForcePanel(panel.document, Jobs())
+    fresh.source.set_shown("fx0", False)
+    with shown_widget(QApplication.instance(), fresh, (panel.width(), panel.height())):
+        assert np.array_equal(picture(fresh), hidden)
 
 
 def test_a_single_sample_is_seen_however_far_one_zooms_out(panel):

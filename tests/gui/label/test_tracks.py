@@ -125,13 +125,15 @@ def test_the_words_of_a_drag_cover_neither_pointer_nor_segment(
     document, hand, panel, monkeypatch, start, end
 ):
     plates = []
-    monkeypatch.setattr(tracks, "draw_plate", lambda _, at, words, *__: plates.append((at, words)))
+    monkeypatch.setattr(
+        tracks, "draw_plate", lambda _, at, words, *__, **___: plates.append((at, words))
+    )
     document.set_action("hold")
     hand.press(start)
     hand.move(end)
     panel.grab()
     at, words = plates[-1]
-    half = (text.width(words, text.font(10)) + 10) / 2
+    half = (text.width(words, text.font(10)) + 12) / 2
     low, high = sorted((panel.x_at(start), panel.x_at(end)))
     assert f"{abs(end - start):.3f} s" in words
     assert at.x() + half < low or at.x() - half > high
@@ -493,7 +495,7 @@ def test_a_menu_does_not_keep_its_panel(document):
 
 def test_what_is_dragged_out_of_view_is_still_told_in_its_row(document, hand, panel, monkeypatch):
     plates = []
-    monkeypatch.setattr(tracks, "draw_plate", lambda _, at, *__: plates.append(at.y()))
+    monkeypatch.setattr(tracks, "draw_plate", lambda _, at, *__, **___: plates.append(at.y()))
     document.view.set_span(4.0, 8.0)
     hand.press(5.5, ALT)
     hand.move(2.0, ALT)
@@ -603,7 +605,9 @@ def test_what_was_begun_by_a_key_is_said_in_the_row_until_it_is_ended(app, monke
         written = []
         paint = tracks.draw_plate
         monkeypatch.setattr(
-            tracks, "draw_plate", lambda *rest: (written.append(rest[2]), paint(*rest))
+            tracks,
+            "draw_plate",
+            lambda *rest, **how: (written.append(rest[2]), paint(*rest, **how)),
         )
 
         def said():

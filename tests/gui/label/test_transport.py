@@ -97,20 +97,20 @@ def test_readouts_follow(bar, document):
     document.view.seek(0.0)
     assert bar.frame.text() == "frame –"
     document.view.set_range(1.2, 1.73)
-    assert bar.range.text() == "range 1.200–1.730 s (0.530 s)"
+    assert bar.range.text == "range 1.200–1.730 s (0.530 s)"
     document.view.clear_range()
-    assert bar.range.text() == ""
+    assert bar.range.text == ""
     document.view.seek(3.0)
     document.view.mark_in()
     bar.resize(bar.sizeHint().width() + 400, bar.height())
-    assert bar.range.text() == "range from 3.00 s: press ] to end"
+    assert bar.range.text == "range from 3.00 s: press ] to end"
     document.begin_stroke("grab", 0.834)
-    assert bar.range.text() == "grab from 0.83 s: press 1 again to end"
+    assert bar.range.text == "grab from 0.83 s: press 1 again to end"
     document.set_vocabulary(document.vocabulary.rebound("grab", "q"))
     assert bar.range.toolTip() == "grab from 0.83 s: press Q again to end"
     document.cancel_stroke()
     document.view.clear_range()
-    assert bar.range.text() == ""
+    assert bar.range.text == ""
 
 
 def test_a_time_being_typed_is_not_overwritten_by_playback(bar, document):

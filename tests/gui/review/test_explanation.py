@@ -314,8 +314,8 @@ def test_a_band_is_told_where_the_pointer_is(explained):
     bands, why = explained.page.bands, explained.why
     first = why.strongest()[0]
     cell = bands.cell(why.channels.index(first.channel), why.hertz.tolist().index(first.hertz))
-    assert bands.band_text(cell.center()) == explanation_plots.band_sentence(first, why)
-    assert bands.band_text(QPointF(1, 1)) == ""
+    assert bands.readout(cell.center()) == explanation_plots.band_sentence(first, why)
+    assert bands.readout(QPointF(1, 1)) == ""
     before = bands.grab().toImage()
     QTest.mouseMove(bands.viewport(), cell.center().toPoint())
     assert bands.grab().toImage() != before

@@ -221,6 +221,7 @@ def test_a_step_of_playback_looks_at_few_predictions_of_many(view, document, mon
     document.open_demonstration(document.review.run.proposals[0].id)
     for time, enabled in ((7.9902, True), (7.9907, False), (0.0, True), (9.5, False)):
         Counted.looked = 0
+        document.view.cursor = time
         document.view.cursor_moved.emit(time)
         assert view.accepting.here.isEnabled() == enabled
         assert 0 < Counted.looked < 40
