@@ -101,26 +101,30 @@ def oklch_to_srgb(lightness: Real, chroma: Real, hue: Real) -> Bytes:
     return np.round(255 * curved).astype(np.uint8)
 
 
+#: How many colours a map has; as many to either side of the middle one.
+SHADES = 255
+
+
 @cache
-def magnitude_colours(dark: bool, count: int = 255) -> Bytes:
-    """A sequence from the least to the largest magnitude, shape (count, 3). Not to be changed.
+def magnitude_colours(dark: bool) -> Bytes:
+    """A sequence from the least to the largest magnitude, shape (SHADES, 3). Not to be changed.
 
     On dark it rises from the ground to light, on light it falls from white to dark; lightness is
     linear in both.
     """
     stops = _ON_DARK if dark else _ON_LIGHT
     at = np.linspace(0.0, 1.0, len(stops))
-    share = np.linspace(0.0, 1.0, count)
+    share = np.linspace(0.0, 1.0, SHADES)
     lightness, chroma, hue = (np.interp(share, at, column) for column in stops.T)
     return oklch_to_srgb(lightness, chroma, np.radians(hue))
 
 
 @cache
-def phase_colours(dark: bool, count: int = 255) -> Bytes:
-    """A circle of hues of one lightness, from -pi to pi, shape (count, 3). Not to be changed."""
-    hue = 2 * np.pi * np.arange(count) / count
-    lightness = np.full(count, 0.68 if dark else 0.74)
-    return oklch_to_srgb(lightness, np.full(count, 0.115), hue)
+def phase_colours(dark: bool) -> Bytes:
+    """A circle of hues of one lightness, from -pi to pi, shape (SHADES, 3). Not to be changed."""
+    hue = 2 * np.pi * np.arange(SHADES) / SHADES
+    lightness = np.full(SHADES, 0.68 if dark else 0.74)
+    return oklch_to_srgb(lightness, np.full(SHADES, 0.115), hue)
 
 
 #: p of the Morlet wavelet; its Fourier period and its e-folding time, both over its scale.
