@@ -270,6 +270,14 @@ class ScalogramImage(pg.ImageItem):
         super().__init__(axisOrder="row-major")
         self.qimage: QImage | None
 
+    def show_values(
+        self, values: NDArray[np.float32], ends: tuple[float, float], *, phase: bool = False
+    ) -> None:
+        """Draw values in the theme's colours, of which the first and the last are for the ends."""
+        low, high = (-math.pi, math.pi) if phase else ends
+        table = phase_colours(colours().dark) if phase else magnitude_colours(colours().dark)
+        self.setImage(values, levels=(low, max(high, low + 1e-9)), lut=table)
+
     def render(self) -> None:
         """Make the image, in the format that is drawn in a fraction of the time of indices."""
         super().render()
@@ -296,13 +304,9 @@ class Picture(ScalogramImage):
 
     def recolour(self, steady: bool) -> None:
         """Draw the same picture in the theme's colours, or in another range of them."""
-        if self.source is None:
-            return
-        dark, phase = colours().dark, self.source.phase
-        low, high = colour_range(self.source, steady)
-        levels = (-math.pi, math.pi) if phase else (low, max(high, low + 1e-9))
-        table = phase_colours(dark) if phase else magnitude_colours(dark)
-        self.setImage(self.source.values, levels=levels, lut=table)
+        if self.source is not None:
+            ends = colour_range(self.source, steady)
+            self.show_values(self.source.values, ends, phase=self.source.phase)
 
     def paint(self, painter: QPainter, *args: Any) -> None:
         if self.source is None:
