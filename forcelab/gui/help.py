@@ -42,6 +42,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.exception_hook import log_file
 from forcelab.gui.layout import emphasise, resize_on_screen, search_field
 from forcelab.gui.shortcuts import COMMANDS, GROUPS, Keys, key_name
+from forcelab.gui.text import contains_words
 from forcelab.resources import versions
 from forcelab.version import __version__
 
@@ -206,13 +207,12 @@ class HelpPage(QDialog):
 
     def _matching(self) -> list[_Section]:
         """The sections with the rows that contain the search text."""
-        query = self._search.text().casefold().strip()
-        sections = []
+        query, sections = self._search.text(), []
         for section in self._sections():
             rows = tuple(
                 row
                 for row in section.rows
-                if query in " ".join((section.heading, row[1], *row[0])).casefold()
+                if contains_words(" ".join((section.heading, row[1], *row[0])), query)
             )
             if rows:
                 sections.append(_Section(section.heading, rows, section.caps))

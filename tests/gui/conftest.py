@@ -98,6 +98,29 @@ def until(app):
     return wait
 
 
+@pytest.fixture
+def windows(app, until):
+    """Start windows as the program does; they are closed at the end."""
+    from forcelab.gui.launch_options import LaunchOptions
+    from forcelab.gui.window import Window
+
+    created = []
+
+    def make(start=None, author="Ann", size=(1100, 700)):
+        window = Window(author)
+        created.append(window)
+        window.resize(*size)
+        window.restore_layout()
+        window.show()
+        window.begin(start or LaunchOptions())
+        until(lambda: window.settled)
+        return window
+
+    yield make
+    for window in created:
+        window.close()
+
+
 @pytest.fixture(autouse=True)
 def no_thread_is_left_behind():
     before = set(threading.enumerate())

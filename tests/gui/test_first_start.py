@@ -16,7 +16,6 @@ from forcelab.gui.import_dialog import ImportDialog
 from forcelab.gui.label.hints import HintBar
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.review import training_preferences
-from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.project import Project
 from forcelab.recognition.presets import preset
@@ -36,22 +35,9 @@ def place(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def start(app, until, place):
+def start(windows, place):
     """Start the program anew."""
-    windows = []
-
-    def started():
-        window = Window("Ann")
-        windows.append(window)
-        window.resize(1024, 640)
-        window.show()
-        window.begin(LaunchOptions())
-        until(lambda: window.settled)
-        return window
-
-    yield started
-    for window in windows:
-        window.close()
+    return lambda: windows(size=(1024, 640))
 
 
 @pytest.fixture

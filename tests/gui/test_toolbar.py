@@ -12,7 +12,7 @@ from forcelab.gui import settings
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.toolbar import BUTTONS
-from forcelab.gui.window import LAYOUT, Window
+from forcelab.gui.window import LAYOUT
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
 
@@ -22,33 +22,26 @@ LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture
-def windows(app, tmp_path):
+def another_window(windows, tmp_path):
     """Make windows in which Ann works on the first of four demonstrations, labelled by Ben."""
-    path, created = tmp_path / "study.forcelab", []
+    path = tmp_path / "study.forcelab"
     with Project.create(path) as project:
         for number, name in enumerate(("01", "02", "03", "04")):
             recording = sine_demonstration(name, "foam", 0.1 * number)
             project.demonstrations.add(recording, [Track("Ben", HIS)] if name == "01" else [])
 
     def make():
-        window = Window("Ann")
-        created.append(window)
-        window.resize(1100, 700)
-        window.restore_layout()
-        window.show()
-        window.begin(LaunchOptions(project=path, demonstration="01"))
+        window = windows(LaunchOptions(project=path, demonstration="01"))
         window.activateWindow()
         assert QTest.qWaitForWindowActive(window)
         return window
 
-    yield make
-    for window in created:
-        window.close()
+    return make
 
 
 @pytest.fixture
-def window(windows):
-    return windows()
+def window(another_window):
+    return another_window()
 
 
 def button(window, id_):
@@ -129,14 +122,14 @@ def test_a_tooltip_names_the_key_that_counts(window):
     keys().reset("split")
 
 
-def test_a_key_hides_it_and_it_stays_hidden(window, windows):
+def test_a_key_hides_it_and_it_stays_hidden(window, another_window):
     press = (window.label.tracks, Qt.Key.Key_T, CTRL | SHIFT)
     assert window._toolbar.isVisible()
     assert window.commands["toolbar"].isChecked()
     QTest.keyClick(*press)
     assert not window._toolbar.isVisible()
     window.close()
-    again = windows()
+    again = another_window()
     assert not again._toolbar.isVisible()
     assert not again.commands["toolbar"].isChecked()
     QTest.keyClick(again.label.tracks, *press[1:])
@@ -154,10 +147,10 @@ def test_in_a_low_window_it_leaves_its_room_to_the_panels(window):
     assert not window._dock.isVisible()  # a list that was closed stays closed
 
 
-def test_it_can_be_moved_and_is_put_back(window, windows):
+def test_it_can_be_moved_and_is_put_back(window, another_window):
     window.addToolBar(Qt.ToolBarArea.LeftToolBarArea, window._toolbar)
     window.close()
-    again = windows()
+    again = another_window()
     assert again.toolBarArea(again._toolbar) == Qt.ToolBarArea.LeftToolBarArea
     QTest.keyClick(again.label.tracks, Qt.Key.Key_T, CTRL | SHIFT)
     again.commands["reset_layout"].trigger()
@@ -165,13 +158,13 @@ def test_it_can_be_moved_and_is_put_back(window, windows):
     assert again._toolbar.isVisible()
 
 
-def test_a_layout_from_before_it_is_restored_with_it(window, windows):
+def test_a_layout_from_before_it_is_restored_with_it(window, another_window):
     window.removeToolBar(window._toolbar)
     window._dock.setFloating(True)
     before = bytes(window.saveState(LAYOUT).data())
     window.close()
     settings.store("window/layout", before)
-    again = windows()
+    again = another_window()
     assert again._toolbar.isVisible()
     assert again._dock.isFloating()
     assert again.restoreState(QByteArray(before), LAYOUT)

@@ -48,26 +48,6 @@ def study(tmp_path):
 
 
 @pytest.fixture
-def windows(app, until):
-    """Make windows that are closed at the end."""
-    created = []
-
-    def make(start=None, author="Ann"):
-        window = Window(author)
-        created.append(window)
-        window.resize(1100, 700)
-        window.restore_layout()
-        window.show()
-        window.begin(start or LaunchOptions())
-        until(lambda: window.settled)
-        return window
-
-    yield make
-    for window in created:
-        window.close()
-
-
-@pytest.fixture
 def window(windows, study):
     return windows(LaunchOptions(project=study))
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from forcelab.capture.assemble import channels_of_all
 from forcelab.capture.save import CAPTURES, discard, recover
 from forcelab.errors import InputError
+from forcelab.text import counted
 
 if TYPE_CHECKING:
     from forcelab.capture.device import Device
@@ -140,9 +141,8 @@ class LiveTrack:
             figures = self._live.keep(path, recording)
         except Exception as error:  # noqa: BLE001 - as above
             return replace(recording, remarks=(*recording.remarks, _error_message(error)))
-        number = figures["segments"]
         remark = (
-            f"Recognised by '{figures['author']}': {number} segment{'s' * (number != 1)}, "
+            f"Recognised by '{figures['author']}': {counted(figures['segments'], 'segment')}, "
             f"{100 * figures['labelled']:.0f} % labelled."
         )
         return replace(recording, remarks=(*recording.remarks, remark))

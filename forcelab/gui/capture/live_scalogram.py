@@ -27,7 +27,6 @@ from forcelab.gui.label.scalogram_painting import (
     ScalogramImage,
     amount_text,
     draw_bar,
-    magnitude_colours,
 )
 from forcelab.gui.theme import colours
 from forcelab.gui.widgets import ElidedComboBox
@@ -159,9 +158,7 @@ class LiveScalogramView(LivePlot):
         )
         if strip is not self._drawn:
             self._drawn = strip
-            levels = strip.low, max(strip.high, strip.low + 1e-9)
-            table = magnitude_colours(colours().dark)
-            self._image.setImage(strip.values, levels=levels, lut=table)
+            self._image.show_values(strip.values, (strip.low, strip.high))
             self.box.setYRange(top, bottom, padding=0)
         now = self._controller.now
         self._image.setRect(QRectF(strip.start - now, top, strip.end - strip.start, bottom - top))

@@ -58,6 +58,7 @@ class RecordedDeviceDialog(QDialog):
         resize_on_screen(self, QSize(520, 480))
         self._document = document
         self._infos: Sequence[DemonstrationInfo] = ()
+        self._row = 0  # of the chosen project
         what = QLabel(
             "It plays in real time with the channels, units and rate it was recorded with, as if "
             "its sensors were plugged in."
@@ -130,10 +131,11 @@ class RecordedDeviceDialog(QDialog):
         """Show the demonstrations of a project; of another one once its folder is chosen."""
         if self.project.itemText(row) == ANOTHER:
             path = ask_folder(self, "Project of the demonstration", "project")
-            row = 0 if path is None else row - 1  # above the line
             if path is not None:
-                self.project.insertItem(row, f"{path.name} in {path.parent}", path)
-            self.project.setCurrentIndex(row)
+                self._row = row - 1  # above the line
+                self.project.insertItem(self._row, f"{path.name} in {path.parent}", path)
+            self.project.setCurrentIndex(self._row)
+        self._row = self.project.currentIndex()
         self._load()
 
     def _load(self) -> None:

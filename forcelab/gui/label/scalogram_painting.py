@@ -101,26 +101,30 @@ def oklch_to_srgb(lightness: Real, chroma: Real, hue: Real) -> Bytes:
     return np.round(255 * curved).astype(np.uint8)
 
 
+#: How many colours a map has; as many to either side of the middle one.
+SHADES = 255
+
+
 @cache
-def magnitude_colours(dark: bool, count: int = 255) -> Bytes:
-    """A sequence from the least to the largest magnitude, shape (count, 3). Not to be changed.
+def magnitude_colours(dark: bool) -> Bytes:
+    """A sequence from the least to the largest magnitude, shape (SHADES, 3). Not to be changed.
 
     On dark it rises from the ground to light, on light it falls from white to dark; lightness is
     linear in both.
     """
     stops = _ON_DARK if dark else _ON_LIGHT
     at = np.linspace(0.0, 1.0, len(stops))
-    share = np.linspace(0.0, 1.0, count)
+    share = np.linspace(0.0, 1.0, SHADES)
     lightness, chroma, hue = (np.interp(share, at, column) for column in stops.T)
     return oklch_to_srgb(lightness, chroma, np.radians(hue))
 
 
 @cache
-def phase_colours(dark: bool, count: int = 255) -> Bytes:
-    """A circle of hues of one lightness, from -pi to pi, shape (count, 3). Not to be changed."""
-    hue = 2 * np.pi * np.arange(count) / count
-    lightness = np.full(count, 0.68 if dark else 0.74)
-    return oklch_to_srgb(lightness, np.full(count, 0.115), hue)
+def phase_colours(dark: bool) -> Bytes:
+    """A circle of hues of one lightness, from -pi to pi, shape (SHADES, 3). Not to be changed."""
+    hue = 2 * np.pi * np.arange(SHADES) / SHADES
+    lightness = np.full(SHADES, 0.68 if dark else 0.74)
+    return oklch_to_srgb(lightness, np.full(SHADES, 0.115), hue)
 
 
 #: p of the Morlet wavelet; its Fourier period and its e-folding time, both over its scale.
@@ -266,6 +270,14 @@ class ScalogramImage(pg.ImageItem):
         super().__init__(axisOrder="row-major")
         self.qimage: QImage | None
 
+    def show_values(
+        self, values: NDArray[np.float32], ends: tuple[float, float], *, phase: bool = False
+    ) -> None:
+        """Draw values in the theme's colours, of which the first and the last are for the ends."""
+        low, high = (-math.pi, math.pi) if phase else ends
+        table = phase_colours(colours().dark) if phase else magnitude_colours(colours().dark)
+        self.setImage(values, levels=(low, max(high, low + 1e-9)), lut=table)
+
     def render(self) -> None:
         """Make the image, in the format that is drawn in a fraction of the time of indices."""
         super().render()
@@ -292,13 +304,9 @@ class Picture(ScalogramImage):
 
     def recolour(self, steady: bool) -> None:
         """Draw the same picture in the theme's colours, or in another range of them."""
-        if self.source is None:
-            return
-        dark, phase = colours().dark, self.source.phase
-        low, high = colour_range(self.source, steady)
-        levels = (-math.pi, math.pi) if phase else (low, max(high, low + 1e-9))
-        table = phase_colours(dark) if phase else magnitude_colours(dark)
-        self.setImage(self.source.values, levels=levels, lut=table)
+        if self.source is not None:
+            ends = colour_range(self.source, steady)
+            self.show_values(self.source.values, ends, phase=self.source.phase)
 
     def paint(self, painter: QPainter, *args: Any) -> None:
         if self.source is None:

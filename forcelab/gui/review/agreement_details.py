@@ -34,6 +34,7 @@ from forcelab.gui.theme import colours
 from forcelab.gui.widgets import ARROW_STEPS, combo_box, is_plain
 from forcelab.labels import Interval
 from forcelab.review.agreement import WINDOW, Agreement, Consistency, PairAgreement, landis_koch
+from forcelab.text import counted
 from forcelab.vocabulary import Vocabulary
 
 #: Widths of all columns but the last, in digits.
@@ -444,16 +445,15 @@ class CoderMatrix(Plot):
     def _cell_text(self, row: int, column: int) -> str:
         a, b = self.authors[row], self.authors[column]
         if row == column:
-            return f"{a}: {self._labelled(a)} demonstrations labelled"
+            return f"{a}: {counted(self._labelled(a), 'demonstration')} labelled"
         pair = self._pair_at(row, column)
         if pair is None:
             return f"{a} and {b} have no demonstration in common"
         if pair.kappa is None:
             return f"{a} and {b}: no kappa, as only one action was labelled"
-        word, count = landis_koch(pair.kappa), len(pair.demonstrations)
-        return (
-            f"{a} and {b}: kappa {pair.kappa:.3f}, {word} (Landis and Koch); {count} demonstrations"
-        )
+        word = landis_koch(pair.kappa)
+        common = counted(len(pair.demonstrations), "demonstration")
+        return f"{a} and {b}: kappa {pair.kappa:.3f}, {word} (Landis and Koch); {common}"
 
     def _tell(self) -> None:
         if self.authors:
@@ -527,9 +527,8 @@ class PairDetails(QWidget):
         self._list()
 
     def _show_frames(self, pair: PairAgreement) -> None:
-        count = len(pair.demonstrations)
-        plural = "" if count == 1 else "s"
-        self.title.setText(f"{pair.a} and {pair.b}, {count} demonstration{plural}")
+        common = counted(len(pair.demonstrations), "demonstration")
+        self.title.setText(f"{pair.a} and {pair.b}, {common}")
         kappa, agreed = pair.kappa, pair.agreed
         if agreed is None:
             text = "No time is labelled by both, so nothing can be compared."

@@ -55,6 +55,7 @@ from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, combo_box, is_plain
 from forcelab.labels import Interval
 from forcelab.review.confusion import ConfusionCounts, Share, Unit, count_confusion, normalise
 from forcelab.review.run_result import RunResult
+from forcelab.text import counted
 
 
 def cell_sentence(cells: ConfusionCounts, cell: tuple[int, int], unit: Unit, share: Share) -> str:
@@ -78,11 +79,10 @@ def cell_sentence(cells: ConfusionCounts, cell: tuple[int, int], unit: Unit, sha
         total = f"all that was {'left unlabelled' if missed else f'seen as {predicted}'}"
     share_text = f"{_percent_text(part)} % of {total}"
     number = int((matrix if unit == "segments" else cells.numbers(unit))[row, column])
-    plural = "" if number == 1 else "s"
     if unit == "segments":
-        return f"{event}: {number:,} segment{plural}, {share_text}"
+        return f"{event}: {counted(number, 'segment')}, {share_text}"
     seconds = f"{matrix[row, column]:,.{_decimals(matrix[row, column])}f} s"
-    return f"{event}: {seconds}, {share_text}, in {number:,} place{plural}"
+    return f"{event}: {seconds}, {share_text}, in {counted(number, 'place')}"
 
 
 def missing_matrix_text(run: RunResult | None, *, opened: bool) -> str:

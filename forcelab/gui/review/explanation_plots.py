@@ -19,7 +19,7 @@ from forcelab.gui.figures import text
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.kit.plot import FAINT, Bars, Plot
 from forcelab.gui.kit.traces import curve_colour
-from forcelab.gui.label.scalogram_painting import oklch_to_srgb
+from forcelab.gui.label.scalogram_painting import SHADES, oklch_to_srgb
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.review.reviewed_run import reviewed_vocabulary
 from forcelab.gui.theme import colours, themes
@@ -293,13 +293,13 @@ AGAINST_HUE, FOR_HUE = 255.0, 55.0
 
 
 @cache
-def balance_colours(dark: bool, count: int = 255) -> NDArray[np.uint8]:
-    """Colours from the strongest against to the strongest for, shape (count, 3); count is odd.
+def balance_colours(dark: bool) -> NDArray[np.uint8]:
+    """Colours from the strongest against to the strongest for, shape (SHADES, 3).
 
     The middle is close to the ground of the theme, and lightness runs evenly away from it to
     either side, so that equal steps look equal. Shared: not to be changed.
     """
-    position = np.linspace(-1.0, 1.0, count)
+    position = np.linspace(-1.0, 1.0, SHADES)
     ground, far = (0.26, 0.80) if dark else (0.97, 0.50)
     lightness = ground + (far - ground) * np.abs(position)
     chroma = 0.155 * np.abs(position)

@@ -16,6 +16,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures.pairs import Pair, PairRow
 from forcelab.gui.figures.tracks import agreed_share
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.text import contains_words
 from forcelab.labels import Segments, is_model
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition.results import DemonstrationResult
@@ -191,11 +192,10 @@ def filter_and_sort(
     The worst are those of the run, so that no row runs away while its mistakes are put right. Of
     the proposals the least certain is the worst.
     """
-    words = searched.casefold().split()
     fitting = [
         entry
         for entry in entries
-        if all(word in f"{entry.reviewed.name} {entry.reviewed.task}".casefold() for word in words)
+        if contains_words(f"{entry.reviewed.name} {entry.reviewed.task}", searched)
     ]
 
     def place(entry: PairEntry) -> float:

@@ -30,6 +30,7 @@ from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours
 from forcelab.review.active_learning import Proposal, acceptable_segments, rank_proposals
 from forcelab.review.run_result import RunResult
+from forcelab.text import counted
 
 
 class AcceptButtons(QWidget):
@@ -152,7 +153,8 @@ class AcceptButtons(QWidget):
             count = len(acceptable_segments(reviewed, *document.view.bounds, least))
         none = "No predicted segment of the open demonstration is that probable."
         set_enabled_with_reason(self.above, "" if count else none)
-        self.above.setToolTip(f"{count} segments of the open demonstration are that probable")
+        found = counted(count, "segment")
+        self.above.setToolTip(f"{found} of the open demonstration with at least this probability")
 
 
 RANKING_JOB = "proposals"

@@ -7,6 +7,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from forcelab.text import counted
+
 if TYPE_CHECKING:
     from forcelab.project import Project, RunSummary
     from forcelab.recognition.dataset import DataSelection
@@ -94,7 +96,7 @@ def freshness_text(
     if coder:
         return f"trained on the labels of {coder}", f"trained on {coder}"
     if edits:
-        changes = f"{edits} change{'' if edits == 1 else 's'} since"
+        changes = f"{counted(edits, 'change')} since"
         return f"{changes} {'training' if has_recogniser else 'this run'}", changes
     if has_recogniser:
         return (

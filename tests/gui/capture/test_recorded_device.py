@@ -108,7 +108,10 @@ def test_one_of_another_project_can_be_played(page, tmp_path, monkeypatch):
         add(path, "same", task="a")
         add(path, "same", task="b", begin=1)
     settings.remember_project(other)
-    monkeypatch.setattr("PySide6.QtWidgets.QFileDialog.getExistingDirectory", lambda *_: str(third))
+    answers = iter(["", str(third)])
+    monkeypatch.setattr(
+        "PySide6.QtWidgets.QFileDialog.getExistingDirectory", lambda *_: next(answers)
+    )
 
     def choose(dialog):
         texts = [dialog.project.itemText(i) for i in range(dialog.project.count())]
@@ -118,6 +121,9 @@ def test_one_of_another_project_can_be_played(page, tmp_path, monkeypatch):
         QTest.keyClick(dialog.project, Qt.Key.Key_Down)
         dialog.project.activated.emit(dialog.project.currentIndex())
         assert [row[:2] for row in rows(dialog)] == [["same", "a"], ["same", "b"]]
+        assert "other.forcelab" in dialog.device
+        dialog.project.setCurrentIndex(3)
+        dialog.project.activated.emit(3)  # cancelled
         assert "other.forcelab" in dialog.device
         dialog.project.activated.emit(3)
         click(dialog.add_button)

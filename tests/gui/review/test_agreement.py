@@ -112,6 +112,9 @@ def test_the_matrix_leads_to_the_figures_and_to_the_places(app, until):
         spot = view.matrix.cell(0, 1).center()
         assert view.matrix.readout(spot).startswith(f"Ann and Ben: kappa {pair.kappa:.3f}")
         assert view.matrix.readout(QPointF(1, 1)) == ""
+        assert view.matrix.readout(view.matrix.cell(2, 2).center()).endswith(
+            ": 1 demonstration labelled"
+        )
         table = view.pair.places
         first = table.rows[0].place
         assert first.duration == max(p.duration for p in (*pair.apart, *pair.alone))
