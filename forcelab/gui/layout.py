@@ -117,20 +117,26 @@ class Dock(QDockWidget):
         face = QFont()
         face.setStyleHint(QFont.StyleHint.SansSerif)
         self.setFont(face)
+        self._icons = {"close": icon("cross"), "float": icon("float")}
         self._set_icons()
 
     def event(self, event: QEvent) -> bool:
-        """Set the icons again after what makes Qt set its own."""
+        """Set the icons again after what makes Qt set its own.
+
+        A layout that is restored does, and tells it by no more than a request for a new layout.
+        """
         handled = super().event(event)
-        if event.type() in (QEvent.Type.StyleChange, QEvent.Type.ParentChange):
+        kinds = QEvent.Type
+        if event.type() in (kinds.StyleChange, kinds.ParentChange, kinds.LayoutRequest):
             self._set_icons()
         return handled
 
     def _set_icons(self) -> None:
-        for name, drawing in (("close", "cross"), ("float", "float")):
+        for name, own in self._icons.items():
             button = self.findChild(QAbstractButton, f"qt_dockwidget_{name}button")
             assert isinstance(button, QAbstractButton)
-            button.setIcon(icon(drawing))
+            if button.icon().cacheKey() != own.cacheKey():  # setting it requests a layout itself
+                button.setIcon(own)
 
 
 class DockedWindow(QMainWindow):
