@@ -299,7 +299,7 @@ def emphasise(widget: QWidget, larger: float = 1.0) -> None:
 
 
 class ProgressBar(QProgressBar):
-    """The progress of a job; hidden at first."""
+    """The progress of a job, as much of its text as fits in one line; hidden at first."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -310,6 +310,12 @@ class ProgressBar(QProgressBar):
         self.setRange(0, progress.total)
         self.setValue(progress.done)
         self.setFormat(progress.text)
+        self.setToolTip(super().text())
+
+    def text(self) -> str:
+        """The text as far as it fits; Qt would break it into lines, and cut them."""
+        room = self.width() - self.fontMetrics().height()
+        return self.fontMetrics().elidedText(super().text(), Qt.TextElideMode.ElideRight, room)
 
 
 def set_tone(tone: Literal["trouble", "warning"], text: str = "") -> QLabel:
