@@ -99,7 +99,9 @@ class ZeroDrift:
         """Take in a quiet level of a channel."""
         levels = self._levels[channel]
         if np.isnan(self._zero[channel]):
-            levels.append(level)
+            # The first level is unloaded; what is held soon after is not part of the zero.
+            if not levels or abs(level - np.median(levels)) <= self._threshold()[channel]:
+                levels.append(level)
             if len(levels) == _FIRST:
                 self._zero[channel] = np.median(levels)
         elif abs(level - np.median(levels)) <= _NEAR * self._threshold()[channel]:

@@ -21,6 +21,7 @@ from forcelab.gui.file_dialogs import ask_folder
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import ProgressBar, copyable, set_enabled_with_reason
 from forcelab.gui.widgets import ElidedComboBox
+from forcelab.text import counted
 
 
 class ExportDialog(QDialog):
@@ -54,6 +55,7 @@ class ExportDialog(QDialog):
         self.replacing = QCheckBox("Overwrite existing files")
         self._bar = ProgressBar("Progress of the export")
         self._report_label = copyable()
+        self._bare = 0  # of those chosen, how many have nothing to write
         form = QFormLayout()
         form.addRow("Labels of", self.which)
         form.addRow("Format", self.form)
@@ -79,6 +81,8 @@ class ExportDialog(QDialog):
         set_enabled_with_reason(self.go, "Wait until this is written.")
         self._bar.setVisible(True)
         self._report_label.clear()
+        chosen = () if self.form.currentData() == "archive" else self.which.currentData() or ()
+        self._bare = sum(not info.authors for info in self._document.infos if info.id in chosen)
         job = exporting(
             project.path,
             folder,
@@ -106,7 +110,9 @@ class ExportDialog(QDialog):
 
     def _written(self, files: tuple[Path, ...]) -> None:
         more = f" and {len(files) - 1} more" if len(files) > 1 else ""
-        self._report(f"Written: {files[0]}{more}")
+        have = "has" if self._bare == 1 else "have"
+        rest = f".\n{counted(self._bare, 'demonstration')} {have} no labels yet."
+        self._report(f"Written: {files[0]}{more}{rest if self._bare else ''}")
 
     def _failed(self, error: Exception) -> None:
         self._report(str(error))

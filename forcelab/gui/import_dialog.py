@@ -457,7 +457,7 @@ class ImportDialog(QDialog):
     def _warn(self) -> None:
         """Warn of recordings without a task, which are allowed."""
         missing = not self._task.currentText().strip()
-        self._taskless.setVisible(missing)
+        self._taskless.setVisible(missing and self._files.count() > 0)
         self._go.setText("Import without a task" if missing else "Import")
 
     def _make_removable(self) -> None:
@@ -503,6 +503,7 @@ class ImportDialog(QDialog):
         reason = "" if files else "Add files first."
         set_enabled_with_reason(self._go, reason if self._bar.isHidden() else _GOES_ON)
         self._show_report("")  # it was of files that were in the list before
+        self._warn()
         self.columns.show_first([Path(name) for name in files])
 
     def _import(self) -> None:

@@ -119,20 +119,26 @@ class Dock(QDockWidget):
         face = QFont()
         face.setStyleHint(QFont.StyleHint.SansSerif)
         self.setFont(face)
+        self._icons = {"close": icon("cross"), "float": icon("float")}
         self._set_icons()
 
     def event(self, event: QEvent) -> bool:
-        """Set the icons again after what makes Qt set its own."""
+        """Set the icons again after what makes Qt set its own.
+
+        A layout that is restored does, and tells it by no more than a request for a new layout.
+        """
         handled = super().event(event)
-        if event.type() in (QEvent.Type.StyleChange, QEvent.Type.ParentChange):
+        kinds = QEvent.Type
+        if event.type() in (kinds.StyleChange, kinds.ParentChange, kinds.LayoutRequest):
             self._set_icons()
         return handled
 
     def _set_icons(self) -> None:
-        for name, drawing in (("close", "cross"), ("float", "float")):
+        for name, own in self._icons.items():
             button = self.findChild(QAbstractButton, f"qt_dockwidget_{name}button")
             assert isinstance(button, QAbstractButton)
-            button.setIcon(icon(drawing))
+            if button.icon().cacheKey() != own.cacheKey():  # setting it requests a layout itself
+                button.setIcon(own)
 
 
 class DockedWindow(QMainWindow):
@@ -292,7 +298,7 @@ def emphasise(widget: QWidget, larger: float = 1.0) -> None:
 
 
 class ProgressBar(QProgressBar):
-    """The progress of a job; hidden at first."""
+    """The progress of a job, as much of its text as fits in one line; hidden at first."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -303,6 +309,12 @@ class ProgressBar(QProgressBar):
         self.setRange(0, progress.total)
         self.setValue(progress.done)
         self.setFormat(progress.text)
+        self.setToolTip(super().text())
+
+    def text(self) -> str:
+        """The text as far as it fits; Qt would break it into lines, and cut them."""
+        room = self.width() - self.fontMetrics().height()
+        return self.fontMetrics().elidedText(super().text(), Qt.TextElideMode.ElideRight, room)
 
 
 def toned_label(tone: Literal["trouble", "warning"], text: str = "") -> QLabel:

@@ -53,8 +53,8 @@ class SampleProgress(QWidget):
         """Show the progress; None when it is over."""
         self.setVisible(progress is not None)
         if progress is not None:
-            text = f"Sample project: {progress.text}"
-            self.bar.show_progress(replace(progress, text=f"{text} · %p %"))
+            text = f"%p % · sample project: {progress.text}"  # the end is cut where it is narrow
+            self.bar.show_progress(replace(progress, text=text))
 
 
 #: How many recent projects are offered.

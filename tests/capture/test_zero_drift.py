@@ -66,6 +66,13 @@ def test_a_load_that_is_held_still_is_no_wander():
     assert (drift_of(times, values) == 0).all()
 
 
+def test_a_load_in_the_first_seconds_is_no_part_of_the_zero():
+    """A light one, held still between the quiet moments that the zero is taken from."""
+    loads = [(1.4 + 5 * i, 3.4 + 5 * i, 0.4, 0.0) for i in range(24)]
+    times, values = readings(120, loads=loads)
+    assert (drift_of(times, values) == 0).all()
+
+
 def test_zeroing_ends_it():
     times, values = readings(80, per_minute=0.8)
     values[times > 60] -= np.array([1.0, 0.0]) * 0.8 / 60 * times[times > 60, None]

@@ -1,9 +1,12 @@
 """Labels leave the project by the window, and hidden ones do not."""
 
+import numpy as np
 import pytest
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QLabel, QWidget
 from window_helpers import open_painted_document
 
+from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import settings
 from forcelab.gui.export_dialog import ExportDialog
 from forcelab.gui.jobs import Jobs
@@ -55,6 +58,25 @@ def test_the_open_demonstration_or_all_that_are_shown(dialog, document, tmp_path
     dialog.export(tmp_path / "all")
     until(dialog.go.isEnabled)
     assert len(written(tmp_path / "all")) == 2 * len(document.infos)
+
+
+def test_it_is_told_how_many_of_all_have_no_labels(dialog, document, tmp_path, until):
+    dialog.which.setCurrentIndex(dialog.which.findText("All", Qt.MatchFlag.MatchStartsWith))
+    dialog.export(tmp_path / "full")
+    until(dialog.go.isEnabled)
+    assert not any("no labels" in label.text() for label in dialog.findChildren(QLabel))
+    times, channels = np.arange(9) / 100, (Channel("fz1", "N"),)
+    bare = Demonstration("bare", "stylus", times, np.zeros((9, 1)), channels)
+    document.project.demonstrations.add(bare)
+    document.reread()
+    other = ExportDialog(document, dialog._jobs, [info.id for info in document.infos])
+    other.which.setCurrentIndex(other.which.findText("All", Qt.MatchFlag.MatchStartsWith))
+    other.export(tmp_path / "all")
+    until(other.go.isEnabled)
+    told = "\n1 demonstration has no labels yet."
+    assert any(label.text().endswith(told) for label in other.findChildren(QLabel))
+    other.reject()
+    other.deleteLater()
 
 
 def test_the_whole_project_is_offered_beside_what_a_search_has_left(document, tmp_path, until):

@@ -121,6 +121,18 @@ def test_a_typed_task_moves_nothing(app, open_on):
     assert (import_button(dialog).y(), dialog.columns.height()) == before
 
 
+def test_a_task_is_asked_for_as_long_as_there_are_files_to_import(app, open_on, until):
+    dialog = open_on()
+    assert not warns_of_no_task(dialog)
+    dialog.add_files([FOAM])
+    assert warns_of_no_task(dialog)
+    named(dialog, QComboBox, "Task").setCurrentText("foam")
+    import_now = next(b for b in dialog.findChildren(QPushButton) if b.text() == "Import")
+    QTest.mouseClick(import_now, Qt.MouseButton.LeftButton)
+    until(lambda: "1 demonstration imported" in report(dialog))
+    assert not warns_of_no_task(dialog)
+
+
 def test_what_is_added_during_an_import_is_imported_after_it(document, open_on, tmp_path, until):
     later = tmp_path / "later.csv"
     later.write_text("t,fx\n" + "".join(f"{row / 50},{row % 9}\n" for row in range(99)))

@@ -227,6 +227,28 @@ def test_a_sample_project_goes_on_when_another_project_is_opened(
     document.close()
 
 
+def test_a_long_progress_of_the_sample_project_stays_on_one_line(
+    app, tmp_path, monkeypatch, until, hovered
+):
+    ended = []
+    monkeypatch.setattr("forcelab.sample.making", endless(ended))
+    monkeypatch.setattr("forcelab.gui.window.sample_place", lambda: tmp_path / "sample")
+    window = Window("Ann")
+    window.show()
+    window.begin(LaunchOptions())
+    (shown,) = window._welcome.findChildren(SampleProgress)
+    QTest.mouseClick(window._welcome.findChildren(QCommandLinkButton)[0], Qt.MouseButton.LeftButton)
+    until(lambda: shown.isVisible() and "LEGO" in shown.bar.format())
+    tasks = "simulating marker, stylus, cartridge, LEGO, foam"
+    shown.show_progress(Progress(1, 4, tasks))
+    assert shown.bar.fontMetrics().horizontalAdvance(shown.bar.text()) < shown.bar.width()
+    assert shown.bar.text().startswith("25 %")
+    assert tasks in hovered(shown.bar)
+    shown.cancel.click()
+    until(lambda: ended)
+    window.close()
+
+
 def test_making_the_sample_project_can_be_cancelled_wherever_it_is_shown(
     app, tmp_path, monkeypatch, until, hovered
 ):

@@ -3,10 +3,11 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QByteArray, Qt
 from PySide6.QtGui import QGuiApplication, QPalette
 from PySide6.QtWidgets import (
     QAbstractButton,
+    QApplication,
     QComboBox,
     QLabel,
     QListWidget,
@@ -242,3 +243,22 @@ def test_the_buttons_of_the_lists_are_seen_and_follow_the_theme(themed, choice, 
         inks = {picture.pixelColor(x, y).name() for x, y in places}
         assert max(contrast(ink, theme.colours().panel) for ink in inks) >= 3
     window.close()
+
+
+@pytest.mark.parametrize("name", ["close", "float"])
+def test_the_buttons_of_the_lists_look_the_same_at_the_next_start(themed, name):
+    pictures, layout = [], QByteArray()
+    for _ in range(2):
+        window, dock = QMainWindow(), Dock("Actions")
+        dock.setObjectName("actions")
+        window.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, dock)
+        theme.apply_to_application(window)
+        if not layout.isEmpty():
+            assert window.restoreState(layout)
+        window.show()
+        QApplication.processEvents()
+        button = dock.findChild(QAbstractButton, f"qt_dockwidget_{name}button")
+        pictures.append(button.grab().toImage())
+        layout = window.saveState()
+        window.close()
+    assert pictures[0] == pictures[1]

@@ -25,7 +25,7 @@ from forcelab.segment_edits import SLIVER, move_edge, move_segment, paint
 
 #: How near the pointer must come to a target to snap to it, in pixels.
 SNAP_REACH = 8.0
-#: A brush that is put down on unlabelled time this near to a segment, in pixels, paints up to it.
+#: A drag that begins on unlabelled time this near to a segment, in pixels, begins at its edge.
 JOIN_REACH = 16.0
 #: Samples closer than this many pixels cannot be told apart by hand: none of them is a target.
 LEAST_SAMPLE_DISTANCE = 4.0
@@ -128,8 +128,8 @@ def snapped_time(document: Document, time: float, pixel: float, *, free: bool) -
 
 
 def adjacent_edge(document: Document, time: float, pixel: float) -> Snap | None:
-    """The edge up to which a brush paints that is put down beside a segment."""
-    if document.action is None or not document.view.snapping:
+    """The edge at which a drag begins that paints or marks beside a segment."""
+    if not document.view.snapping:
         return None
     edge = edge_beside(document.editor.segments, time, JOIN_REACH * pixel)
     if edge is None:
@@ -443,9 +443,9 @@ def begin_gesture(
 ) -> Gesture:
     """The drag that a press on `target` begins, should the pointer move.
 
-    A span begins at `start`, which is `time` snapped. With a brush, unlabelled time is painted
-    right up to the segment beside it, whose edge is grabbed from within the segment. `moving`
-    grabs a segment that would be painted over otherwise.
+    A span begins at `start`, which is `time` snapped. With a brush, an edge is grabbed from within
+    its segment only: unlabelled time is painted there. `moving` grabs a segment that would be
+    painted over otherwise.
     """
     segments, bounds = document.editor.segments, document.view.bounds
     if document.action is not None and not target.inside:

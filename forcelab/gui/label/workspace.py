@@ -29,6 +29,10 @@ from forcelab.gui.label.video import CameraSelection, VideoPanel
 from forcelab.gui.layout import Dock, DockedWindow, placeholder
 from forcelab.signals.contacts import ContactEvent, find_contacts
 
+#: Contact events less clear than this are not snapped to: nobody sees them in the curves, and where
+#: nothing is touched there are several a second, with no room between them for frames and samples.
+CLEAR = 3.0
+
 
 class Timeline(QWidget):
     """Ruler, tracks, panels, overview and transport, from top to bottom.
@@ -423,4 +427,5 @@ class LabelWorkspace(DockedWindow):
             self.jobs.run(finding, self._contacts_found, key="contacts")
 
     def _contacts_found(self, events: tuple[ContactEvent, ...]) -> None:
-        self.document.view.contacts = np.array([event.time for event in events])
+        clear = [event.time for event in events if event.clearness >= CLEAR]
+        self.document.view.contacts = np.array(clear, dtype=np.float64)

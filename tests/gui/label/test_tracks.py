@@ -232,6 +232,23 @@ def test_without_a_brush_a_drag_marks_a_range_and_asks_what_with(document, hand,
     assert document.view.range is None
 
 
+@pytest.mark.parametrize("pixels", [6, 9, 12, 15])
+def test_a_range_marked_beside_a_segment_begins_at_its_edge(document, hand, panel, pixels):
+    beside = pixels * panel.seconds_per_pixel
+    hand.move(3.0 + beside, pressed=False)
+    assert document.view.hint == Snap(3.0, "edge")
+    hand.drag(3.0 + beside, 4.0)
+    entries(panel.menu)["&3  release"].trigger()
+    hand.drag(5.0 - beside, 4.5)
+    entries(panel.menu)["&1  grab"].trigger()
+    assert stored_rows(document) == [
+        *TIMES[:2],
+        (3.0, 4.0, "release"),
+        (4.5, 5.0, "grab"),
+        TIMES[2],
+    ]
+
+
 def test_what_to_do_with_a_marked_range_is_said_and_an_action_can_be_new(
     document, hand, panel, messages
 ):

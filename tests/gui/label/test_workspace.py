@@ -9,8 +9,10 @@ from PySide6.QtWidgets import QWidget
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
 from forcelab.gui.label.workspace import LabelWorkspace, Timeline
+from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.project import Project
+from forcelab.signals.contacts import find_contacts
 
 
 def touch(name, at):
@@ -50,6 +52,23 @@ def test_contacts_are_found_again_when_the_same_demonstration_is_opened_again(
         document.open_demonstration("early")
         until(lambda: len(document.view.contacts))
         assert min(abs(document.view.contacts - 0.5)) < 0.05
+
+
+def test_noise_attracts_nothing(workspace, tmp_path, until):
+    """Nothing is touched but from 1 to 3 s; a sensor beside it creeps by little more than noise."""
+    document, still = workspace.document, touch("still", 1.0)
+    noise = np.random.default_rng(2).normal(0, 0.01, len(still.times))
+    creep = 0.03 * np.sin(2 * np.pi * still.times)
+    signals = np.column_stack((still.signals[:, 0], creep + noise))
+    channels = (Channel("fz1", "N"), Channel("fz2", "N"))
+    with Project.create(tmp_path / "creep.forcelab") as project:
+        project.demonstrations.add(Demonstration("c", "stylus", still.times, signals, channels))
+    document.open_project(tmp_path / "creep.forcelab")
+    document.open_demonstration("c")
+    until(lambda: len(document.view.contacts))
+    events = finish(find_contacts(still.times, signals))
+    assert any(event.time < 0.9 or event.time > 3.1 for event in events)
+    assert all(0.9 < time < 3.1 for time in document.view.contacts)
 
 
 def test_contacts_of_a_demonstration_that_was_left_reach_no_other(
