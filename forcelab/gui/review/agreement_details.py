@@ -681,9 +681,9 @@ class ConsistencyView(QWidget):
         text = "No segment stands out by its duration or its order."
         if odd or rare:
             text = (
-                f"{len(odd)} segments are unusually long or short for their action, and "
-                f"{len(rare)} times two actions follow each other as in no other demonstration of "
-                "the task. Worth a look; it need not be a mistake."
+                f"Unusually long or short for their action: {counted(len(odd), 'segment')}. Two "
+                "actions that follow each other as in no other demonstration of the task: "
+                f"{counted(len(rare), 'time')}. Worth a look; it need not be a mistake."
             )
         self._odd.setText(text)
         self.places.setVisible(bool(odd or rare))
