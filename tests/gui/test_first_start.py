@@ -5,7 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from factories import add_foam_demonstration, make_foam_project, perform_grips, render_placeholder
+from factories import (
+    BAYES_SETTINGS,
+    add_foam_demonstration,
+    make_foam_project,
+    perform_grips,
+    render_placeholder,
+)
 from PySide6.QtCore import QPoint, Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QCommandLinkButton, QLineEdit
@@ -18,7 +24,6 @@ from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.review import training_preferences
 from forcelab.jobs import Progress
 from forcelab.project import Project
-from forcelab.recognition.presets import preset
 from forcelab.simulation import generate, rendering
 
 ASSETS = Path(__file__).parents[2] / "assets"
@@ -87,7 +92,7 @@ def test_the_sample_waits_to_be_labelled_with_hints_and_has_a_review(
     monkeypatch.setattr("forcelab.sample.TASKS", ("LEGO", "foam"))
     # With these it is trained within seconds; a process of low priority may wait for minutes.
     monkeypatch.setattr("forcelab.process.run_in_process", lambda work, *given: work(*given))
-    training_preferences.remember(place, "foam", preset("paper").replace(max_scale=32.0))
+    training_preferences.remember(place, "foam", BAYES_SETTINGS)
     monkeypatch.setattr("os.cpu_count", lambda: 1)  # another process would not know of these
     click(way(window, "Try the sample"))
     until(lambda: window.document.id)
