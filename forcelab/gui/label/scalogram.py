@@ -331,6 +331,7 @@ class ScalogramPanel(SignalPanel):
         self._frequencies.setWidth(self.GUTTER)
         self._frequencies.linkToView(self._box)
         self.addItem(self._frequencies)
+        self._ranged: tuple[Scalogram, bool, tuple[float, float]] | None = None
         self._trouble = self._note = ""  # what went wrong, and what was approximated
         self._request_due = False  # a picture that was not asked for while the window was minimised
         self._loader = ScalogramLoader(jobs, self._request, self)
@@ -546,4 +547,9 @@ class ScalogramPanel(SignalPanel):
 
     def _range(self) -> tuple[float, float]:
         """Decimal logarithms of the magnitudes for the first and the last colour."""
-        return (-1.0, 0.0) if self.picture is None else colour_range(self.picture, self._steady)
+        picture, steady = self.picture, self._steady
+        if picture is None:
+            return -1.0, 0.0
+        if self._ranged is None or self._ranged[0] is not picture or self._ranged[1] != steady:
+            self._ranged = picture, steady, colour_range(picture, steady)
+        return self._ranged[2]
