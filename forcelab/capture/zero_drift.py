@@ -42,6 +42,7 @@ class ZeroDrift:
         self._noise = np.full(self._channels, np.inf)
         self._step = np.full(self._channels, np.inf)
         self._largest = np.zeros(self._channels)
+        self._away = np.zeros(self._channels, dtype=np.int64)  # quiet levels in a row off the first
         self.interrupt()
 
     def interrupt(self) -> None:
@@ -99,8 +100,14 @@ class ZeroDrift:
         """Take in a quiet level of a channel."""
         levels = self._levels[channel]
         if np.isnan(self._zero[channel]):
-            # The first level is unloaded; what is held soon after is not part of the zero.
-            if not levels or abs(level - np.median(levels)) <= self._threshold()[channel]:
+            # The first level is unloaded; what is held soon after is not part of the zero. One that
+            # does not come back was no zero: it was loaded when it began.
+            near = not levels or abs(level - np.median(levels)) <= self._threshold()[channel]
+            self._away[channel] = 0 if near else self._away[channel] + 1
+            if self._away[channel] == _REMEMBERED:
+                levels.clear()
+                self._away[channel], near = 0, True
+            if near:
                 levels.append(level)
             if len(levels) == _FIRST:
                 self._zero[channel] = np.median(levels)

@@ -339,13 +339,6 @@ class Envelope:
         self._from_pyramid(columns.up_to(self.filled), low, high)
         return _without_empty(low, high)
 
-    def drawn(self, columns: Columns) -> Extremes:
-        """The least and the greatest value of the curve in each column.
-
-        As of :meth:`extremes`, with the values of the line through the samples at the edges.
-        """
-        return drawn_together([self], columns)[0]
-
     def _from_pyramid(self, columns: Columns, low: Real, high: Real) -> None:
         if not len(columns.full):
             return
@@ -387,9 +380,11 @@ class Envelope:
 
 
 def drawn_together(envelopes: Sequence[Envelope], columns: Columns) -> list[Extremes]:
-    """What :meth:`Envelope.drawn` gives for each of some channels of one demonstration.
+    """The least and the greatest value of some channels' curves in each column.
 
-    It takes a fraction of the time: the channels of a sample lie next to each other.
+    As of :meth:`Envelope.extremes`, with the values of the line through the samples at the edges.
+    The channels are of one demonstration: those of a sample lie next to each other, so together
+    they take a fraction of the time.
     """
     if not envelopes:
         return []

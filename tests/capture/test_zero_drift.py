@@ -73,6 +73,12 @@ def test_a_load_in_the_first_seconds_is_no_part_of_the_zero():
     assert (drift_of(times, values) == 0).all()
 
 
+def test_a_zero_that_wanders_is_told_though_something_was_held_when_it_began():
+    held = [(0.0, 1.2, 8.0, 0.0)]
+    times, values = readings(120, per_minute=0.8, loads=[*held, *handling(120)])
+    assert drift_of(times, values)[0] > 0.8
+
+
 def test_zeroing_ends_it():
     times, values = readings(80, per_minute=0.8)
     values[times > 60] -= np.array([1.0, 0.0]) * 0.8 / 60 * times[times > 60, None]

@@ -18,6 +18,11 @@ from forcelab.signals.minmax import (
 )
 
 
+def drawn_alone(envelope, columns):
+    """The curve of one channel in each column."""
+    return drawn_together([envelope], columns)[0]
+
+
 def brute(times, values, edges):
     """The extremes of each column, looked up sample by sample."""
     low, high = [], []
@@ -84,7 +89,7 @@ def test_a_number_that_stands_for_an_absent_sensor_is_missing_and_no_glitch():
     assert envelope.glitches.tolist() == [500]
     assert envelope.range == clean.range
     shown = Columns(np.arange(4_000) / 1000, np.linspace(0.0, 4.0, 200))
-    np.testing.assert_array_equal(envelope.drawn(shown).high, clean.drawn(shown).high)
+    np.testing.assert_array_equal(drawn_alone(envelope, shown).high, drawn_alone(clean, shown).high)
 
 
 def check(envelope, times, values, edges):
@@ -149,7 +154,7 @@ def test_nothing_reaches_across_a_gap():
     edges = np.linspace(0.0, times[-1] + 1e-3, 101)
     columns = Columns(times, edges, 0.005)
     assert columns.pyramid
-    for found in (envelope.extremes(columns), envelope.drawn(columns)):
+    for found in (envelope.extremes(columns), drawn_alone(envelope, columns)):
         known = ~np.isnan(found.low)
         np.testing.assert_array_equal(found.low[known], found.high[known])
         assert set(found.low[known]) == {0.0, 10.0}
@@ -163,7 +168,7 @@ def test_the_lines_between_samples_join_up_to_the_curve(data):
     times, signals = recording(random, data.draw(st.integers(2, 60)), 0.1)
     values = signals[:, 0]
     edges = np.linspace(times[0] - 1e-3, times[-1] + 1e-3, data.draw(st.integers(1, 300)) + 1)
-    found = Envelope(signals, 0).drawn(Columns(times, edges, 0.02))
+    found = drawn_alone(Envelope(signals, 0), Columns(times, edges, 0.02))
     joined = (np.diff(times) <= 0.02) & np.isfinite(values[:-1]) & np.isfinite(values[1:])
     # Independent reference: the curve looked up at many times of each column.
     for i in range(len(edges) - 1):
@@ -333,7 +338,7 @@ def test_channels_drawn_together_are_what_each_is_alone(data):
         Envelope(signals, i) for i in data.draw(st.sampled_from([(0, 1, 2), (2, 0), (1,)]))
     ]
     for found, envelope in zip(drawn_together(envelopes, columns), envelopes, strict=True):
-        alone = envelope.drawn(columns)
+        alone = drawn_alone(envelope, columns)
         np.testing.assert_array_equal(found.low, alone.low)
         np.testing.assert_array_equal(found.high, alone.high)
 

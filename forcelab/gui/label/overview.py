@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, QSize, Qt, QTimer
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPen
 from PySide6.QtWidgets import QApplication, QSizePolicy
@@ -15,13 +14,12 @@ from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.kit.time_panel import TimeView
-from forcelab.gui.kit.traces import Real, Trace, column_edges
+from forcelab.gui.kit.traces import column_edges
 from forcelab.gui.label.lanes import Lane, axis_of, span_of, spanning
 from forcelab.gui.label.ruler import LONGEST_IN_SECONDS, clock_time
-from forcelab.gui.label.traces import ForcePanel
+from forcelab.gui.label.traces import ChannelTrace, ForcePanel
 from forcelab.gui.label.track_painting import paint_row
 from forcelab.gui.theme import colours
-from forcelab.signals.minmax import Extremes
 
 #: Height of the overview, and of the strip with the coder's track, in pixels.
 HEIGHT = 58
@@ -37,27 +35,13 @@ HANDLE_REACH = 6.0
 Handle = Literal["start", "end", "body", "new"]
 
 
-class WholeTrace(Trace):
-    """The curve of a channel over the whole demonstration."""
+class WholeTrace(ChannelTrace):
+    """The curve of a channel over the whole demonstration, without dots at its samples."""
 
     opaque = 0.75
 
-    def __init__(self, overview: Overview, column: int) -> None:
-        super().__init__(overview.add_box(), column)
-        self._source = overview.source
-
-    @property
-    def _name(self) -> str:
-        return self._source.names[self._column]
-
-    def version(self) -> object:
-        return self._source.revision
-
-    def extremes(self, edges: Real) -> Extremes:
-        return self._source.envelope(self._name).drawn(self._source.columns(edges))
-
-    def glitches(self, start: float, end: float) -> tuple[Real, NDArray[np.bool_]]:
-        return self._source.glitches(self._name, start, end)
+    def samples(self, start: float, end: float, width: float) -> None:
+        return None
 
 
 class Overview(TimeView):
@@ -117,7 +101,7 @@ class Overview(TimeView):
         """Lay the curves of all shown channels over each other."""
         source, plot = self.source, self.plot
         while len(self._traces) < len(source.channels):
-            self._traces.append(WholeTrace(self, len(self._traces)))
+            self._traces.append(WholeTrace(source, self.add_box(), len(self._traces)))
         for column, trace in enumerate(self._traces):
             shown = column < len(source.names) and source.names[column] in source.shown
             trace.box.setVisible(shown)
@@ -132,13 +116,13 @@ class Overview(TimeView):
         if self.document.demonstration is None or not self._traces or state == self._fitted:
             return
         self._fitted = state
-        columns = source.columns(column_edges(self._traces[0].box, self.devicePixelRatioF())[1])
+        edges = column_edges(self._traces[0].box, self.devicePixelRatioF())[1]
+        _, extremes = source.extremes(edges)
         shown = [i for i, name in enumerate(source.names) if name in source.shown]
         for unit in {source.channels[i].unit for i in shown}:
             same = [i for i in shown if source.channels[i].unit == unit]
-            extremes = (source.envelope(source.names[i]).drawn(columns) for i in same)
             lane = Lane(tuple(same), "", "", 0.0, CURVES_HEIGHT)
-            axis = axis_of(lane, spanning(map(span_of, extremes)))
+            axis = axis_of(lane, spanning(span_of(extremes[source.names[i]]) for i in same))
             for i in same:
                 box = self._traces[i].box
                 box.setYRange(axis.value(CURVES_HEIGHT), axis.value(0.0), padding=0)

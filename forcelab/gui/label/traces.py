@@ -7,9 +7,10 @@ neither read nor searched.
 from __future__ import annotations
 
 import time
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 
 import numpy as np
+import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QLineF, QObject, QRectF, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QHelpEvent, QPainter, QPen
@@ -74,6 +75,7 @@ class ForceChannels(QObject):
         self._envelopes: dict[str, Envelope] = {}
         self._hidden: set[str] = set()
         self._drawn_at = 0.0
+        self._drawn: tuple[object, Columns, dict[str, Extremes]] | None = None
         #: Another number whenever other data is there.
         self.revision = 0
         self.channels: tuple[Channel, ...] = ()
@@ -114,19 +116,21 @@ class ForceChannels(QObject):
         upwards = envelope.values[envelope.glitches] > envelope.limits[1]
         return times[within], upwards[within]
 
-    def columns(self, edges: NDArray[np.float64]) -> Columns:
-        """The samples between edges in seconds."""
-        demonstration = self._document.demonstration
-        if demonstration is None:
-            return Columns(np.empty(0), edges)
-        return Columns(demonstration.times, edges, GAP_PERIODS * demonstration.period)
+    def extremes(self, edges: Real) -> tuple[Columns, dict[str, Extremes]]:
+        """The extremes of all shown channels between edges in seconds, found together.
 
-    def drawn(self, names: Sequence[str], columns: Columns) -> dict[str, Extremes]:
-        """The extremes of some shown channels in each column, by their names."""
-        if not names:
-            return {}
-        extremes = drawn_together([self._envelopes[name] for name in names], columns)
-        return dict(zip(names, extremes, strict=True))
+        Those asked for last are kept, as each channel's curve asks for them.
+        """
+        key = edges[0], edges[-1], len(edges), self.shown, self.revision
+        if self._drawn is None or self._drawn[0] != key:
+            demonstration = self._document.demonstration
+            columns = Columns(np.empty(0), edges)
+            if demonstration is not None:
+                gap = GAP_PERIODS * demonstration.period
+                columns = Columns(demonstration.times, edges, gap)
+            drawn = drawn_together([self._envelopes[name] for name in self.shown], columns)
+            self._drawn = key, columns, dict(zip(self.shown, drawn, strict=True))
+        return self._drawn[1:]
 
     def samples(self, name: str, start: float, end: float) -> tuple[Real, Real]:
         """Times and values of a shown channel's samples within a span, and of those beside it."""
@@ -264,28 +268,28 @@ NOTES = 260.0
 
 
 class ChannelTrace(Trace):
-    """The curve of a channel of the open demonstration."""
+    """The curve of a channel of the open demonstration, in a box of its own."""
 
-    def __init__(self, panel: ForcePanel, column: int) -> None:
-        super().__init__(panel.add_box(), column)
-        self._panel = panel
+    def __init__(self, source: ForceChannels, box: pg.ViewBox, column: int) -> None:
+        super().__init__(box, column)
+        self._source = source
 
     @property
     def _name(self) -> str:
-        return self._panel.source.names[self._column]
+        return self._source.names[self._column]
 
     def version(self) -> object:
-        return self._panel.source.revision
+        return self._source.revision
 
     def extremes(self, edges: Real) -> Extremes:
-        return self._panel.extremes(edges)[1][self._name]
+        return self._source.extremes(edges)[1][self._name]
 
     def samples(self, start: float, end: float, width: float) -> tuple[Real, Real] | None:
-        times, values = self._panel.source.samples(self._name, start, end)
+        times, values = self._source.samples(self._name, start, end)
         return (times, values) if len(times) * DOT_DISTANCE <= width else None
 
     def glitches(self, start: float, end: float) -> tuple[Real, NDArray[np.bool_]]:
-        return self._panel.source.glitches(self._name, start, end)
+        return self._source.glitches(self._name, start, end)
 
 
 class ForcePanel(SignalPanel):
@@ -312,7 +316,6 @@ class ForcePanel(SignalPanel):
         self._notes: list[str] = []
         self._lane_axes: list[LaneAxis] = []
         self._traces: list[ChannelTrace] = []
-        self._drawn: tuple[object, Columns, dict[str, Extremes]] | None = None
         self._noted_left = False
         self.source.choices_changed.connect(self.place)
         self.source.data_read.connect(self.invalidate)
@@ -346,20 +349,12 @@ class ForcePanel(SignalPanel):
 
     # Lanes
 
-    def extremes(self, edges: Real) -> tuple[Columns, dict[str, Extremes]]:
-        """The extremes of all shown channels between edges in seconds, found together."""
-        key = edges[0], edges[-1], len(edges), self.source.shown, self.source.revision
-        if self._drawn is None or self._drawn[0] != key:
-            columns = self.source.columns(edges)
-            self._drawn = key, columns, self.source.drawn(self.source.shown, columns)
-        return self._drawn[1:]
-
     def place(self) -> None:
         """Lay out a lane with its axis and its curves for each axis that there is to be."""
         source, plot = self.source, self.plot
         strips = lanes(source.channels, source.shown, plot.height(), overlaid=source.overlaid)
         while len(self._traces) < len(source.channels):
-            self._traces.append(ChannelTrace(self, len(self._traces)))
+            self._traces.append(ChannelTrace(self.source, self.add_box(), len(self._traces)))
         while len(self._lane_axes) < len(strips):
             self._lane_axes.append(LaneAxis(self.GUTTER, self._values_at_cursor))
             self.addItem(self._lane_axes[-1])
@@ -379,7 +374,7 @@ class ForcePanel(SignalPanel):
 
     def _columns(self) -> tuple[Columns, dict[str, Extremes]]:
         """What is drawn on the screen."""
-        return self.extremes(column_edges(self._traces[0].box, self.devicePixelRatioF())[1])
+        return self.source.extremes(column_edges(self._traces[0].box, self.devicePixelRatioF())[1])
 
     def _fit(self) -> None:
         """Let each axis hold its values; before each painting, as values may have been read."""

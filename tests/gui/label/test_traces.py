@@ -230,11 +230,13 @@ def test_moving_the_cursor_changes_the_values_but_draws_no_curve_anew(panel, mon
 
 def test_a_hidden_channel_is_neither_read_nor_searched(panel, monkeypatch):
     touched = []
-    read, drawn = Envelope.read, Envelope.drawn
+    read, search = Envelope.read, traces.drawn_together
     monkeypatch.setattr(
         Envelope, "read", lambda self, start: touched.append(self) or read(self, start)
     )
-    monkeypatch.setattr(Envelope, "drawn", lambda self, c: touched.append(self) or drawn(self, c))
+    monkeypatch.setattr(
+        traces, "drawn_together", lambda found, c: touched.extend(found) or search(found, c)
+    )
     for name in ("fy1", "temperature"):
         panel.source.set_shown(name, False)
     show(panel.document, recording(seed=5), "two")
