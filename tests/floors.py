@@ -11,8 +11,11 @@ import sys
 import tempfile
 import venv
 from pathlib import Path
+from typing import Any
 
 from packaging.requirements import Requirement
+
+from forcelab.extras import PACKAGES
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -21,17 +24,22 @@ else:
 
 ROOT = Path(__file__).resolve().parents[1]
 #: Extras that are installed too.
-EXTRAS = ("test", "rosbag")
+EXTRAS = ("test", *PACKAGES.values())
 #: The parts that rely on outside packages most: Qt, OpenCV, scikit-learn and its files, bags.
 TESTS = ("tests/gui", "tests/video", "tests/recognition", "tests/formats", "tests/cli")
 
 
+def project() -> dict[str, Any]:
+    """What pyproject.toml says of the package."""
+    return tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+
+
 def requirements() -> list[Requirement]:
     """The packages of pyproject.toml that this Python needs, with those of `EXTRAS`."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    lines = [*project["dependencies"]]
+    described = project()
+    lines = [*described["dependencies"]]
     for extra in EXTRAS:
-        lines += project["optional-dependencies"][extra]
+        lines += described["optional-dependencies"][extra]
     every = map(Requirement, lines)
     return [item for item in every if item.marker is None or item.marker.evaluate()]
 

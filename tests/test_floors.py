@@ -7,6 +7,8 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.version import Version
 
+from forcelab.extras import PACKAGES
+
 REQUIREMENTS = {requirement.name: requirement for requirement in floors.requirements()}
 
 
@@ -35,3 +37,9 @@ def test_a_package_without_a_lowest_version_is_named():
 )
 def test_floors_that_were_found_by_trying_are_not_lowered(name, lowest):
     assert Version(floors.floor(REQUIREMENTS[name]).partition("==")[2]) >= Version(lowest)
+
+
+def test_the_extra_of_each_package_brings_it():
+    extras = floors.project()["optional-dependencies"]
+    for package, extra in PACKAGES.items():
+        assert package in {Requirement(line).name for line in extras[extra]}, package

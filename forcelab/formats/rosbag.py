@@ -11,7 +11,6 @@ import itertools
 import os
 import shutil
 import struct
-import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -22,6 +21,7 @@ import numpy as np
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
+from forcelab.extras import load_extra
 from forcelab.formats.label_tables import own_or_beside_tracks
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.rosbag_topics import (
@@ -217,14 +217,10 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
 def open_bag(path: Path) -> Iterator[Any]:
     """The library's reader of a bag, which may be named by its metadata."""
     path = path.parent if path.name == BAG_METADATA else path
-    try:
-        from rosbags.highlevel import AnyReader
-        from rosbags.typesys import Stores, get_typestore
-    except ModuleNotFoundError as error:
-        raise InputError(
-            f"'{path}' is a ROS bag, which the package rosbags reads; install it with "
-            f"{sys.executable} -m pip install rosbags."
-        ) from error
+    load_extra("rosbags", "rosbag", f"'{path}' is a ROS bag, which")
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
     if path.is_file():
         with path.open("rb") as file:
             head = file.read(16)

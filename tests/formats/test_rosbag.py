@@ -545,7 +545,7 @@ def test_without_the_library_it_is_said_how_to_install_it(tmp_path, monkeypatch)
     for name in [name for name in sys.modules if name.split(".")[0] == "rosbags"]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "rosbags", None)
-    with pytest.raises(InputError, match=r"-m pip install rosbags"):
+    with pytest.raises(InputError, match=r"-m pip install .forcelab\[rosbag\]"):
         read_single(path)
 
 

@@ -20,6 +20,7 @@ from importlib.metadata import PackageNotFoundError, version
 from forcelab.cli.options import add_json
 from forcelab.cli.output import json_text
 from forcelab.errors import InputError
+from forcelab.extras import PACKAGES
 from forcelab.version import __version__
 
 #: Packages without which a part of the program does not run.
@@ -36,8 +37,6 @@ NEEDED = (
     "opencv-contrib-python-headless",
     "pyserial",
 )
-#: Packages of the extras.
-EXTRAS = {"rosbags": "rosbag", "dask": "cluster", "distributed": "cluster"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +75,7 @@ def _checks() -> Iterator[Check]:
     for name in NEEDED:
         version = _version(name)
         yield Check(name, version or "missing", version is not None, "" if version else _cure(name))
-    for name, extra in EXTRAS.items():
+    for name, extra in PACKAGES.items():
         version = _version(name)
         yield Check(name, version or f"not installed (only the extra {extra} needs it)")
     yield from _run_check("Qt", _qt)
