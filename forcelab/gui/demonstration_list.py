@@ -491,8 +491,11 @@ class DemonstrationMenu(QObject):
         """Remove demonstrations for good: by id, the track heads the coder has agreed to lose."""
         return self._do(heads, lambda project: project.demonstrations.remove_all(heads))
 
-    def attach_video(self, id_: str, path: Path) -> bool:
-        """Copy a video into the project; its clock is set by synchronising."""
+    def attach_video(self, id_: str, path: Path, name: str | None = None) -> bool:
+        """Copy a video into the project, in place of the one of that name; by default the first.
+
+        Its clock is set by synchronising.
+        """
         from forcelab.video.validate import check_video
 
         damage = ""
@@ -501,7 +504,7 @@ class DemonstrationMenu(QObject):
             nonlocal damage
             # What is no video is not copied, and takes no video's place.
             damage = check_video(path, project.demonstrations.info(id_).duration)
-            project.media.attach_video(id_, path)
+            project.media.attach_video(id_, path, name=name)
 
         done = self._each([id_], attach)
         if done and damage:
@@ -528,8 +531,15 @@ class DemonstrationMenu(QObject):
         menu.addSeparator()
         menu.addAction("Note…", lambda: self.ask_note(row))
         menu.addAction("Rename…", lambda: self.ask_name(row))
-        video = "Replace video…" if info.has_video else "Attach video…"
-        menu.addAction(video, lambda: self.ask_video(info))
+        if len(info.videos) < 2:
+            video = "Replace video…" if info.has_video else "Attach video…"
+            menu.addAction(video, lambda: self.ask_video(info, *info.videos))
+        else:
+            replacing = menu.addMenu("Replace video")
+            for name in info.videos:
+                replacing.addAction(escape_ampersands(name) + "…", self._replacing(info, name))
+        if info.has_video:
+            menu.addAction("Add another video…", lambda: self.ask_video(info))
         menu.addAction("Move to another task…", lambda: self.ask_task([row]))
         before = self._left.get(info.id, info.task)
         if before != info.task:
@@ -691,14 +701,29 @@ class DemonstrationMenu(QObject):
                 message = f"{len(rows)} demonstrations were removed."
             self._document.show_message(message)
 
-    def ask_video(self, info: DemonstrationInfo) -> None:
+    def _replacing(self, info: DemonstrationInfo, name: str) -> Callable[[], None]:
+        return lambda: self.ask_video(info, name)
+
+    def ask_video(self, info: DemonstrationInfo, name: str | None = None) -> None:
+        """Attach a video in place of the one of that name; a further one is asked for its name."""
         path = ask_file(
             self._window,
             f"Video of {info.name}",
             "video",
             "Videos ({});;All files (*)".format("*.mp4 *.avi *.mkv *.mov *.webm *.m4v"),
         )
-        if path is not None and self.attach_video(info.id, path):
+        if path is not None and name is None and info.has_video:
+            own = path.stem.removeprefix(info.name).strip("._- ") or path.stem
+            name, agreed = QInputDialog.getItem(
+                self._window,
+                f"Add another video to {info.name}",
+                "A video of the same name is replaced.\nName:",
+                list(dict.fromkeys([own, *info.videos])),
+                0,
+                True,
+            )
+            path = path if agreed else None
+        if path is not None and self.attach_video(info.id, path, name):
             self._document.show_message(
                 f"'{info.name}' has its video; Demonstration > Synchronise the video puts it in "
                 "time."

@@ -198,7 +198,7 @@ def _add_cameras(connection: sqlite3.Connection, folder: Path) -> None:
         if not files.STORED_ID.fullmatch(str(id_)):
             continue
         # What cannot be read stays in the folder as it is; what went wrong is told with the stamps.
-        with contextlib.suppress(InputError, OSError, TypeError, ValueError):
+        with contextlib.suppress(InputError, LookupError, OSError, TypeError, ValueError):
             for name, file, clock in _cameras_before(folder, id_, samples):
                 if file:
                     connection.execute(

@@ -112,6 +112,7 @@ def test_a_store_that_knew_one_video_is_opened_with_all_of_them(
         {"start": FRAMES["start"], "frames_0": FRAMES["frames_0"]},
         NAMES | {"video_clocks": np.array([[0.0, 1.0], [np.nan, 1.0]])},
         NAMES | {"video_clocks": np.array([[0.0, 1.0]])},
+        NAMES | {"video_clocks": np.array([0.0, 1.0])},
         NAMES | {"video_files": np.array(["", "../../01.mkv"])},
         NAMES | {"video_files": np.array(["", "signals.npy"])},
         NAMES | {"video_names": np.array(["front", " "])},
@@ -145,8 +146,9 @@ def test_damaged_stamps_and_links_leave_the_first_video(project, make, films, ol
         with Project.open(path) as opened:
             return len(opened.demonstrations.load("01").videos)
 
-    (home / "stamps.npz").write_bytes(whole[:-30])
-    assert videos() == 1
+    for damaged in (whole[:-30], whole[:60] + bytes(40) + whole[100:]):
+        (home / "stamps.npz").write_bytes(damaged)
+        assert videos() == 1
     (home / "stamps.npz").write_bytes(whole)
     assert videos() == 2
     beside.unlink()
