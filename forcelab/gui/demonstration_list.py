@@ -85,7 +85,7 @@ from forcelab.gui.item_views import (
 )
 from forcelab.gui.label.track_spans import track_spans
 from forcelab.gui.layout import dialog_buttons, page_layout, set_enabled_with_reason
-from forcelab.gui.text import escape_ampersands, settle_name
+from forcelab.gui.text import ask, escape_ampersands, settle_name
 from forcelab.gui.theme import Colours, colours, themes
 from forcelab.gui.widgets import ENTER_KEYS, ElidedComboBox, ElidedLabel
 from forcelab.project import DemonstrationInfo, Project
@@ -537,9 +537,16 @@ class DemonstrationMenu(QObject):
         else:
             replacing = menu.addMenu("Replace video")
             for name in info.videos:
-                replacing.addAction(escape_ampersands(name) + "…", self._replacing(info, name))
+                replacing.addAction(
+                    escape_ampersands(name) + "…", partial(self.ask_video, info, name)
+                )
         if info.has_video:
             menu.addAction("Add another video…", lambda: self.ask_video(info))
+            removing = menu.addMenu("Remove video")
+            for name in info.videos:
+                removing.addAction(
+                    escape_ampersands(name) + "…", partial(self._ask_remove_video, info, name)
+                )
         menu.addAction("Move to another task…", lambda: self.ask_task([row]))
         before = self._left.get(info.id, info.task)
         if before != info.task:
@@ -701,8 +708,19 @@ class DemonstrationMenu(QObject):
                 message = f"{len(rows)} demonstrations were removed."
             self._document.show_message(message)
 
-    def _replacing(self, info: DemonstrationInfo, name: str) -> Callable[[], None]:
-        return lambda: self.ask_video(info, name)
+    def _ask_remove_video(self, info: DemonstrationInfo, name: str) -> None:
+        answers = "Remove", "Cancel"
+        answer = ask(
+            self._window,
+            "Remove video",
+            f"Remove the video '{name}' of '{info.name}' for good?",
+            "The file that it was attached from stays, and so do all labels.",
+            answers,
+            default=1,
+            escape=1,
+        )
+        if answer == answers[0]:
+            self._each([info.id], lambda project, id_: project.media.remove_video(id_, name))
 
     def ask_video(self, info: DemonstrationInfo, name: str | None = None) -> None:
         """Attach a video in place of the one of that name; a further one is asked for its name."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sqlite3
 from contextlib import closing
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -67,6 +68,17 @@ def test_videos_come_back_in_order_and_a_name_given_again_replaces_one(project, 
         project.media.attach_video(id_, one, name=" ")
     with pytest.raises(InputError, match="longer than"):
         project.media.attach_video(id_, one, name=2000 * "x")
+    project.media.remove_video(id_, "video 1")  # whose file is that of "left"
+    assert names_and_content(project.demonstrations.load(id_))[0] == ("left", b"first.mp4")
+    project.media.remove_video(id_, "high up")
+    assert [path.read_bytes() for path in sorted(home.glob("video-*"), key=Path.read_bytes)] == [
+        b"first.mp4",
+        b"second.mp4",
+    ]
+    project.media.attach_video(id_, three, name="last")
+    assert project.demonstrations.info(id_).videos == ("left", "low", "last")
+    with pytest.raises(InputError, match="no video 'high up'"):
+        project.media.remove_video(id_, "high up")
     project.demonstrations.remove_all({id_: {}})
     assert not home.exists()
 
