@@ -113,8 +113,8 @@ def format_names() -> tuple[str, ...]:
 def identify(path: str | os.PathLike[str]) -> Format:
     """Tell an existing file's format by its content; the error says what the file seems to be."""
     path = Path(path)
-    with _naming_file(path):
-        head = _head(path)
+    with naming_file(path):
+        head = file_head(path)
         announced = announced_kind(head)
         for format_ in all_formats():
             worthwhile = head.startswith(format_.starts) if format_.starts else not announced
@@ -153,7 +153,7 @@ def read(path: str | os.PathLike[str], options: ReadOptions | None = None) -> li
     """
     path, options = Path(path), options or ReadOptions()
     format_ = identify(path) if options.format is None else _named_format(path, options.format)
-    with _naming_file(path):
+    with naming_file(path):
         recordings = _module(format_).read(path, options)
         if not recordings:
             raise InputError(f"'{path}' holds no recording; there is nothing to import.")
@@ -162,15 +162,15 @@ def read(path: str | os.PathLike[str], options: ReadOptions | None = None) -> li
 
 def _named_format(path: Path, name: str) -> Format:
     """The format of that name, once the file is known to be readable."""
-    with _naming_file(path):
-        _head(path)
+    with naming_file(path):
+        file_head(path)
         for format_ in all_formats():
             if format_.name == name:
                 return format_
         raise InputError(f"There is no format '{name}'; choose one of {', '.join(format_names())}.")
 
 
-def _head(path: Path) -> bytes:
+def file_head(path: Path) -> bytes:
     """The first bytes of a regular file, at least one; of a bag's folder, those of its metadata."""
     if is_bag_folder(path):
         path = path / BAG_METADATA
@@ -191,7 +191,7 @@ def _module(format_: Format) -> _Reader:
 
 
 @contextlib.contextmanager
-def _naming_file(path: Path) -> Iterator[None]:
+def naming_file(path: Path) -> Iterator[None]:
     """Re-raise errors as one line that names the file."""
     try:
         yield

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, UnclearRateError
-from forcelab.formats.label_tables import own_or_beside_tracks, sniff_labels
+from forcelab.formats.label_tables import is_label_table, own_or_beside_tracks
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.table_columns import (
     ColumnRoles,
@@ -94,7 +94,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     """
     layout = sniff_layout(path)
     with path.open("rb") as file:
-        if sniff_labels(file.read(HEAD)):
+        if is_label_table(file.read(HEAD)):
             raise InputError(
                 f"{path} is a labels file (start, end, action), not a recording; put it beside its "
                 "recording NAME.csv as NAME.labels.csv and import that."
