@@ -58,6 +58,7 @@ from forcelab.formats.timestamps import (
     TimestampReader,
     repair_timestamps,
 )
+from forcelab.formats.track_text import plain_text
 from forcelab.labels import UNLABELLED, Track, from_codes
 from forcelab.text import counted, listed
 
@@ -194,7 +195,8 @@ def _read_body(layout: Layout, roles: ColumnRoles) -> _Body:
     values = {index: np.concatenate(column) for index, column in blocks.items()}
     for index, text in list(words.items()):
         text.close()
-        if layout.kinds[index] is CellType.MISSING and index != roles.label and not text.empty:
+        labels = index == roles.label or index in roles.authors
+        if layout.kinds[index] is CellType.MISSING and not labels and not text.empty:
             # The head of the table, all that was known so far, left this column empty.
             with suppress(NotANumberError):
                 values[index] = read_numbers(text.words)[text.codes]
@@ -348,7 +350,7 @@ class _Table:
         why = ""
         if index == roles.time:
             use = "times"
-        elif index == self.label:
+        elif index == self.label or index in roles.authors:
             use = "labels"
         elif index in roles.signals:
             use = "signal"
@@ -356,8 +358,8 @@ class _Table:
             pass  # what a separator at the end of each row makes
         elif index in roles.left_out:
             why = "not wanted"
-        elif index in roles.other_times:
-            why = "times too"
+        elif index in roles.other_times or index in roles.probabilities:
+            why = "times too" if index in roles.other_times else "a prediction's probability"
         elif index in self.counters:
             use = "counter"
             if index != roles.counter and not (column.named and is_counter_name(column.name)):
@@ -506,18 +508,25 @@ def _channel_columns(table: _Table) -> tuple[list[int], list[str]]:
 def _own_tracks(
     table: _Table, repaired: RepairedTimestamps, options: ReadOptions
 ) -> tuple[Track, ...]:
-    """The label column as a track, if there are labels."""
-    if table.label is None:
-        return ()
-    column = table.body.words[table.label]
-    actions: dict[str, int] = {}
-    numbers = np.full(len(column.words), UNLABELLED, np.int64)
-    for code, word in enumerate(column.words):
-        if not is_unlabelled(word):
-            numbers[code] = actions.setdefault(word, len(actions))
-    codes = numbers[column.codes[repaired.rows]]
-    segments = from_codes(codes, repaired.times, list(actions))
-    return (Track(options.author, segments),) if segments else ()
+    """The columns of labels as tracks, as far as there are labels in them."""
+    authors = dict(table.roles.authors)
+    if table.label is not None:
+        authors[table.label] = options.author
+    tracks: dict[str, Track] = {}
+    for index, author in authors.items():
+        column = table.body.words[index]
+        actions: dict[str, int] = {}
+        numbers = np.full(len(column.words), UNLABELLED, np.int64)
+        for code, word in enumerate(column.words):
+            # Of exported samples it is known that what is unlabelled is empty.
+            unlabelled = not word if index in table.roles.authors else is_unlabelled(word)
+            if not unlabelled:
+                action = plain_text(word) if index in table.roles.authors else word
+                numbers[code] = actions.setdefault(action, len(actions))
+        codes = numbers[column.codes[repaired.rows]]
+        if segments := from_codes(codes, repaired.times, list(actions)):
+            tracks.setdefault(author, Track(author, segments))
+    return tuple(tracks.values())
 
 
 @dataclass(frozen=True, slots=True)
