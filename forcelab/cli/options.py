@@ -6,11 +6,13 @@ import argparse
 import re
 import sys
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NoReturn
 
+from forcelab.cluster import join_cluster
 from forcelab.errors import InputError
 from forcelab.text import tidy_name
 
@@ -144,6 +146,25 @@ def name_of(text: str) -> str:
 
 def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
+
+
+def add_scheduler(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="share the work among the workers of the Dask scheduler that runs there",
+    )
+
+
+@contextmanager
+def join_scheduler(address: str | None) -> Iterator[None]:
+    """Join a cluster, if one is named, and say in the end what was done there."""
+    if address is None:
+        yield
+        return
+    with join_cluster(address) as cluster:
+        yield
+        print(f"forcelab: {cluster.report()}", file=sys.stderr)
 
 
 def add_column_options(parser: argparse.ArgumentParser) -> None:
