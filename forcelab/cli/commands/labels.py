@@ -1,10 +1,11 @@
 """Import labels from other programs onto demonstrations that are in a project.
 
 Read are: tables (CSV, TSV) of start, end, action and perhaps author, as 'forcelab
-export' writes them; label tracks of Audacity. A file belongs to the demonstration of
-its name ('task - name' where several have it; 'name - author' names the author, too):
-exactly, else whatever the case and suffix. Where several fit, the one as long as the
-labels decides; else choose it with --demo.
+export' writes them; label tracks of Audacity; projects of BORIS, and its tabular and
+aggregated events as CSV or TSV. A file belongs to the demonstration of its name
+('task - name' where several have it; 'name - author' names the author, too): exactly,
+else whatever the case and suffix. Where several fit, the one as long as the labels
+decides; else choose it with --demo.
 Each author's labels become a track. Actions that the task lacks are added to it. What
 an author has labelled already stays, unless --replace is given: then one edit replaces
 it, which can be undone; edges that the file only rounds stay as they are. Labels that
