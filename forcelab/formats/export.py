@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Collection, Generator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO, Final, Literal
 
 from forcelab.errors import InputError
 from forcelab.formats.archive import write_archive
 from forcelab.formats.boris import Observation, VideoFile, to_boris
-from forcelab.formats.elan import to_elan
+from forcelab.formats.elan import to_elan, to_time_series, write_time_series
 from forcelab.formats.output_folder import file_names, output_folder
 from forcelab.formats.samples import Prediction, SampleTable
+from forcelab.formats.textgrid import to_textgrid
 from forcelab.formats.track_text import AnnotatedTrack, to_audacity, to_csv, to_statistics_table
 from forcelab.io import atomic_file, write_atomically
 from forcelab.jobs import Progress
@@ -54,6 +56,8 @@ class ExportFormat:
     convert: Callable[[Part], Any] | None = None
     join: Callable[[Project, list[Any]], bytes] | None = None
     prints: bool = True  #: whether a single file may go to standard output
+    #: Further files beside each, by what their names end in.
+    beside: tuple[tuple[str, Callable[[Part], Any]], ...] = ()
     predictions: bool = False  #: whether it holds what runs predict, too
 
 
@@ -66,8 +70,31 @@ def _statistics_rows(part: Part) -> list[AnnotatedTrack]:
     ]
 
 
+#: What the names of an ELAN file's time series end in; ELAN knows the second one by it.
+FORCES, SERIES = "_forces.csv", "_tsconf.xml"
+
+
 def _elan(part: Part) -> bytes:
-    return to_elan(part.tracks, part.project.demonstrations.load(part.info.id).video, part.folder)
+    return to_elan(
+        part.tracks,
+        part.project.demonstrations.load(part.info.id).video,
+        part.folder,
+        part.project.actions.vocabulary(part.info.task).names,
+        (f"{part.title}{FORCES}", f"{part.title}{SERIES}"),
+    )
+
+
+def _elan_series(part: Part) -> bytes:
+    demonstration = part.project.demonstrations.load(part.info.id)
+    return to_time_series(demonstration, part.folder / f"{part.title}{FORCES}")
+
+
+def _elan_forces(part: Part) -> StreamWriter:
+    return partial(write_time_series, part.project.demonstrations.load(part.info.id))
+
+
+def _textgrid(part: Part) -> bytes:
+    return to_textgrid(part.tracks, part.info.duration)
 
 
 def _observations(part: Part) -> list[Observation]:
@@ -115,11 +142,18 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         lambda _project, rows: to_statistics_table(rows).encode(),
     ),
     "elan": ExportFormat(
-        "ELAN: one file per demonstration, one tier per coder, with the video",
+        "ELAN: one file per demonstration, one tier per coder, with video and forces",
         ".eaf",
         "demonstration",
         _elan,
         prints=False,  # the link to the video starts from the file's folder
+        beside=((FORCES, _elan_forces), (SERIES, _elan_series)),
+    ),
+    "textgrid": ExportFormat(
+        "TextGrid of Praat: one file per demonstration, one tier per coder",
+        ".TextGrid",
+        "demonstration",
+        _textgrid,
     ),
     "boris": ExportFormat(
         "BORIS: one project, one observation per coder and demonstration",
@@ -255,11 +289,14 @@ def _labels(
             for part in parts
             for track in part.tracks
         ]
-    titles = [part.title for part in parts]
     if format_.join is not None:
-        titles = [project.path.resolve().stem]
-    files = tuple(out / f"{name}{format_.suffix}" for name in file_names(titles))
-    _check_free(files, replacing)
+        titles = file_names([project.path.resolve().stem])
+    else:
+        titles = file_names([part.title for part in parts])
+        parts = [replace(part, title=title) for part, title in zip(parts, titles, strict=True)]
+    files = [out / f"{title}{format_.suffix}" for title in titles]
+    beside = [out / f"{title}{suffix}" for suffix, _ in format_.beside for title in titles]
+    _check_free([*files, *beside], replacing)
     contents: list[Any] = []
     convert = format_.convert
     assert convert is not None  # archives are written by _archive
@@ -271,6 +308,8 @@ def _labels(
             raise InputError(f"'{part.info.name}': {error}") from error
     if format_.join is not None:
         contents = [format_.join(project, [item for items in contents for item in items])]
+    contents += [make(part) for _, make in format_.beside for part in parts]
+    files += beside
     # All were made before: what a format cannot hold leaves no half of an export.
     with output_folder(out, [project.path]):
         for done, (file, content) in enumerate(zip(files, contents, strict=True)):
@@ -280,7 +319,7 @@ def _labels(
             yield Progress(done, len(files), file.name)
             with atomic_file(file) as stream:
                 content(stream)
-    return files
+    return tuple(files)
 
 
 def _check_free(files: Collection[Path], replacing: bool) -> None:

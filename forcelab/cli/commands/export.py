@@ -1,12 +1,14 @@
 """Write labels for other programs, or a whole project as one archive.
 
 csv: start,end,action,author; one file per demonstration. table: one CSV of all, one row
-per segment, for statistics. elan: one .eaf per demonstration, one tier per coder, video
-linked. boris: one .boris project, one observation per coder and demonstration, video
-linked. audacity: one label track per coder and demonstration. samples: a CSV per
-demonstration, one row per sample with its forces, the labels of each coder and, from the
-task's latest run, what was predicted, how probable. parquet: the same as Parquet. archive:
-one zip with everything; 'forcelab import' reads it back.
+per segment, for statistics. elan: one .eaf per demonstration, one tier per coder, with
+the task's actions as vocabulary, the video linked, and beside it the forces as a time
+series. textgrid: one TextGrid of Praat per demonstration, one tier per coder. boris: one
+.boris project, one observation per coder and demonstration, video linked. audacity: one
+label track per coder and demonstration. samples: a CSV per demonstration, one row per
+sample with its forces, the labels of each coder and, from the task's latest run, what was
+predicted, how probable. parquet: the same as Parquet. archive: one zip with everything;
+'forcelab import' reads it back.
 Times are seconds from the start of the forces (elan: milliseconds).
 
 for example:
