@@ -544,7 +544,7 @@ _SIGNAL_USE: Final[tuple[Use, ...]] = ("signal", "left out")
 _LABEL_USE: Final[tuple[Use, ...]] = ("signal", "labels", "left out")
 
 
-def preview_bag(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
+def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
     """What the fields of a bag's messages would be read as, by the first message of each topic.
 
     A row is a stamp, a label, or a group of numbers that belong together; its cells are these.
