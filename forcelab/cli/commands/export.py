@@ -1,8 +1,8 @@
 """Write labels for other programs, or a whole project as one archive.
 
 csv: start,end,action,author; one file per demonstration. table: one CSV of all, one row
-per segment, for statistics. elan: one .eaf per demonstration, one tier per coder, video
-linked. boris: one .boris project, one observation per coder and demonstration, video
+per segment, for statistics. elan: one .eaf per demonstration, one tier per coder, videos
+linked. boris: one .boris project, one observation per coder and demonstration, videos
 linked. audacity: one label track per coder and demonstration. samples: a CSV per
 demonstration, one row per sample with its forces, the labels of each coder and, from the
 task's latest run, what was predicted, how probable. parquet: the same as Parquet. archive:
