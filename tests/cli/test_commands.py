@@ -30,8 +30,8 @@ from forcelab.signals.wavelets import WAVELETS
 from forcelab.version import __version__
 
 COMMANDS = [
-    "gui", "demo", "simulate", "import", "list", "runs", "assign", "note", "agree", "attach",
-    "sync", "rename", "remove", "capture", "replay", "evaluate",
+    "gui", "demo", "simulate", "import", "labels", "list", "runs", "assign", "note", "agree",
+    "attach", "sync", "rename", "remove", "capture", "replay", "evaluate",
     "train", "predict", "review", "why", "export", "plan", "actions", "figures", "measure",
     "doctor", "install-launcher",
 ]  # fmt: skip
