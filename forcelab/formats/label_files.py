@@ -150,6 +150,11 @@ class _Reader(Protocol):
 #: In the order in which they are tried: any text might be a table.
 LABEL_FORMATS: Final[tuple[LabelFormat, ...]] = (
     LabelFormat(
+        name="boris",
+        description="projects and event tables of BORIS",
+        module="forcelab.formats.boris_labels",
+    ),
+    LabelFormat(
         name="table",
         description="tables of start, end and action (CSV, TSV, Audacity)",
         module="forcelab.formats.label_tables",
