@@ -83,8 +83,8 @@ def test_a_foreign_file_is_told_by_what_it_is(tmp_path, kind, data, name):
         read(tmp_path / name)
     assert str(refusal.value) == (
         f"'{tmp_path / name}' looks like {kind}; what can be read: archives of forcelab "
-        f"projects; the paper's databases (*.pdl); ROS bags; tables as text (CSV, TSV, columns); "
-        f"raw dumps of OptoForce sensors."
+        f"projects; the paper's databases (*.pdl); ROS bags; LeRobot datasets; tables as text "
+        f"(CSV, TSV, columns); raw dumps of OptoForce sensors."
     )
 
 
