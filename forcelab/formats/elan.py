@@ -25,11 +25,11 @@ _UNPRINTABLE = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ff
 _TYPE = "action"
 
 
-def to_elan(tracks: Iterable[Track], video: VideoReference | None, folder: Path) -> bytes:
-    """All tracks of a demonstration as an ELAN file, with a link to its video.
+def to_elan(tracks: Iterable[Track], videos: Iterable[VideoReference], folder: Path) -> bytes:
+    """All tracks of a demonstration as an ELAN file, with a link to each of its videos.
 
-    Annotations are on the force clock; its zero in the video is the time origin of the media. The
-    link starts from `folder`, where the file will lie.
+    Annotations are on the force clock; its zero in a video is the time origin of that media. The
+    links start from `folder`, where the file will lie.
     """
     root = ET.Element(
         "ANNOTATION_DOCUMENT",
@@ -43,7 +43,7 @@ def to_elan(tracks: Iterable[Track], video: VideoReference | None, folder: Path)
         },
     )
     header = ET.SubElement(root, "HEADER", MEDIA_FILE="", TIME_UNITS="milliseconds")
-    if video is not None:
+    for video in videos:
         _link(header, video, folder)
     order = ET.SubElement(root, "TIME_ORDER")
     slots = 0

@@ -59,21 +59,20 @@ def _statistics_rows(part: Part) -> list[AnnotatedTrack]:
 
 
 def _elan(part: Part) -> bytes:
-    return to_elan(part.tracks, part.project.demonstrations.load(part.info.id).video, part.folder)
+    return to_elan(part.tracks, part.project.demonstrations.load(part.info.id).videos, part.folder)
 
 
 def _observations(part: Part) -> list[Observation]:
     """Tracks with what else is known of how they were observed: the video, and when."""
     project, info = part.project, part.info
-    file, video = None, project.demonstrations.load(info.id).video if info.has_video else None
-    if video is not None:
-        file = VideoFile(video.path, video.clock, *stated_rate_and_length(video.path))
+    videos = project.demonstrations.load(info.id).videos if info.has_video else ()
+    files = tuple(VideoFile(v.path, v.clock, *stated_rate_and_length(v.path)) for v in videos)
     return [
         Observation(
             part.title,
             info.task,
             track,
-            file,
+            files,
             next((edit.time for edit in project.tracks.history(info.id, track.author)), None),
         )
         for track in part.tracks
@@ -102,11 +101,11 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         lambda _project, rows: to_statistics_table(rows).encode(),
     ),
     "elan": ExportFormat(
-        "ELAN: one file per demonstration, one tier per coder, with the video",
+        "ELAN: one file per demonstration, one tier per coder, with the videos",
         ".eaf",
         "demonstration",
         _elan,
-        prints=False,  # the link to the video starts from the file's folder
+        prints=False,  # the links to videos start from the file's folder
     ),
     "boris": ExportFormat(
         "BORIS: one project, one observation per coder and demonstration",

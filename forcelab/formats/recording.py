@@ -43,7 +43,8 @@ class ReadOptions:
     signals : tuple of str
         Names or 1-based numbers of columns that are channels, whatever they look like.
     videos : bool
-        Whether a video that lies beside a recording and is called as it is attached to it.
+        Whether videos that lie beside a recording are attached to it: the one that is called as
+        it is, and further ones by what follows its name, as ``pull.left.mp4`` is of ``pull.csv``.
     strict : bool
         Refuse what would otherwise be repaired and reported.
     jitter : float

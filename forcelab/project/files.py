@@ -18,7 +18,8 @@ import secrets
 import shutil
 import stat
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping
+import zipfile
+from collections.abc import Callable, Collection, Container, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -41,9 +42,14 @@ _CURES = (
     ((errno.ENAMETOOLONG,), "choose a shorter name"),
 )
 #: What the store may call a demonstration or a recogniser, and a video: no separators, no leading
-#: dots.
+#: dots. Until a demonstration could have several videos, those of further cameras were "beside".
 STORED_ID = re.compile(r"[0-9a-f]{32}")
-STORED_VIDEO = re.compile(r"video-[0-9a-f]{16}(\.[a-z0-9]{1,8})?")
+STORED_VIDEO = re.compile(r"(video|beside)-[0-9a-f]{16}(\.[a-z0-9]{1,8})?")
+
+#: Name of the file of raw stamps in a demonstration's folder.
+STAMPS = "stamps.npz"
+#: Bytes of stamps, unpacked, that are always read, and those for each sample of a demonstration.
+_LARGEST, _EACH = 1 << 30, 1 << 10
 
 _STAGING = ".incoming-"
 _STAGED = re.compile(r"\.incoming-[0-9a-z]{1,32}")
@@ -175,6 +181,37 @@ def read_json(path: Path) -> dict[str, Any] | None:
     return value
 
 
+def read_stamps(
+    home: Path, samples: int, names: Container[str] | None = None
+) -> dict[str, NDArray[Any]] | None:
+    """The raw stamps, or those of some names, of a recording of so many samples, if it has any."""
+    path = home / STAMPS
+    check_file(path)
+    try:
+        # Given a path, NumPy leaves a file open that is no archive.
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
+            if sum(member.file_size for member in archive.zip.infolist()) > max(
+                _LARGEST, _EACH * samples
+            ):
+                raise ValueError("too large")
+            requested = (name for name in archive.files if names is None or name in names)
+            return {name: archive[name] for name in requested}
+    except FileNotFoundError:
+        return None
+    except (
+        OSError,
+        ValueError,
+        EOFError,
+        KeyError,
+        AttributeError,
+        TypeError,
+        zipfile.BadZipFile,
+    ) as error:
+        raise InputError(
+            f"The file '{path}' is damaged; delete it, the demonstration itself is whole."
+        ) from error
+
+
 def same_content(new: Path, stored: Path) -> bool:
     """Whether two small files have the same content; a missing one has none."""
     check_file(stored)
@@ -194,7 +231,7 @@ def copy_named(source: Path, folder: Path, prefix: str) -> Path:
     suffix = source.suffix.lower()
     if not re.fullmatch(r"\.[a-z0-9]{1,8}", suffix):
         suffix = ""
-    return part.rename(folder / f"{prefix}{digest.hexdigest()[:16]}{suffix}")
+    return part.replace(folder / f"{prefix}{digest.hexdigest()[:16]}{suffix}")
 
 
 def move_into(home: Path, staged: Path) -> None:

@@ -1,8 +1,8 @@
 """Write labels for other programs, or a whole project as one archive.
 
 csv: start,end,action,author; one file per demonstration. table: one CSV of all, one row
-per segment, for statistics. elan: one .eaf per demonstration, one tier per coder, video
-linked. boris: one .boris project, one observation per coder and demonstration, video
+per segment, for statistics. elan: one .eaf per demonstration, one tier per coder, videos
+linked. boris: one .boris project, one observation per coder and demonstration, videos
 linked. audacity: one label track per coder and demonstration. archive: one zip with
 everything; 'forcelab import' reads it back. lerobot: the subtask of each frame, into the
 LeRobot dataset that was imported (--into; unlabelled frames get a subtask of that name).
