@@ -15,7 +15,14 @@ from typing import Final, Protocol, cast
 
 from forcelab.errors import InputError
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
-from forcelab.formats.signatures import BAG_METADATA, announced_kind, is_bag_folder, seems_to_be
+from forcelab.formats.signatures import (
+    BAG_METADATA,
+    LEROBOT_INFO,
+    announced_kind,
+    is_bag_folder,
+    is_lerobot_folder,
+    seems_to_be,
+)
 
 __all__ = ["HEAD_BYTES", "Format", "all_formats", "format_names", "identify", "preview", "read"]
 
@@ -42,7 +49,7 @@ class _Reader(Protocol):
     """The interface of a format's module; `preview` only where its files have columns."""
 
     def sniff(self, path: Path, head: bytes) -> bool:
-        """Whether the file (or bag folder), whose first 64 KiB are `head`, is of this format."""
+        """Whether the file (or folder), whose first 64 KiB are `head`, is of this format."""
 
     def read(self, path: Path, options: ReadOptions) -> list[Recording]:
         """Read the whole file; errors are :class:`InputError`."""
@@ -78,6 +85,12 @@ _EARLY: Final = (
         module="forcelab.formats.parquet",
         starts=(b"PAR1", b"ARROW1\x00\x00", b"\xff\xff\xff\xff"),
         columns=True,
+    ),
+    Format(
+        name="lerobot",
+        description="LeRobot datasets",
+        module="forcelab.formats.lerobot",
+        starts=(b"{",),
     ),
 )
 #: Any text might be a table; what is told by its packets wherever they start is never text.
@@ -195,9 +208,11 @@ def _named_format(path: Path, name: str) -> Format:
 
 
 def file_head(path: Path) -> bytes:
-    """The first bytes of a regular file, at least one; of a bag's folder, those of its metadata."""
+    """The first bytes of a regular file, at least one; of a bag or dataset, of its metadata."""
     if is_bag_folder(path):
         path = path / BAG_METADATA
+    elif is_lerobot_folder(path):
+        path = path / LEROBOT_INFO
     mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
         raise InputError(f"'{path}' is a folder; name the files in it, such as {path}/*.csv.")

@@ -12,7 +12,8 @@ from forcelab.errors import InputError
 from forcelab.formats.archive import write_archive
 from forcelab.formats.boris import Observation, VideoFile, to_boris
 from forcelab.formats.elan import to_elan
-from forcelab.formats.output_folder import file_names, output_folder
+from forcelab.formats.lerobot_subtasks import writing_subtasks
+from forcelab.formats.output_folder import file_names, output_folder, stay_out_of_projects
 from forcelab.formats.samples import Prediction, SampleTable
 from forcelab.formats.track_text import AnnotatedTrack, to_audacity, to_csv, to_statistics_table
 from forcelab.io import atomic_file, write_atomically
@@ -48,7 +49,8 @@ class ExportFormat:
 
     label: str  #: in the window
     suffix: str
-    per: Literal["demonstration", "track", "project"]  #: what a file is made of
+    #: What a file is made of; "dataset": the labels go into what was imported.
+    per: Literal["demonstration", "track", "project", "dataset"]
     #: A file's bytes, or a StreamWriter; of a project's file, items to join; None: the project is
     #: archived.
     convert: Callable[[Part], Any] | None = None
@@ -148,6 +150,12 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         prints=False,
         predictions=True,
     ),
+    "lerobot": ExportFormat(
+        "LeRobot: subtasks of all frames, into the dataset that was imported",
+        "",
+        "dataset",
+        prints=False,
+    ),
     "archive": ExportFormat(
         "Archive: the whole project as one file, to be imported again",
         ".zip",
@@ -177,7 +185,7 @@ def exporting(
         raise InputError(unknown_word("format", format_, tuple(FORMATS)))
     chosen = FORMATS[format_]
     with Project.open(path) as project:
-        if chosen.convert is None:
+        if chosen.convert is None and chosen.per == "project":
             file = out / f"{project.path.resolve().stem}{chosen.suffix}"
             return (yield from _archive(project, file, viewer, replacing))
         predicted: Mapping[str, Prediction] = {}
@@ -188,6 +196,8 @@ def exporting(
             if ids is not None or authors is not None:
                 raise InputError("What was chosen has no labels; export more, or label it first.")
             raise InputError(f"'{project.path}' has no labels to export; label something first.")
+        if chosen.per == "dataset":
+            return (yield from _subtasks(project, out, parts, strict=ids is not None))
         return (yield from _labels(project, out, chosen, parts, replacing))
 
 
@@ -204,6 +214,24 @@ def _archive(
         yield Progress(0, 1, file.name)
         write_archive(project, file)
     return (file,)
+
+
+def _subtasks(
+    project: Project, dataset: Path, parts: list[Part], *, strict: bool
+) -> Generator[Progress, None, tuple[Path, ...]]:
+    place = dataset.resolve()
+    stay_out_of_projects(dataset, place)
+    if place in project.path.resolve().parents:
+        raise InputError(f"The project lies in '{dataset}', which is replaced; move it elsewhere.")
+    for part in parts:
+        if len(part.tracks) > 1:
+            names = ", ".join(track.author for track in part.tracks)
+            raise InputError(
+                f"'{part.info.name}' was labelled by {names}, and a frame has one subtask; choose "
+                f"one of them (--author)."
+            )
+    labelled = [(part.info, part.tracks[0].segments) for part in parts]
+    return (yield from writing_subtasks(dataset, labelled, strict))
 
 
 def _parts(

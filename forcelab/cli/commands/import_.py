@@ -2,7 +2,8 @@
 
 The project is created if need be. The format is recognised by content: tables (CSV,
 TSV, spaces; Parquet and Feather with the package pyarrow), the paper's databases
-(*.pdl), archives of projects, ROS bags (with the package rosbags), raw dumps of
+(*.pdl), archives of projects, ROS bags (with the package rosbags), LeRobot datasets
+(folders; with the extra lerobot), raw dumps of
 OptoForce sensors. The labels of a table may be one of
 its columns, or lie beside it in NAME.labels.csv (start, end, action) or an Audacity
 label track NAME.txt. A video named with its recording (pull.csv pull.mp4) is attached
@@ -37,7 +38,7 @@ from forcelab.cli.output import print_result, printable, progress_bar
 from forcelab.cli.project_hints import hint_at_new_names
 from forcelab.formats import format_names
 from forcelab.formats.importing import ImportReport, importing
-from forcelab.formats.recording import ReadOptions
+from forcelab.formats.recording import ReadOptions, parse_episodes
 from forcelab.jobs import finish
 from forcelab.text import counted
 
@@ -66,6 +67,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         type=Path,
         help="TOML file that turns an OptoForce dump's counts into newtons",
+    )
+    parser.add_argument(
+        "--episodes",
+        metavar="0-9,12",
+        default="",
+        help="episodes to read of a LeRobot dataset (all)",
     )
     add_column_options(parser)
     parser.add_argument("--label", metavar="COL", help="name or number of the column of labels")
@@ -104,6 +111,7 @@ def run(arguments: argparse.Namespace) -> int:
         jitter=arguments.jitter,
         format=arguments.format,
         calibration=arguments.calibration,
+        episodes=parse_episodes(arguments.episodes),
     )
     with hint_at_new_names(arguments.project), progress_bar() as watch:
         job = importing(arguments.project, arguments.files, options)
