@@ -43,15 +43,15 @@ AUTHOR = "forcelab"
 
 def to_elan(
     tracks: Iterable[Track],
-    video: VideoReference | None,
+    videos: Iterable[VideoReference],
     folder: Path,
     vocabulary: Iterable[str] = (),
     linked: Iterable[str] = (),
 ) -> bytes:
-    """All tracks of a demonstration as an ELAN file, with a link to its video.
+    """All tracks of a demonstration as an ELAN file, with a link to each of its videos.
 
-    Annotations are on the force clock; its zero in the video is the time origin of the media. The
-    link starts from `folder`, where the file will lie. The actions of the `vocabulary`, and those
+    Annotations are on the force clock; its zero in a video is the time origin of that media. The
+    links start from `folder`, where the file will lie. The actions of the `vocabulary`, and those
     of the tracks, are what ELAN offers for an annotation. `linked` are the names of files that lie
     beside it, such as of a time series.
     """
@@ -72,7 +72,7 @@ def to_elan(
         },
     )
     header = ET.SubElement(root, "HEADER", MEDIA_FILE="", TIME_UNITS="milliseconds")
-    if video is not None:
+    for video in videos:
         _link(header, video, folder)
     for name in linked:
         ET.SubElement(

@@ -173,6 +173,11 @@ LABEL_FORMATS: Final[tuple[LabelFormat, ...]] = (
         starts=(b"File type", *_marked(b"File type"), b"ooBinaryFile"),
     ),
     LabelFormat(
+        name="boris",
+        description="projects and event tables of BORIS",
+        module="forcelab.formats.boris_labels",
+    ),
+    LabelFormat(
         name="table",
         description="tables of start, end and action (CSV, TSV, Audacity)",
         module="forcelab.formats.label_tables",
@@ -618,9 +623,11 @@ def _on_force_clock(
 ) -> tuple[tuple[Track, ...], str]:
     """The tracks on the clock of the forces, and a remark where a video's clock was needed."""
     clock, origin, remark = ClockMap(), 0.0, ""
-    if labels.media and demonstration.video is not None:
-        video = demonstration.video
-        name = video.path.name if video.path.name in labels.media else next(iter(labels.media))
+    if labels.media and demonstration.videos:
+        names = [video.path.name for video in demonstration.videos]
+        shared = [name for name in labels.media if name in names]
+        name = next(iter(shared or labels.media))
+        video = demonstration.videos[names.index(name) if shared else 0]
         clock, origin = video.clock, labels.media[name]
         if clock != ClockMap():
             remark = f"Its times were carried from '{name}' onto the forces by the video's clock."

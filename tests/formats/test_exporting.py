@@ -218,6 +218,36 @@ def test_elan_gets_no_more_samples_than_it_can_tell_apart(monkeypatch):
     assert len(np.loadtxt(io.BytesIO(stream.getvalue()))) == 500
 
 
+@pytest.fixture
+def filmed_twice(project, tmp_path):
+    """The project with a second video, which begins 1.25 s after the first one."""
+    (film := tmp_path / "left.mp4").write_bytes(b"no film, but one of its own")
+    with Project.open(project) as opened:
+        (info,) = opened.demonstrations.infos()
+        opened.media.attach_video(info.id, film, ClockMap(0.85), "left")
+        return [str(video.path) for video in opened.demonstrations.load(info.id).videos]
+
+
+def test_elan_finds_each_of_several_videos_and_the_times_in_it(project, filmed_twice):
+    written = export(project, "elan")
+    media = pympi.Elan.Eaf(str(written)).get_linked_files()
+    assert [link["TIME_ORIGIN"] for link in media] == ["400", "-850"]
+    found = [str((written.parent / link["RELATIVE_MEDIA_URL"]).resolve()) for link in media]
+    assert found == filmed_twice
+
+
+def test_boris_plays_several_videos_beside_each_other(project, filmed_twice):
+    with Project.open(project) as opened:
+        (info,) = opened.demonstrations.infos()
+        opened.media.set_video_clock(info.id, ClockMap(-0.4, 1.25))
+    observation = boris(project)["observations"][f"{info.name} - Ann"]
+    assert [observation["file"][str(n)] for n in (1, 2, 3)] == [*([f] for f in filmed_twice), []]
+    assert observation["time offset"] == -0.4
+    # At time t of the first one the second one is at t - 1.
+    assert observation["media_info"]["offset"] == {"1": 0.0, "2": 1.0}
+    assert set(observation["media_info"]["fps"]) == set(filmed_twice)
+
+
 @pytest.mark.parametrize(
     ("segment", "complaint"),
     [
@@ -227,7 +257,7 @@ def test_elan_gets_no_more_samples_than_it_can_tell_apart(monkeypatch):
 )
 def test_what_elan_cannot_hold_is_refused(tmp_path, segment, complaint):
     with pytest.raises(InputError, match=complaint):
-        to_elan([Track("Ann", (segment,))], None, tmp_path)
+        to_elan([Track("Ann", (segment,))], (), tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -243,7 +273,7 @@ def test_one_demonstration_that_cannot_be_written_is_named_and_none_is(
 ):
     with Project.open(project) as opened:
         first = opened.demonstrations.infos()[0].id
-        again = replace(opened.demonstrations.load(first), name="zz last", video=None)
+        again = replace(opened.demonstrations.load(first), name="zz last", videos=())
         again = replace(again, signals=again.signals + 1.0)
         added = opened.demonstrations.add(again)
         opened.tracks.edit(added.id, "Ann", (), (segment,), "painted")
@@ -254,7 +284,7 @@ def test_one_demonstration_that_cannot_be_written_is_named_and_none_is(
 
 def test_a_segment_of_a_millisecond_is_one_for_elan_wherever_it_lies(tmp_path):
     segments = [Segment(k / 2000, (k + 2) / 2000, "tap") for k in range(1, 4000, 2)]
-    root = ET.fromstring(to_elan([Track("Ann", tuple(segments))], None, tmp_path))
+    root = ET.fromstring(to_elan([Track("Ann", tuple(segments))], (), tmp_path))
     times = [int(slot.get("TIME_VALUE")) for slot in root.iter("TIME_SLOT")]
     assert {end - start for start, end in zip(times[::2], times[1::2], strict=True)} == {1}
 

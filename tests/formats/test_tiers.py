@@ -82,7 +82,7 @@ def test_what_elan_4_wrote_is_read_and_what_has_no_times_is_told(tmp_path):
 
 def test_a_value_may_stand_in_the_controlled_vocabulary_alone(tmp_path):
     path = tmp_path / "lab.eaf"
-    content = to_elan([ANN], None, tmp_path).decode()
+    content = to_elan([ANN], (), tmp_path).decode()
     path.write_text(content.replace("<ANNOTATION_VALUE>grab</", "<ANNOTATION_VALUE></"))
     assert read(path).tracks == (ANN,)
 
@@ -90,7 +90,7 @@ def test_a_value_may_stand_in_the_controlled_vocabulary_alone(tmp_path):
 def test_our_elan_files_are_on_the_clock_of_the_forces_whatever_the_video(tmp_path):
     path = tmp_path / "lab.labels.eaf"
     video = VideoReference(tmp_path / "a.mp4", ClockMap(-0.4))
-    path.write_bytes(to_elan([ANN, BEN], video, tmp_path))
+    path.write_bytes(to_elan([ANN, BEN], [video], tmp_path))
     labels = read(path)
     assert (labels.name, labels.media, labels.tracks) == ("lab", {}, (ANN, BEN))
 
@@ -98,7 +98,7 @@ def test_our_elan_files_are_on_the_clock_of_the_forces_whatever_the_video(tmp_pa
 @pytest.mark.parametrize("code", ["utf-8-sig", "utf-16", "utf-16-be"])
 def test_elan_is_xml_of_any_encoding(tmp_path, code):
     path = tmp_path / "lab.eaf"
-    content = to_elan([ANN], None, tmp_path).decode()
+    content = to_elan([ANN], (), tmp_path).decode()
     mark = "\ufeff" if code == "utf-16-be" else ""
     content = content.replace("'UTF-8'", f"'{code[:6].removesuffix('-')}'")
     path.write_bytes((mark + content).encode(code))
@@ -123,7 +123,7 @@ def test_what_pympi_writes_is_read_as_it_was_meant(tmp_path):
 
 def test_tiers_that_share_an_annotator_are_called_as_they_are(tmp_path):
     path = tmp_path / "lab.eaf"
-    content = to_elan([ANN, BEN], None, tmp_path).decode()
+    content = to_elan([ANN, BEN], (), tmp_path).decode()
     path.write_text(re.sub('ANNOTATOR="[^"]*"', 'ANNOTATOR="Zoe"', content))
     assert as_set(read(path).tracks) == as_set([ANN, BEN])
 
@@ -205,7 +205,7 @@ def track_from(steps, unit):
 def test_any_labels_come_back_from_elan_and_praat(tmp_path_factory, steps):
     folder = tmp_path_factory.getbasetemp()
     track = track_from(steps, 0.001)
-    (folder / "a.eaf").write_bytes(to_elan([track], None, folder))
+    (folder / "a.eaf").write_bytes(to_elan([track], (), folder))
     (folder / "a.TextGrid").write_bytes(to_textgrid([track], 10.0))
     for name in ("a.eaf", "a.TextGrid"):
         (back,) = read(folder / name).tracks
