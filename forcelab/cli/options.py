@@ -40,6 +40,7 @@ _PLAINER = (
     (re.compile(r"invalid float value: (.*)"), r"\1 is no number"),
     (re.compile(r"invalid int value: (.*)"), r"\1 is no whole number"),
     (re.compile(r"the following arguments are required: (.*)"), r"\1 must be given"),
+    (re.compile(r"one of the arguments (\S+) (\S+) is required"), r"\1 or \2 must be given"),
     (re.compile(r"unrecognized arguments: (.*)"), r"'\1' means nothing here"),
     (re.compile(r"^argument (\S+): "), r"\1: "),
 )
@@ -80,10 +81,8 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """End with status 2."""
-        if message.startswith("the following arguments are required"):
-            message = (
-                self._unknown(self._arguments) or message
-            )  # it was perhaps given, but mistyped
+        if "required" in message:  # it was perhaps given, but mistyped
+            message = self._unknown(self._arguments) or message
         refusal = _NO_CHOICE.search(message)
         if refusal is not None:
             message = message.replace(refusal[0], _no_choice(refusal[1], refusal[2]))

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Collection, Generator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO, Final, Literal
 
 from forcelab.errors import InputError
 from forcelab.formats.archive import write_archive
 from forcelab.formats.boris import Observation, VideoFile, to_boris
-from forcelab.formats.elan import to_elan
-from forcelab.formats.output_folder import file_names, output_folder
+from forcelab.formats.elan import to_elan, to_time_series, write_time_series
+from forcelab.formats.lerobot_subtasks import writing_subtasks
+from forcelab.formats.output_folder import file_names, output_folder, stay_out_of_projects
 from forcelab.formats.samples import Prediction, SampleTable
+from forcelab.formats.textgrid import to_textgrid
 from forcelab.formats.track_text import AnnotatedTrack, to_audacity, to_csv, to_statistics_table
 from forcelab.io import atomic_file, write_atomically
 from forcelab.jobs import Progress
@@ -48,12 +51,15 @@ class ExportFormat:
 
     label: str  #: in the window
     suffix: str
-    per: Literal["demonstration", "track", "project"]  #: what a file is made of
+    #: What a file is made of; "dataset": the labels go into what was imported.
+    per: Literal["demonstration", "track", "project", "dataset"]
     #: A file's bytes, or a StreamWriter; of a project's file, items to join; None: the project is
     #: archived.
     convert: Callable[[Part], Any] | None = None
     join: Callable[[Project, list[Any]], bytes] | None = None
     prints: bool = True  #: whether a single file may go to standard output
+    #: Further files beside each, by what their names end in.
+    beside: tuple[tuple[str, Callable[[Part], Any]], ...] = ()
     predictions: bool = False  #: whether it holds what runs predict, too
 
 
@@ -66,22 +72,44 @@ def _statistics_rows(part: Part) -> list[AnnotatedTrack]:
     ]
 
 
+#: What the names of an ELAN file's time series end in; ELAN knows the second one by it.
+FORCES, SERIES = "_forces.csv", "_tsconf.xml"
+
+
 def _elan(part: Part) -> bytes:
-    return to_elan(part.tracks, part.project.demonstrations.load(part.info.id).video, part.folder)
+    return to_elan(
+        part.tracks,
+        part.project.demonstrations.load(part.info.id).videos,
+        part.folder,
+        part.project.actions.vocabulary(part.info.task).names,
+        (f"{part.title}{FORCES}", f"{part.title}{SERIES}"),
+    )
+
+
+def _elan_series(part: Part) -> bytes:
+    demonstration = part.project.demonstrations.load(part.info.id)
+    return to_time_series(demonstration, part.folder / f"{part.title}{FORCES}")
+
+
+def _elan_forces(part: Part) -> StreamWriter:
+    return partial(write_time_series, part.project.demonstrations.load(part.info.id))
+
+
+def _textgrid(part: Part) -> bytes:
+    return to_textgrid(part.tracks, part.info.duration)
 
 
 def _observations(part: Part) -> list[Observation]:
     """Tracks with what else is known of how they were observed: the video, and when."""
     project, info = part.project, part.info
-    file, video = None, project.demonstrations.load(info.id).video if info.has_video else None
-    if video is not None:
-        file = VideoFile(video.path, video.clock, *stated_rate_and_length(video.path))
+    videos = project.demonstrations.load(info.id).videos if info.has_video else ()
+    files = tuple(VideoFile(v.path, v.clock, *stated_rate_and_length(v.path)) for v in videos)
     return [
         Observation(
             part.title,
             info.task,
             track,
-            file,
+            files,
             next((edit.time for edit in project.tracks.history(info.id, track.author)), None),
         )
         for track in part.tracks
@@ -115,11 +143,18 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         lambda _project, rows: to_statistics_table(rows).encode(),
     ),
     "elan": ExportFormat(
-        "ELAN: one file per demonstration, one tier per coder, with the video",
+        "ELAN: one file per demonstration, one tier per coder, with videos and forces",
         ".eaf",
         "demonstration",
         _elan,
-        prints=False,  # the link to the video starts from the file's folder
+        prints=False,  # the links to videos start from the file's folder
+        beside=((FORCES, _elan_forces), (SERIES, _elan_series)),
+    ),
+    "textgrid": ExportFormat(
+        "TextGrid of Praat: one file per demonstration, one tier per coder",
+        ".TextGrid",
+        "demonstration",
+        _textgrid,
     ),
     "boris": ExportFormat(
         "BORIS: one project, one observation per coder and demonstration",
@@ -148,6 +183,12 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         lambda part: _samples(part).write_parquet,
         prints=False,
         predictions=True,
+    ),
+    "lerobot": ExportFormat(
+        "LeRobot: subtasks of all frames, into the dataset that was imported",
+        "",
+        "dataset",
+        prints=False,
     ),
     "archive": ExportFormat(
         "Archive: the whole project as one file, to be imported again",
@@ -178,7 +219,7 @@ def exporting(
         raise InputError(unknown_word("format", format_, tuple(FORMATS)))
     chosen = FORMATS[format_]
     with Project.open(path) as project:
-        if chosen.convert is None:
+        if chosen.convert is None and chosen.per == "project":
             file = out / f"{project.path.resolve().stem}{chosen.suffix}"
             return (yield from _archive(project, file, viewer, replacing))
         predicted: Mapping[str, Prediction] = {}
@@ -189,6 +230,8 @@ def exporting(
             if ids is not None or authors is not None:
                 raise InputError("What was chosen has no labels; export more, or label it first.")
             raise InputError(f"'{project.path}' has no labels to export; label something first.")
+        if chosen.per == "dataset":
+            return (yield from _subtasks(project, out, parts, strict=ids is not None))
         return (yield from _labels(project, out, chosen, parts, replacing))
 
 
@@ -205,6 +248,24 @@ def _archive(
         yield Progress(0, 1, file.name)
         write_archive(project, file)
     return (file,)
+
+
+def _subtasks(
+    project: Project, dataset: Path, parts: list[Part], *, strict: bool
+) -> Generator[Progress, None, tuple[Path, ...]]:
+    place = dataset.resolve()
+    stay_out_of_projects(dataset, place)
+    if place in project.path.resolve().parents:
+        raise InputError(f"The project lies in '{dataset}', which is replaced; move it elsewhere.")
+    for part in parts:
+        if len(part.tracks) > 1:
+            names = ", ".join(track.author for track in part.tracks)
+            raise InputError(
+                f"'{part.info.name}' was labelled by {names}, and a frame has one subtask; choose "
+                f"one of them (--author)."
+            )
+    labelled = [(part.info, part.tracks[0].segments) for part in parts]
+    return (yield from writing_subtasks(dataset, labelled, strict))
 
 
 def _parts(
@@ -255,11 +316,14 @@ def _labels(
             for part in parts
             for track in part.tracks
         ]
-    titles = [part.title for part in parts]
     if format_.join is not None:
-        titles = [project.path.resolve().stem]
-    files = tuple(out / f"{name}{format_.suffix}" for name in file_names(titles))
-    _check_free(files, replacing)
+        titles = file_names([project.path.resolve().stem])
+    else:
+        titles = file_names([part.title for part in parts])
+        parts = [replace(part, title=title) for part, title in zip(parts, titles, strict=True)]
+    files = [out / f"{title}{format_.suffix}" for title in titles]
+    beside = [out / f"{title}{suffix}" for suffix, _ in format_.beside for title in titles]
+    _check_free([*files, *beside], replacing)
     contents: list[Any] = []
     convert = format_.convert
     assert convert is not None  # archives are written by _archive
@@ -271,6 +335,8 @@ def _labels(
             raise InputError(f"'{part.info.name}': {error}") from error
     if format_.join is not None:
         contents = [format_.join(project, [item for items in contents for item in items])]
+    contents += [make(part) for _, make in format_.beside for part in parts]
+    files += beside
     # All were made before: what a format cannot hold leaves no half of an export.
     with output_folder(out, [project.path]):
         for done, (file, content) in enumerate(zip(files, contents, strict=True)):
@@ -280,7 +346,7 @@ def _labels(
             yield Progress(done, len(files), file.name)
             with atomic_file(file) as stream:
                 content(stream)
-    return files
+    return tuple(files)
 
 
 def _check_free(files: Collection[Path], replacing: bool) -> None:

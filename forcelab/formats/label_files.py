@@ -5,6 +5,7 @@ All files are read before anything is written. What does not fit is left out and
 
 from __future__ import annotations
 
+import codecs
 import math
 import os
 import re
@@ -147,8 +148,30 @@ class _Reader(Protocol):
         """Read the whole file, without the offset; errors are :class:`InputError`."""
 
 
+def _marked(start: bytes) -> tuple[bytes, ...]:
+    """How a text that starts so does as UTF-8 or UTF-16 with a byte order mark."""
+    text = start.decode()
+    wide = (
+        codecs.BOM_UTF16_LE + text.encode("utf-16-le"),
+        codecs.BOM_UTF16_BE + text.encode("utf-16-be"),
+    )
+    return (codecs.BOM_UTF8 + start, *wide)
+
+
 #: In the order in which they are tried: any text might be a table.
 LABEL_FORMATS: Final[tuple[LabelFormat, ...]] = (
+    LabelFormat(
+        name="elan",
+        description="ELAN files (*.eaf)",
+        module="forcelab.formats.elan",
+        starts=(b"<", *_marked(b"<")),
+    ),
+    LabelFormat(
+        name="textgrid",
+        description="TextGrids of Praat",
+        module="forcelab.formats.textgrid",
+        starts=(b"File type", *_marked(b"File type"), b"ooBinaryFile"),
+    ),
     LabelFormat(
         name="boris",
         description="projects and event tables of BORIS",
@@ -600,9 +623,11 @@ def _on_force_clock(
 ) -> tuple[tuple[Track, ...], str]:
     """The tracks on the clock of the forces, and a remark where a video's clock was needed."""
     clock, origin, remark = ClockMap(), 0.0, ""
-    if labels.media and demonstration.video is not None:
-        video = demonstration.video
-        name = video.path.name if video.path.name in labels.media else next(iter(labels.media))
+    if labels.media and demonstration.videos:
+        names = [video.path.name for video in demonstration.videos]
+        shared = [name for name in labels.media if name in names]
+        name = next(iter(shared or labels.media))
+        video = demonstration.videos[names.index(name) if shared else 0]
         clock, origin = video.clock, labels.media[name]
         if clock != ClockMap():
             remark = f"Its times were carried from '{name}' onto the forces by the video's clock."

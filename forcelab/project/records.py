@@ -281,8 +281,8 @@ class DemonstrationInfo:
         Length in seconds.
     labelled : mapping of str to float
         For every author with a track, in order of first appearance: seconds covered by a segment.
-    has_video : bool
-        Whether the project holds its video.
+    videos : tuple of str
+        The names of its videos, the main one first.
     source : str
         Where it was read from, as told when it was added.
     edited : mapping of str to int
@@ -298,7 +298,7 @@ class DemonstrationInfo:
     rate: float
     duration: float
     labelled: Mapping[str, float]
-    has_video: bool
+    videos: tuple[str, ...]
     source: str
     edited: Mapping[str, int] = field(default_factory=dict)
 
@@ -306,6 +306,11 @@ class DemonstrationInfo:
     def authors(self) -> tuple[str, ...]:
         """Every author with a track."""
         return tuple(self.labelled)
+
+    @property
+    def has_video(self) -> bool:
+        """Whether the project holds a video of it."""
+        return bool(self.videos)
 
 
 @dataclass(frozen=True, slots=True)

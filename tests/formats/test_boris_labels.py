@@ -71,7 +71,7 @@ def test_what_we_write_comes_back_to_a_microsecond(path):
     observations = [
         Observation("a", "foam", ANN),
         Observation("a", "foam", BEN),
-        Observation("b - c", "foam", ANN, video),
+        Observation("b - c", "foam", ANN, (video,)),
     ]
     path.write_bytes(to_boris("p", observations, Vocabulary()))
     live, filmed = read_label_file(path)

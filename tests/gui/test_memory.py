@@ -49,9 +49,9 @@ def study(tmp_path):
     with Project.create(path) as project:
         project.actions.set_vocabulary("foam", Vocabulary().with_actions(*ACTIONS))
         for number in range(COUNT):
-            video = VideoReference(film, ClockMap()) if number % 5 == 0 else None
+            videos = (VideoReference(film, ClockMap()),) if number % 5 == 0 else ()
             demonstration = replace(
-                plain, name=f"{number:03d}", signals=plain.signals + number / COUNT, video=video
+                plain, name=f"{number:03d}", signals=plain.signals + number / COUNT, videos=videos
             )
             project.demonstrations.add(demonstration, [Track("Ann", HUMAN)])
     yield path
