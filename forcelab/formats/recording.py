@@ -38,7 +38,7 @@ class ReadOptions:
         Name or 1-based number of the column in which a device counts its samples, `rate` of them a
         second, in place of stamps; one that is plain to see is found by itself.
     leave_out : tuple of str
-        Names or 1-based numbers of columns that become no channels.
+        Names or 1-based numbers of columns that become no channels; of a bag fields and topics.
     signals : tuple of str
         Names or 1-based numbers of columns that are channels, whatever they look like.
     videos : bool
@@ -53,8 +53,8 @@ class ReadOptions:
     calibration : Path, optional
         A calibration file, for formats that hold counts of a device.
     unpack : Path, optional
-        Folder for videos that are packed inside a file, there as long as they are needed; without
-        one they are left out.
+        Folder for videos that are packed inside a file, or written of its pictures, there as long
+        as they are needed; without one they are left out.
 
     Raises
     ------

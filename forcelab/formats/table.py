@@ -318,7 +318,7 @@ def _refuse_ragged(
         )
 
 
-Use = Literal["signal", "times", "counter", "labels", "left out"]
+Use = Literal["signal", "times", "counter", "labels", "video", "left out"]
 #: What any column of a table can be made, besides what it is taken for.
 ANY_USE: tuple[Use, ...] = ("signal", "times", "counter", "labels", "left out")
 #: Why a column is left out that counts although its name does not say so.
