@@ -246,6 +246,7 @@ def _role_name(use: Use) -> str:
         "times": "times",
         "counter": "sample counter",
         "labels": "labels",
+        "video": "video",
         "left out": "left out",
     }
     return words[use]
