@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Generator
+from collections.abc import Callable, Collection, Generator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, BinaryIO, Final, Literal
 
 from forcelab.errors import InputError
 from forcelab.formats.archive import write_archive
@@ -14,8 +14,9 @@ from forcelab.formats.boris import Observation, VideoFile, to_boris
 from forcelab.formats.elan import to_elan
 from forcelab.formats.lerobot_subtasks import writing_subtasks
 from forcelab.formats.output_folder import file_names, output_folder, stay_out_of_projects
+from forcelab.formats.samples import Prediction, SampleTable
 from forcelab.formats.track_text import AnnotatedTrack, to_audacity, to_csv, to_statistics_table
-from forcelab.io import write_atomically
+from forcelab.io import atomic_file, write_atomically
 from forcelab.jobs import Progress
 from forcelab.labels import Track
 from forcelab.project import DemonstrationInfo, Project
@@ -33,6 +34,13 @@ class Part:
     tracks: tuple[Track, ...]
     title: str  #: what its file is called, without the suffix
     folder: Path  #: where that will lie
+    prediction: Prediction | None = None  #: for formats that hold some
+
+
+#: Gives what is predicted in a project, by the demonstrations' ids.
+Predictions = Callable[[Project], Mapping[str, Prediction]]
+#: Writes a file that may be too long for the memory.
+StreamWriter = Callable[[BinaryIO], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,10 +51,12 @@ class ExportFormat:
     suffix: str
     #: What a file is made of; "dataset": the labels go into what was imported.
     per: Literal["demonstration", "track", "project", "dataset"]
-    #: A file's bytes; of a project's file, items to join; None: the project is archived.
+    #: A file's bytes, or a StreamWriter; of a project's file, items to join; None: the project is
+    #: archived.
     convert: Callable[[Part], Any] | None = None
     join: Callable[[Project, list[Any]], bytes] | None = None
     prints: bool = True  #: whether a single file may go to standard output
+    predictions: bool = False  #: whether it holds what runs predict, too
 
 
 def _statistics_rows(part: Part) -> list[AnnotatedTrack]:
@@ -86,6 +96,11 @@ def _boris(project: Project, observations: list[Observation]) -> bytes:
     return to_boris(project.path.resolve().stem, observations, joined(own))
 
 
+def _samples(part: Part) -> SampleTable:
+    demonstration = part.project.demonstrations.load(part.info.id)
+    return SampleTable(demonstration, part.tracks, part.prediction)
+
+
 FORMATS: Final[dict[str, ExportFormat]] = {
     "csv": ExportFormat(
         "CSV: start, end, action, author; one file per demonstration",
@@ -120,6 +135,21 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         "track",
         lambda part: to_audacity(part.tracks[0]).encode(),
     ),
+    "samples": ExportFormat(
+        "Samples: CSV, forces, labels and predictions; one row per sample",
+        ".samples.csv",
+        "demonstration",
+        lambda part: _samples(part).write_csv,
+        predictions=True,
+    ),
+    "parquet": ExportFormat(
+        "Samples: Parquet, forces, labels and predictions; one row per sample",
+        ".samples.parquet",
+        "demonstration",
+        lambda part: _samples(part).write_parquet,
+        prints=False,
+        predictions=True,
+    ),
     "lerobot": ExportFormat(
         "LeRobot: subtasks of all frames, into the dataset that was imported",
         "",
@@ -143,11 +173,13 @@ def exporting(
     viewer: str | None = None,
     replacing: bool = True,
     authors: Collection[str] | None = None,
+    predictions: Predictions | None = None,
 ) -> Generator[Progress, None, tuple[Path, ...]]:
     """Write labels into a folder, which is made if need be, as a job; gives the files.
 
     Only labels of the demonstrations `ids` and the `authors`, and without tracks that are hidden
     from the coder `viewer`. An archive holds everything, and is refused where anything is hidden.
+    Formats that hold predictions get those that `predictions` gives, unless `authors` are chosen.
     """
     if format_ not in FORMATS:
         raise InputError(unknown_word("format", format_, tuple(FORMATS)))
@@ -156,7 +188,10 @@ def exporting(
         if chosen.convert is None and chosen.per == "project":
             file = out / f"{project.path.resolve().stem}{chosen.suffix}"
             return (yield from _archive(project, file, viewer, replacing))
-        parts = _parts(project, out, ids, viewer, authors)
+        predicted: Mapping[str, Prediction] = {}
+        if predictions is not None and chosen.predictions and authors is None:
+            predicted = predictions(project)
+        parts = _parts(project, out, ids, viewer, authors, predicted)
         if not parts:
             if ids is not None or authors is not None:
                 raise InputError("What was chosen has no labels; export more, or label it first.")
@@ -205,8 +240,9 @@ def _parts(
     ids: Collection[str] | None,
     viewer: str | None,
     authors: Collection[str] | None,
+    predicted: Mapping[str, Prediction],
 ) -> list[Part]:
-    """The tracks to write, by demonstration."""
+    """The tracks to write, and what is predicted, by demonstration."""
     author_names = [author.name for author in project.coding.authors()]
     for name in authors or ():
         if name not in author_names:
@@ -216,7 +252,8 @@ def _parts(
     times = Counter(info.name.casefold() for info in infos)
     parts = []
     for info in infos:
-        if not info.authors or (ids is not None and info.id not in ids):
+        prediction = predicted.get(info.id)
+        if not (info.authors or prediction) or (ids is not None and info.id not in ids):
             continue
         hidden = viewer is not None and project.coding.is_blind(info.id, viewer)
         tracks = tuple(
@@ -228,8 +265,10 @@ def _parts(
         # Its name alone where no other has it: beside its recording, it is read with that.
         unique = not info.task or times[info.name.casefold()] == 1
         title = info.name if unique else f"{info.task} - {info.name}"
-        if tracks:
-            parts.append(Part(project, info, tracks, title, out))
+        if hidden:
+            prediction = None
+        if tracks or prediction:
+            parts.append(Part(project, info, tracks, title, out, prediction))
     return parts
 
 
@@ -261,8 +300,13 @@ def _labels(
         contents = [format_.join(project, [item for items in contents for item in items])]
     # All were made before: what a format cannot hold leaves no half of an export.
     with output_folder(out, [project.path]):
-        for file, content in zip(files, contents, strict=True):
-            write_atomically(file, content)
+        for done, (file, content) in enumerate(zip(files, contents, strict=True)):
+            if not callable(content):
+                write_atomically(file, content)
+                continue
+            yield Progress(done, len(files), file.name)
+            with atomic_file(file) as stream:
+                content(stream)
     return files
 
 

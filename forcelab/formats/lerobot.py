@@ -24,10 +24,9 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
-from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.rosbag_topics import values_within
 from forcelab.formats.signatures import LEROBOT_INFO, is_lerobot_folder
-from forcelab.formats.table import ColumnUse
 from forcelab.formats.table_columns import is_unlabelled, missing_remark
 from forcelab.formats.timestamps import RawTimestamps, RepairedTimestamps, repair_timestamps
 from forcelab.io import small_text

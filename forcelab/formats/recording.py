@@ -7,14 +7,14 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import Track
 from forcelab.project import Note
 
-__all__ = ["ReadOptions", "Recording", "parse_episodes"]
+__all__ = ["ANY_USE", "ColumnUse", "ReadOptions", "Recording", "Use", "parse_episodes"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,3 +145,19 @@ class Recording:
     statistics: Mapping[str, int] = field(default_factory=dict)
     not_imported: str = ""
     notes: tuple[Note, ...] = ()
+
+
+Use = Literal["signal", "times", "counter", "labels", "left out"]
+#: What any column of a table can be made, besides what it is taken for.
+ANY_USE: tuple[Use, ...] = ("signal", "times", "counter", "labels", "left out")
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnUse:
+    """A column and what it is read as."""
+
+    name: str
+    unit: str
+    use: Use  #: a counter is no signal; where there are no times it stands in for them
+    cells: tuple[str, ...]  #: the first ones, as they stand in the file
+    choices: tuple[Use, ...] = ANY_USE  #: what it can be made

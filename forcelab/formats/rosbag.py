@@ -23,7 +23,7 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.label_tables import own_or_beside_tracks
-from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
 from forcelab.formats.rosbag_topics import (
     AlignedTopics,
     Contents,
@@ -39,7 +39,6 @@ from forcelab.formats.rosbag_topics import (
     with_sensors,
 )
 from forcelab.formats.signatures import BAG_METADATA
-from forcelab.formats.table import ColumnUse, Use
 from forcelab.formats.table_columns import MOST_LABELS, is_unlabelled, missing_remark
 from forcelab.labels import UNLABELLED, Track, from_codes
 from forcelab.text import counted, listed
@@ -544,7 +543,7 @@ _SIGNAL_USE: Final[tuple[Use, ...]] = ("signal", "left out")
 _LABEL_USE: Final[tuple[Use, ...]] = ("signal", "labels", "left out")
 
 
-def preview_bag(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
+def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
     """What the fields of a bag's messages would be read as, by the first message of each topic.
 
     A row is a stamp, a label, or a group of numbers that belong together; its cells are these.

@@ -530,6 +530,7 @@ class Layout:
     rate: float | None = None  #: samples a second, where lines before the data tell them
     sections: bool = False  #: a blank line ends the table, and another one follows
     path: Path = Path()  #: the file, where all of it was looked at
+    line: str = "line"  #: what the number of a row counts, as in "line 5"
     encoding: str = ""
 
     def cells(self, index: int) -> list[str]:
@@ -589,13 +590,13 @@ def find_layout(rows: Sequence[Line]) -> Layout | None:
         return None
     table = dialect.split([text for _, text in plain])
     complete = [row for row in table if len(row) == dialect.width]
-    kinds = _kinds(complete[len(complete) // 2 :], dialect)
+    kinds = column_kinds(complete[len(complete) // 2 :], dialect)
     fits = [_is_data(row, kinds, dialect) for row in table]
     if True not in fits:
         return None
     first = fits.index(True)
     sample = tuple(tuple(row) for row, fit in zip(table, fits, strict=True) if fit)
-    kinds = _kinds([row for row in table[first:] if len(row) == dialect.width], dialect)
+    kinds = column_kinds([row for row in table[first:] if len(row) == dialect.width], dialect)
     above = [line for line in rows if line[0] < plain[first][0] and line[1].strip()]
     labview = bool(above) and above[0][1].startswith(_LABVIEW)
     header, units, used = (
@@ -667,7 +668,7 @@ def _positive(text: str) -> float | None:
     return number if 1e-9 < number < 1e9 else None
 
 
-def _kinds(rows: Sequence[Sequence[str]], dialect: Dialect) -> tuple[CellType, ...]:
+def column_kinds(rows: Sequence[Sequence[str]], dialect: Dialect) -> tuple[CellType, ...]:
     """What each column mostly holds."""
     result = []
     for cells in zip(*rows, strict=True):

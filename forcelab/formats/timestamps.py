@@ -33,6 +33,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import date
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,6 +123,19 @@ class TimestampReader:
         if self._base:
             return np.array([self._large(i, c.strip()) for i, c in enumerate(cells)], np.float64)
         return numbers(cells, self._decimal)
+
+    def from_array(self, stamps: NDArray[Any]) -> NDArray[np.float64]:
+        """As `read`, of numbers, or of dates and times of the day as NumPy holds them."""
+        if stamps.dtype.kind not in "Mm":
+            # A whole number of nanoseconds since 1970 has more digits than a float64.
+            whole = stamps.dtype.kind in "iu" and int(stamps.max(initial=0)) < 2**63
+            values = stamps.astype(np.int64 if whole else np.float64) - self._base
+            return np.where(np.isfinite(values), values, np.nan).astype(np.float64)
+        per_second = _UNITS[np.datetime_data(stamps.dtype)[0]]
+        ticks = stamps.astype(np.int64) - self._base * per_second
+        values = ticks / per_second
+        values[np.isnat(stamps)] = np.nan
+        return values
 
     def epoch(self, values: NDArray[np.float64]) -> str:
         """The unit in which values read are dates from 2001 to 2100; empty if in none."""

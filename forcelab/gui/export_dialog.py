@@ -21,6 +21,7 @@ from forcelab.gui.file_dialogs import ask_folder
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import ProgressBar, copyable, set_enabled_with_reason
 from forcelab.gui.widgets import ElidedComboBox
+from forcelab.review.run_result import latest_predictions
 from forcelab.text import counted
 
 
@@ -96,6 +97,7 @@ class ExportDialog(QDialog):
             self._document.author,
             self.replacing.isChecked(),
             self.author.currentData() if chosen else None,
+            predictions=latest_predictions,
         )
         self._jobs.run(job, self._written, self._failed, self._bar.show_progress, key="export")
 

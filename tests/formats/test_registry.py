@@ -81,10 +81,9 @@ def test_a_foreign_file_is_told_by_what_it_is(tmp_path, kind, data, name):
     (tmp_path / name).write_bytes(data)
     with pytest.raises(InputError) as refusal:
         read(tmp_path / name)
+    readable = "; ".join(known.description for known in all_formats())
     assert str(refusal.value) == (
-        f"'{tmp_path / name}' looks like {kind}; what can be read: archives of forcelab "
-        f"projects; the paper's databases (*.pdl); ROS bags; LeRobot datasets; tables as text "
-        f"(CSV, TSV, columns); raw dumps of OptoForce sensors."
+        f"'{tmp_path / name}' looks like {kind}; what can be read: {readable}."
     )
 
 

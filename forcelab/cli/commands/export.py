@@ -3,9 +3,12 @@
 csv: start,end,action,author; one file per demonstration. table: one CSV of all, one row
 per segment, for statistics. elan: one .eaf per demonstration, one tier per coder, videos
 linked. boris: one .boris project, one observation per coder and demonstration, videos
-linked. audacity: one label track per coder and demonstration. archive: one zip with
-everything; 'forcelab import' reads it back. lerobot: the subtask of each frame, into the
-LeRobot dataset that was imported (--into; unlabelled frames get a subtask of that name).
+linked. audacity: one label track per coder and demonstration. samples: a CSV per
+demonstration, one row per sample with its forces, the labels of each coder and, from the
+task's latest run, what was predicted, how probable. parquet: the same as Parquet.
+lerobot: the subtask of each frame, into the LeRobot dataset that was imported (--into;
+unlabelled frames get a subtask of that name). archive: one zip with everything; 'forcelab
+import' reads it back.
 Times are seconds from the start of the forces (elan: milliseconds).
 
 for example:
@@ -19,11 +22,13 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from forcelab.cli.options import UsageError, add_author, add_json, add_project, add_task
 from forcelab.cli.output import print_result
 from forcelab.formats.export import FORMATS, exporting
+from forcelab.formats.samples import Prediction
 from forcelab.jobs import finish
 from forcelab.project import Project
 
@@ -75,8 +80,21 @@ def run(arguments: argparse.Namespace) -> None:
 def _export(arguments: argparse.Namespace, out: Path) -> tuple[Path, ...]:
     ids = _ids(arguments) if arguments.task or arguments.demo else None
     return finish(
-        exporting(arguments.project, out, arguments.format, ids, authors=arguments.author)
+        exporting(
+            arguments.project,
+            out,
+            arguments.format,
+            ids,
+            authors=arguments.author,
+            predictions=_predictions,
+        )
     )
+
+
+def _predictions(project: Project) -> Mapping[str, Prediction]:
+    from forcelab.review.run_result import latest_predictions  # slow, and few formats hold any
+
+    return latest_predictions(project)
 
 
 def _print(arguments: argparse.Namespace) -> None:

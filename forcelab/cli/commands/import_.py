@@ -1,8 +1,9 @@
 """Read recordings into a project.
 
 The project is created if need be. The format is recognised by content: tables (CSV,
-TSV, spaces), the paper's databases (*.pdl), archives of projects, ROS bags (with the
-package rosbags), LeRobot datasets (folders; with the extra lerobot), raw dumps of
+TSV, spaces; Parquet and Feather with the package pyarrow), the paper's databases
+(*.pdl), archives of projects, ROS bags (with the package rosbags), LeRobot datasets
+(folders; with the extra lerobot), raw dumps of
 OptoForce sensors. The labels of a table may be one of
 its columns, or lie beside it in NAME.labels.csv (start, end, action) or an Audacity
 label track NAME.txt. A video named with its recording (pull.csv pull.mp4) is attached
