@@ -109,7 +109,7 @@ class DeviceStream:
     values: NDArray[np.float64]
     #: Whether a value holds until the next one.
     holds: bool = False
-    #: Whether the stamps come from a clock; else from arrivals.
+    #: Whether the stamps come from a clock; else from arrivals, or with the samples.
     even: bool = True
     #: From when to when (s) it was unplugged.
     away: tuple[tuple[float, float], ...] = ()
@@ -345,6 +345,7 @@ class _RecordedDevice(NamedTuple):
     rate: float
     holds: bool
     counted: bool
+    stamped: bool
 
 
 def _recorded_device(header: Mapping[str, Any]) -> _RecordedDevice:
@@ -354,6 +355,7 @@ def _recorded_device(header: Mapping[str, Any]) -> _RecordedDevice:
         float(header.get("rate", 0.0)),
         bool(header["holds"]),
         bool(header.get("counted", True)),
+        bool(header.get("stamped", False)),
     )
 
 
@@ -383,11 +385,12 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
         if block.ticks is not None and len(block):
             stamps[f"ticks_{i}"] = block.ticks
         host, breaks = block.arrived, np.array(log.breaks, dtype=np.int64)
-        fitted = None if device.holds else _fit_device(block, breaks, device.counted, device.rate)
+        as_they_came = device.holds or device.stamped
+        fitted = None if as_they_came else _fit_device(block, breaks, device.counted, device.rate)
         if fitted is not None:
             stamps[f"clock_{i}"] = np.array([fitted.offset, fitted.rate, fitted.residual])
             host, precision = fitted.host, max(precision, fitted.residual)
-        elif len(host) and not device.holds:
+        elif len(host) and not as_they_came:
             host, bound = spread_deliveries(host, breaks)
             precision = max(precision, bound)
         before = device.holds and len(host) > 0 and bool(host[0] <= begun)

@@ -247,6 +247,7 @@ def create_journal(
                 "rate": device.rate,
                 "holds": device.holds,
                 "counted": bool(getattr(device, "counted", True)),
+                "stamped": bool(getattr(device, "stamped", False)),
             }
             for device in devices
         ],

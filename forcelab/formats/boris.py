@@ -20,6 +20,8 @@ __all__ = ["Observation", "VideoFile", "to_boris"]
 
 #: The version of the format, which is not that of the program.
 FORMAT_VERSION = "7.0"
+#: The independent variable that says whose labels they are; a column of BORIS' tables.
+OBSERVER = "observer"
 #: BORIS plays up to so many files beside each other.
 PLAYERS = 8
 
@@ -75,7 +77,15 @@ def to_boris(name: str, observations: Sequence[Observation], vocabulary: Vocabul
         },
         "behavioral_categories": [],
         "behavioral_categories_config": {},
-        "independent_variables": {},
+        "independent_variables": {
+            "0": {
+                "label": OBSERVER,
+                "description": "",
+                "type": "text",
+                "default value": "",
+                "possible values": "",
+            }
+        },
         "coding_map": {},
         "behaviors_coding_map": [],
         "converters": {},
@@ -127,7 +137,7 @@ def _observation(observation: Observation) -> dict[str, Any]:
         "time offset": float(clock.offset),
         "events": events,
         "observation time interval": [0, 0],
-        "independent_variables": {},
+        "independent_variables": {OBSERVER: observation.track.author},
         "visualize_spectrogram": False,
         "visualize_waveform": False,
         "media_creation_date_as_offset": False,

@@ -40,7 +40,13 @@ from forcelab.project.database import (
 )
 from forcelab.project.files import DEMONSTRATIONS
 from forcelab.project.media import remove_unused_videos, video_rows, write_video
-from forcelab.project.records import AddResult, DemonstrationInfo, NewDemonstration, check_length
+from forcelab.project.records import (
+    AddResult,
+    DemonstrationInfo,
+    LabelImport,
+    NewDemonstration,
+    check_length,
+)
 from forcelab.project.tracks import TrackStore, undo_state
 from forcelab.text import natural_order, unknown_word
 from forcelab.vocabulary import Vocabulary
@@ -265,6 +271,30 @@ class DemonstrationStore:
         for addition in additions:
             addition.tidy()
         return tuple(addition.result() for addition in additions)
+
+    def import_labels(self, imports: Iterable[LabelImport]) -> None:
+        """Store labels from files on demonstrations that are there, one edit a track, all or none.
+
+        Actions that a task's vocabulary lacks are added to it.
+
+        Raises
+        ------
+        StaleTrackError
+            If a track is not what it was when the import was prepared.
+        InputError
+            If there is no such demonstration, labels lie beyond it by more than a second and 5 %
+            of it, or the author is a model.
+        """
+        with self._db.writing():
+            for each in imports:
+                # What a coder had labelled stays the coder's: importing the recording anew may
+                # replace an import, but not these.
+                kind: Literal["paint", "import"] = "paint" if each.before else "import"
+                id_, track = each.demonstration, each.track
+                self._tracks.edit(
+                    id_, track.author, each.before, track.segments, each.what, kind=kind
+                )
+                self._actions.extend(self._db.demonstration(id_)["task"], id_, Vocabulary())
 
     def set_task(self, demonstration: str, task: str) -> None:
         """Put a demonstration into another task; its vocabulary gets the actions it lacks.

@@ -220,6 +220,28 @@ class NewDemonstration:
 
 
 @dataclass(frozen=True, slots=True)
+class LabelImport:
+    """An author's labels from a file, for a demonstration that is in the project.
+
+    Parameters
+    ----------
+    demonstration : str
+        Its id.
+    track : Track
+        What is stored.
+    before : tuple of Segment
+        What the author's track holds until then.
+    what : str
+        The line of history.
+    """
+
+    demonstration: str
+    track: Track
+    before: Segments
+    what: str
+
+
+@dataclass(frozen=True, slots=True)
 class AddResult:
     """What became of a demonstration that was added.
 

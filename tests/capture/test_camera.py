@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from forcelab.capture.camera import (
     CameraReader,
     DropCounter,
-    MatroskaWriter,
     OpenCvCamera,
     open_camera,
     open_cameras,
@@ -24,6 +23,7 @@ from forcelab.capture.recorder import Recorder
 from forcelab.capture.save import recover
 from forcelab.errors import InputError
 from forcelab.project import Project
+from forcelab.video.jpeg_writer import JpegVideoWriter
 from forcelab.video.reader import VideoReader
 from tests.capture.helpers import FakeDevice, FullDisk, eventually
 
@@ -135,8 +135,8 @@ def jpeg(number):
 
 
 def test_a_full_disk_costs_only_the_frames_it_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("forcelab.capture.camera.FileIO", FullDisk)
-    writer = MatroskaWriter(tmp_path / "a.mkv", 64, 48)
+    monkeypatch.setattr("forcelab.video.jpeg_writer.FileIO", FullDisk)
+    writer = JpegVideoWriter(tmp_path / "a.mkv", 64, 48)
     for i in range(60):
         if i == 20:
             monkeypatch.setattr(FullDisk, "room", 100)
@@ -158,7 +158,7 @@ def test_a_disk_that_is_full_as_recording_begins_costs_only_the_frames_it_refuse
 ):
     camera = CameraReader(0, FakeCamera(rate=50), "camera 0")
     journal = JournalWriter(tmp_path / "a.journal", {})
-    monkeypatch.setattr("forcelab.capture.camera.FileIO", FullDisk)
+    monkeypatch.setattr("forcelab.video.jpeg_writer.FileIO", FullDisk)
     monkeypatch.setattr(FullDisk, "room", 100)
     try:
         camera.record_to(journal, tmp_path / "a.mkv")
@@ -178,7 +178,7 @@ def test_a_disk_that_is_full_as_recording_begins_costs_only_the_frames_it_refuse
 @given(cut=st.floats(0.02, 1), steps=st.lists(st.floats(0.001, 3.0), min_size=2, max_size=20))
 def test_a_video_cut_anywhere_gives_all_whole_pictures(tmp_path_factory, cut, steps):
     path = tmp_path_factory.mktemp("cut") / "a.mkv"
-    writer = MatroskaWriter(path, 64, 48)
+    writer = JpegVideoWriter(path, 64, 48)
     times, ends = [], []
     for i, time_ in enumerate(np.cumsum([0.0, *steps])):
         times.append(writer.write(jpeg(i), time_))
@@ -282,7 +282,7 @@ def test_a_camera_keeps_its_name_whatever_number_it_gets(tmp_path):
 
 
 def test_a_camera_is_opened_again_from_its_file(tmp_path):
-    writer = MatroskaWriter(tmp_path / "a.mkv", 64, 48)
+    writer = JpegVideoWriter(tmp_path / "a.mkv", 64, 48)
     for i in range(5):
         writer.write(jpeg(i), i / 30)
     writer.close()

@@ -18,7 +18,7 @@ import pytest
 from factories import FAST_OPTIONS
 
 from forcelab.cli import build_parser, main
-from forcelab.formats.label_tables import read_labels
+from forcelab.formats.label_tables import read_tracks
 from forcelab.formats.output_folder import file_names
 from forcelab.formats.recording import ReadOptions
 from forcelab.gui.qt_check import QtPlatform
@@ -30,8 +30,8 @@ from forcelab.signals.wavelets import WAVELETS
 from forcelab.version import __version__
 
 COMMANDS = [
-    "gui", "demo", "simulate", "import", "list", "runs", "assign", "note", "agree", "attach",
-    "sync", "rename", "remove", "capture", "replay", "evaluate",
+    "gui", "demo", "simulate", "import", "labels", "list", "runs", "assign", "note", "agree",
+    "attach", "sync", "rename", "remove", "capture", "replay", "evaluate",
     "train", "predict", "review", "why", "export", "plan", "actions", "figures", "measure",
     "doctor", "install-launcher",
 ]  # fmt: skip
@@ -226,7 +226,7 @@ def test_list_names_the_videos_where_there_are_several(forcelab, project, tmp_pa
 def test_exported_labels_read_back_as_they_were(forcelab, project, tmp_path):
     result = forcelab("export", project, "--out", tmp_path / "csv", "--json")
     assert len(result.json["written"]) == 6
-    (track,) = read_labels(tmp_path / "csv" / "foam-01.labels.csv", ReadOptions())
+    (track,) = read_tracks(tmp_path / "csv" / "foam-01.labels.csv", ReadOptions())
     with Project.open(project) as opened:
         assert track == opened.tracks.get(opened.demonstrations.load("foam-01").id, "coder")
 

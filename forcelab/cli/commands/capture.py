@@ -7,9 +7,11 @@ is a gap. Each camera gives a video of its name, on the same clock.
 
 A device is KIND:PORT?OPTION=VALUE&... with the kinds optoforce (rate, filter,
 calibration, serial), text (baud, rate) and encoder (scale, unit, channel, rate,
-reverse); without PORT the only one of its kind. replay:PROJECT (demonstration, loop)
-plays a recording as a device, over and over unless loop=no. In a PORT or VALUE write &
-as %26, ? as %3F and % as %25.
+reverse); without PORT the only one of its kind. netft:ADDRESS is an ATI Net F/T (force,
+torque: counts a N and a Nm, where its page does not say; rate). lsl:NAME (source,
+dejitter) is a stream of the Lab Streaming Layer, by the stamps of its sender.
+replay:PROJECT (demonstration, loop) plays a recording as a device, over and over unless
+loop=no. In a PORT or VALUE write & as %26, ? as %3F and % as %25.
 
 for example:
   forcelab capture --list
@@ -33,8 +35,9 @@ from typing import Any, TextIO, TypeVar
 
 from forcelab.capture.camera import open_cameras
 from forcelab.capture.device import Device
-from forcelab.capture.device_names import parse_devices
+from forcelab.capture.device_names import name_stream, parse_devices
 from forcelab.capture.discovery import find_cameras, find_ports
+from forcelab.capture.lsl import find_streams
 from forcelab.capture.optoforce import sends_raw_counts, uncalibrated_warning
 from forcelab.capture.recorder import Recorder, RecorderState
 from forcelab.capture.save import (
@@ -58,8 +61,8 @@ NOTHING_FOUND = "No serial port and no camera is plugged in, or this user may no
 
 
 def list_devices(arguments: argparse.Namespace) -> None:
-    """Print the serial ports and cameras, and what they seem to be."""
-    ports, found_cameras = find_ports(), find_cameras()
+    """Print the serial ports, streams and cameras, and what they seem to be."""
+    ports, streams, found_cameras = find_ports(), find_streams(), find_cameras()
     if arguments.json:
         content = {
             "ports": [
@@ -74,6 +77,18 @@ def list_devices(arguments: argparse.Namespace) -> None:
                 }
                 for port in ports
             ],
+            "streams": [
+                {
+                    "stream": stream.name,
+                    "device": name_stream(stream),
+                    "content": stream.content,
+                    "host": stream.host,
+                    "source": stream.source,
+                    "channels": stream.channels,
+                    "rate": stream.rate,
+                }
+                for stream in streams
+            ],
             "cameras": [
                 {"camera": camera.device, "name": camera.name, "usable": camera.usable}
                 for camera in found_cameras
@@ -81,7 +96,7 @@ def list_devices(arguments: argparse.Namespace) -> None:
         }
         print(json_text(content))
         return
-    if not ports and not found_cameras:
+    if not ports and not streams and not found_cameras:
         print(NOTHING_FOUND)
         return
     rows = [["what to say", "what it seems to be", "serial number", ""]]
@@ -93,6 +108,10 @@ def list_devices(arguments: argparse.Namespace) -> None:
             _access_text(port.usable),
         ]
         for port in ports
+    ]
+    rows += [
+        [f"--device {printable(name_stream(stream))}", printable(stream.description), "-", ""]
+        for stream in streams
     ]
     rows += [
         [
