@@ -613,8 +613,8 @@ class _Importer:
         offset = self._options.offset + best.offset
         return [
             f"Moved by {best.offset:+.3f} s, the labels of {track.author} would agree with those "
-            f"of {best_author} in {best.agreement:.0%} of the labelled time instead of "
-            f"{best.before:.0%} (--offset {offset:.3f})."
+            f"of {best_author} in {100 * best.agreement:.0f} % of the labelled time instead of "
+            f"{100 * best.before:.0f} % (--offset {offset:.3f})."
         ]
 
 

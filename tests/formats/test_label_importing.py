@@ -181,8 +181,8 @@ def test_a_better_offset_is_told_with_how_well_labels_agree_there(load, project)
     early = tuple(Segment(s.start - 0.734, s.end - 0.734, s.action) for s in segments)
     (remark,) = load("02.csv", Track("Zoe", early)).remarks.popitem()[1]
     assert re.fullmatch(
-        r"Moved by \+0.734 s, the labels of Zoe would agree with those of Ann in (99|100)% of the "
-        r"labelled time instead of \d\d?% \(--offset 0.734\).",
+        r"Moved by \+0.734 s, the labels of Zoe would agree with those of Ann in (99|100) % of the "
+        r"labelled time instead of \d\d? % \(--offset 0.734\).",
         remark,
     )
     options = LabelOptions(offset=0.734)
