@@ -1,7 +1,8 @@
 """Import labels from other programs onto demonstrations that are in a project.
 
 Read are tables (CSV, TSV) of start, end, action and perhaps author, as 'forcelab
-export' writes them; label tracks of Audacity; ELAN files (*.eaf), EAF 2.7 to 3.0;
+export' writes them; label tracks of Audacity; projects of BORIS (*.boris), and its
+tabular and aggregated events as CSV or TSV; ELAN files (*.eaf), EAF 2.7 to 3.0;
 TextGrids of Praat. Tiers of the last two are authors, called by their annotator or else
 as the tier; annotations without text are unlabelled. With --tiers actions each tier is
 an action, and those of one annotator make one track. Annotations without times of their
