@@ -160,6 +160,13 @@ def identify(path: str | os.PathLike[str]) -> Format:
                 f"recording first, then attach the video to it (forcelab attach; in the window "
                 f"File > Attach video, or a right click in the list)."
             )
+        from forcelab.formats.label_files import identify_labels  # which knows this module
+
+        if identify_labels(path, head) is not None:
+            raise InputError(
+                f"'{path}' holds labels, which belong to a demonstration: import the recording "
+                f"first, then its labels (forcelab labels; in the window File > Import labels)."
+            )
         readable = "; ".join(format_.description for format_ in all_formats())
         raise InputError(f"'{path}' looks like {kind}; what can be read: {readable}.")
 

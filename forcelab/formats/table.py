@@ -97,7 +97,8 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
         if is_label_table(file.read(HEAD)):
             raise InputError(
                 f"{path} is a labels file (start, end, action), not a recording; put it beside its "
-                "recording NAME.csv as NAME.labels.csv and import that."
+                "recording NAME.csv as NAME.labels.csv and import that, or import it as labels of "
+                "one in a project (forcelab labels; in the window File > Import labels)."
             )
     roles = choose_roles(layout, options)
     rows = lines(path, layout.encoding, layout.skip, sections=layout.sections)
