@@ -67,6 +67,13 @@ _EARLY: Final = (
         starts=(b"PK",),
     ),
     Format(
+        name="excel",
+        description="Excel workbooks (*.xlsx)",
+        module="forcelab.formats.excel",
+        starts=(b"PK",),
+        columns=True,
+    ),
+    Format(
         name="pdl",
         description="the paper's databases (*.pdl)",
         module="forcelab.formats.pdl",

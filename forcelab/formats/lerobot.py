@@ -20,7 +20,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.demonstration import Channel, Demonstration
+from forcelab.clock import ClockMap
+from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
@@ -32,6 +33,7 @@ from forcelab.io import small_text
 from forcelab.labels import UNLABELLED, Track, from_codes
 from forcelab.signals.channels import channel_map
 from forcelab.text import counted, listed
+from forcelab.video.cut import cut_video
 
 VERSIONS: Final = ("v2.0", "v2.1", "v3.0")
 SUBTASK: Final = "subtask_index"
@@ -94,7 +96,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
             f"'{dataset.path}' has no numbers to read but what is left out; name a feature as a "
             f"signal (--signal)."
         )
-    shared = _remarks(dataset, features, cameras)
+    shared = _remarks(dataset, features)
     recordings = []
     for episode, table in dataset.frames(_chosen(dataset, options), features):
         times = dataset.times(episode, table, strict=options.strict)
@@ -104,19 +106,27 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
         track, remarks = _labels(dataset, table, times)
         if len(tasks) > 1:
             remarks.append(f"Episode {episode.number} shows several tasks; its first is kept.")
+        videos, video_remarks = _videos(dataset, episode, cameras, times, options)
         demonstration = Demonstration(
             f"{dataset.path.name}-{episode.number}",
             options.task or " ".join(dataset.tasks.get(tasks[0][0], "").split()),
             times.times,
             signals,
             channels,
+            videos,
             grid_rate=options.rate,
         )
         recordings.append(
             Recording(
                 demonstration,
                 track,
-                (*shared, *times.remarks, *remarks, *missing_remark(signals, channels)),
+                (
+                    *shared,
+                    *times.remarks,
+                    *remarks,
+                    *missing_remark(signals, channels),
+                    *video_remarks,
+                ),
                 source=source_text(dataset.path, episode.number),
             )
         )
@@ -229,7 +239,40 @@ def _labels(
     return ((Track(DATASET, segments),) if segments else ()), remarks
 
 
-def _remarks(dataset: Dataset, features: Sequence[str], cameras: Sequence[str]) -> list[str]:
+def _videos(
+    dataset: Dataset,
+    episode: Episode,
+    cameras: Sequence[str],
+    times: RepairedTimestamps,
+    options: ReadOptions,
+) -> tuple[tuple[VideoReference, ...], list[str]]:
+    """The stretch of each camera's video that shows an episode, cut out as it is."""
+    videos: list[VideoReference] = []
+    remarks = []
+    for camera in cameras if options.unpack is not None else ():
+        assert options.unpack is not None
+        stretch = episode.videos[camera]
+        folder = options.unpack / f"{dataset.path.name}-{episode.number}"
+        folder.mkdir(exist_ok=True)
+        file = folder / f"{len(videos)}.mp4"
+        try:
+            cut = cut_video(stretch.file, stretch.start, stretch.end, file)
+        except InputError as error:
+            if options.strict:
+                raise
+            remarks.append(f"There are no pictures of '{camera}': {error}.")
+            continue
+        if len(cut.times) != episode.length:
+            pictures = counted(len(cut.times), "picture")
+            frames = counted(episode.length, "frame")
+            remarks.append(f"'{camera}' has {pictures} of an episode of {frames}.")
+        clock = ClockMap(cut.first - stretch.start - times.start)
+        name = camera.removeprefix("observation.").removeprefix("images.")
+        videos.append(VideoReference(file, clock, name))
+    return tuple(videos), remarks
+
+
+def _remarks(dataset: Dataset, features: Sequence[str]) -> list[str]:
     """What is said of a dataset as a whole."""
     remarks = [f"Channels were read from {listed(features, _SHOWN)}."]
     others = [name for name in dataset.numbers if name not in features]
@@ -238,8 +281,6 @@ def _remarks(dataset: Dataset, features: Sequence[str], cameras: Sequence[str]) 
         remarks.append(f"Other numbers can be read as signals (--signal): {names}.")
     if dataset.unread:
         remarks.append(f"Nothing was read from {listed(dataset.unread, _SHOWN)}.")
-    if cameras:
-        remarks.append(f"Pictures stay in the dataset: {listed(cameras, _SHOWN)}.")
     return remarks
 
 

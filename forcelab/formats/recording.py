@@ -39,7 +39,7 @@ class ReadOptions:
         Name or 1-based number of the column in which a device counts its samples, `rate` of them a
         second, in place of stamps; one that is plain to see is found by itself.
     leave_out : tuple of str
-        Names or 1-based numbers of columns that become no channels.
+        Names or 1-based numbers of columns that become no channels; of a bag fields and topics.
     signals : tuple of str
         Names or 1-based numbers of columns that are channels, whatever they look like.
     videos : bool
@@ -56,8 +56,8 @@ class ReadOptions:
     episodes : tuple of int
         The episodes of a dataset that are read, by number; all by default.
     unpack : Path, optional
-        Folder for videos that are packed inside a file, there as long as they are needed; without
-        one they are left out.
+        Folder for videos that are packed inside a file, or written of its pictures, there as long
+        as they are needed; without one they are left out.
 
     Raises
     ------
@@ -147,7 +147,7 @@ class Recording:
     notes: tuple[Note, ...] = ()
 
 
-Use = Literal["signal", "times", "counter", "labels", "left out"]
+Use = Literal["signal", "times", "counter", "labels", "video", "left out"]
 #: What any column of a table can be made, besides what it is taken for.
 ANY_USE: tuple[Use, ...] = ("signal", "times", "counter", "labels", "left out")
 

@@ -246,6 +246,7 @@ def _role_name(use: Use) -> str:
         "times": "times",
         "counter": "sample counter",
         "labels": "labels",
+        "video": "video",
         "left out": "left out",
     }
     return words[use]
@@ -313,8 +314,8 @@ class ImportDialog(QDialog):
         self._pick = QPushButton("Choose files…")
         self._pick.clicked.connect(self._choose)
         kinds = (
-            "Recordings, chosen or dropped here: tables (CSV, TSV, Parquet), ROS bags, raw "
-            "OptoForce dumps, *.pdl, archives of projects"
+            "Recordings, chosen or dropped here: tables (CSV, TSV, Parquet, Excel), ROS bags, "
+            "raw OptoForce dumps, *.pdl, archives of projects"
         )
         label = QLabel(kinds)
         label.setWordWrap(True)

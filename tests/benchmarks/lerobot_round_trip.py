@@ -108,6 +108,30 @@ def episodes(data: Path) -> list[tuple[Any, str, Any]]:
     return result[:EPISODES]
 
 
+def check_pictures(path: Path) -> int:
+    """Look whether each frame's pictures are shown at its time; gives how many there are."""
+    from forcelab.jobs import finish
+    from forcelab.project import Project
+    from forcelab.video.index import indexing
+    from forcelab.video.reader import VideoReader
+
+    checked = 0
+    with Project.open(path) as project:
+        for info in project.demonstrations.infos():
+            demonstration = project.demonstrations.load(info.id)
+            for camera, video in enumerate(demonstration.videos):
+                index = finish(indexing(video.path))
+                times = video.clock.to_force(index.times)
+                with VideoReader(video.path, index) as reader:
+                    for number, at in enumerate(demonstration.times):
+                        place = int(np.argmin(np.abs(times - at)))
+                        assert abs(times[place] - at) < 1e-4
+                        assert shown(reader.frame(place)) == (number, camera)
+                        checked += 1
+            assert [video.name for video in demonstration.videos] == ["top", "side"]
+    return checked
+
+
 def digests(folder: Path) -> dict[str, str]:
     """A hash of every file, and of each column of files of frames."""
     import pyarrow.parquet as pq
@@ -150,6 +174,7 @@ def main(python: str, folder: Path) -> None:
             np.testing.assert_array_equal(opened.demonstrations.load(info.id).signals, forces)
             opened.tracks.edit(info.id, "coder", (), labels[number], "painted")
         print(f"{len(labels)} demonstrations have the forces and tasks of their episodes")
+    print(f"{check_pictures(project):,} pictures are those of their frames")
     started = time.perf_counter()
     assert forcelab(["export", str(project), "--format", "lerobot", "--into", str(dataset)]) == 0
     print(f"exported in {time.perf_counter() - started:.1f} s")

@@ -1,5 +1,6 @@
 """Files with typed columns and streams as other programs write them, for tests and campaigns."""
 
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -55,4 +56,30 @@ def whole_arrow(folder: Path):
         write_arrow(folder / "c.feather", columns, compression="uncompressed"),
         write_arrow(folder / "d.feather", columns, compression="lz4"),
         write_arrow(folder / "e.arrow", columns, max_chunksize=64),
+    ]
+
+
+def write_workbook(path: Path, sheets):
+    """Write rows of cells by the title of their sheet."""
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for title, rows in sheets.items():
+        sheet = book.create_sheet(title)
+        for row in rows:
+            sheet.append(list(row))
+    book.save(path)
+    return path
+
+
+def whole_workbooks(folder: Path):
+    """One with a sheet, and one with several."""
+    values = forces(60).tolist()
+    rows = [[i / 100, *row, "grab" if i // 20 % 2 else None] for i, row in enumerate(values)]
+    table = [["time [s]", "fx", "fy", "fz", "label"], *rows]
+    dates = [[datetime(2024, 5, 31, 12, 0, i), i / 7] for i in range(40)]
+    return [
+        write_workbook(folder / "a.xlsx", {"Sheet": table}),
+        write_workbook(folder / "b.xlsx", {"one": table, "two": dates, "notes": [["mass", 3.2]]}),
     ]

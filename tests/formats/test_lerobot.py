@@ -8,6 +8,7 @@ import random
 import shutil
 import signal
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,14 +17,18 @@ pytest.importorskip("pyarrow")
 
 import pyarrow as pa
 import pyarrow.parquet as pq
+from factories import GOP_250, even_frame_times, frame_number, write_video
 
 from forcelab.cli import main
 from forcelab.errors import InputError
 from forcelab.formats import identify, lerobot, read
 from forcelab.formats.lerobot import preview
 from forcelab.formats.recording import ReadOptions, parse_episodes
+from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.project import Project, files
+from forcelab.video.index import indexing
+from forcelab.video.reader import VideoReader
 from tests.formats.lerobot_datasets import (
     FEATURES,
     FORCES,
@@ -356,6 +361,39 @@ def test_on_a_full_disk_the_old_dataset_stays(tmp_path, monkeypatch, capsys):
         for name, digest in before.items()
         if name.startswith("pen/")
     }
+
+
+@pytest.mark.parametrize("version", ["v2.1", "v3.0"])
+def test_cameras_are_videos_of_the_frames_of_their_episode(tmp_path, version):
+    folder, lengths = tmp_path / "pen", (12, 15, 9)
+    begins = np.cumsum((4, *lengths))  # no episode has the first pictures
+    edges = [(begins[i] / 30, begins[i + 1] / 30) for i in range(3)]
+    cameras = {"observation.images.top": edges, "observation.images.side": edges}
+    write_dataset(folder, version, lengths=lengths, cameras=cameras)
+    if version == "v3.0":
+        file = folder / "videos/observation.images.top/chunk-000/file-000.mp4"
+        file.parent.mkdir(parents=True)
+        write_video(file, "libx264", even_frame_times(40), GOP_250)
+    else:
+        for number, length in enumerate(lengths):
+            file = folder / f"videos/chunk-000/observation.images.top/episode_{number:06d}.mp4"
+            file.parent.mkdir(parents=True, exist_ok=True)
+            write_video(file, "libx264", even_frame_times(length), GOP_250)
+    read_by = ReadOptions(unpack=tmp_path)
+    for number, recording in enumerate(read(folder, read_by)):
+        (video,) = recording.demonstration.videos
+        assert video.name == "top"
+        assert "no pictures of 'observation.images.side'" in recording.remarks[-1]
+        index = finish(indexing(video.path))
+        times = video.clock.to_force(index.times)
+        with VideoReader(video.path, index) as reader:
+            for frame, time in enumerate(recording.demonstration.times):
+                shown = frame_number(reader.frame(int(np.argmin(np.abs(times - time)))))
+                assert shown == frame + (begins[number] if version == "v3.0" else 0)
+    with pytest.raises(InputError, match="mp4' is missing; copy or download it again"):
+        read(folder, replace(read_by, strict=True))
+    left = ReadOptions(unpack=tmp_path, leave_out=("observation.images",))
+    assert not any(recording.demonstration.videos for recording in read(folder, left))
 
 
 def changed_info(folder, **changes):

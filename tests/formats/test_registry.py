@@ -91,7 +91,7 @@ def test_a_foreign_file_is_told_by_what_it_is(tmp_path, kind, data, name):
     ("entries", "kind"),
     [
         (
-            ["[Content_Types].xml", "xl/workbook.xml"],
+            ["[Content_Types].xml", "xl/workbook.bin"],
             "an Excel workbook, which can be saved as CSV",
         ),
         (["[Content_Types].xml", "word/document.xml"], "an Office document"),
