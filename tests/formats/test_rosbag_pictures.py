@@ -13,7 +13,7 @@ pytest.importorskip("rosbags")
 from forcelab.cli import main
 from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions
-from forcelab.formats.rosbag import preview_bag
+from forcelab.formats.rosbag import preview
 from forcelab.project import Project
 from forcelab.video.reader import VideoReader
 from tests.formats.rosbag_files import (
@@ -280,13 +280,13 @@ def test_topics_are_left_out_by_name_and_the_preview_says_what_becomes_a_video(t
     bag = write_bag(tmp_path / "a.bag", topics)
 
     def uses(*leave_out):
-        rows = preview_bag(bag, ReadOptions(leave_out=leave_out))
+        rows = preview(bag, ReadOptions(leave_out=leave_out))
         return {row.name: row.use for row in rows if not row.name.startswith("/ft")}
 
     assert uses() == {"/cam": "video", "/cam/compressed": "video", "/depth": "left out"}
     assert uses("/cam") == {"/cam": "left out", "/cam/compressed": "video", "/depth": "left out"}
     assert uses("cam/compressed")["/cam/compressed"] == "left out"
-    (row,) = [row for row in preview_bag(bag, ReadOptions()) if row.name == "/cam"]
+    (row,) = [row for row in preview(bag, ReadOptions()) if row.name == "/cam"]
     assert (row.cells, row.choices) == ((f"rgb8, {VIDEO_WIDTH} x 64",), ("video", "left out"))
     command = ["import", str(tmp_path / "p.forcelab"), str(bag), "--task", "t"]
     assert main([*command, "--leave-out", "/cam"]) == 0
