@@ -9,6 +9,7 @@ import codecs
 import math
 import os
 import re
+from bisect import bisect_left, bisect_right
 from collections import defaultdict
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -177,6 +178,11 @@ LABEL_FORMATS: Final[tuple[LabelFormat, ...]] = (
         name="boris",
         description="projects and event tables of BORIS",
         module="forcelab.formats.boris_labels",
+    ),
+    LabelFormat(
+        name="label-studio",
+        description="JSON of Label Studio",
+        module="forcelab.formats.label_studio",
     ),
     LabelFormat(
         name="table",
@@ -671,6 +677,14 @@ def _at_stored_edges(track: Track, stored: Segments, resolution: float) -> Track
     lower, upper = known[after - 1], known[np.minimum(after, len(known) - 1)]
     nearest = np.where(edges - lower < upper - edges, lower, upper)
     moved = np.where(np.abs(nearest - edges) <= resolution, nearest, edges)
+    # An edge may be nearer to the one across a short gap: segments are known by both of theirs.
+    starts = [s.start for s in stored]
+    for row, segment in enumerate(track.segments):
+        low, high = segment.start - resolution, segment.start + resolution
+        for known_segment in stored[bisect_left(starts, low) : bisect_right(starts, high)]:
+            near = abs(known_segment.end - segment.end) <= resolution
+            if near and known_segment.action == segment.action:
+                moved[row] = known_segment.start, known_segment.end
     if not (moved[:, 0] < moved[:, 1]).all() or not (moved[:-1, 1] <= moved[1:, 0]).all():
         return track
     return _with_edges(track, moved)
