@@ -26,7 +26,7 @@ from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.rosbag_topics import values_within
-from forcelab.formats.signatures import LEROBOT_INFO, is_lerobot_folder
+from forcelab.formats.signatures import LEROBOT_INFO, is_lerobot_folder, lerobot_folder
 from forcelab.formats.table_columns import is_unlabelled, missing_remark
 from forcelab.formats.timestamps import RawTimestamps, RepairedTimestamps, repair_timestamps
 from forcelab.io import small_text
@@ -47,6 +47,7 @@ _NUMBER: Final = re.compile(r"float(16|32|64)|u?int(8|16|32|64)|bool")
 _FORCES: Final = frozenset(["force", "forces", "wrench", "torque", "torques", "ft", "effort"])
 #: A feature with more numbers a frame is a picture or a cloud.
 _MOST_NUMBERS: Final = 1000
+_LONGEST: Final = 200  #: characters of the name of a feature
 #: So many episodes are read without being asked for by number; with cameras they take a minute.
 MOST_UNASKED: Final = 1000
 _MOST_EPISODES, _MOST_BYTES = 10_000_000, 1 << 28
@@ -83,7 +84,7 @@ class Episode:
 
 def sniff(path: Path, head: bytes) -> bool:
     """Whether a folder is a dataset, or a file the ``meta/info.json`` of one (`head`)."""
-    return is_lerobot_folder(_folder(path)) and b'"codebase_version"' in head
+    return is_lerobot_folder(lerobot_folder(path)) and b'"codebase_version"' in head
 
 
 def read(path: Path, options: ReadOptions) -> list[Recording]:
@@ -284,16 +285,11 @@ def _remarks(dataset: Dataset, features: Sequence[str]) -> list[str]:
     return remarks
 
 
-def _folder(path: Path) -> Path:
-    """The dataset's folder, which its ``meta/info.json`` stands for."""
-    return path.parent.parent if path.parts[-2:] == ("meta", "info.json") else path
-
-
 class Dataset:
     """What a dataset says of itself; episodes and frames are looked up where they are needed."""
 
     def __init__(self, path: Path) -> None:
-        self.path = _folder(path).resolve()
+        self.path = lerobot_folder(path).resolve()
         load_extra("pyarrow", "lerobot", f"'{path}' is a LeRobot dataset, which")
         self.info = _read_info(self.path)
         self.v3 = self.info["codebase_version"].startswith("v3")
@@ -445,6 +441,7 @@ def _read_info(path: Path) -> dict[str, Any]:
             and all(type(size) is int and 0 < size < 2**31 for size in sizes)
             and all(isinstance(shape, list) and 0 < len(shape) < 9 for shape in shapes)
             and all(type(value) in (int, float) for value in [fps])
+            and all(0 < len(name) <= _LONGEST for name in features)
             and 0 < fps < 1e9
             and all(isinstance(text, str) for text in (version, info["data_path"]))
         )
@@ -502,7 +499,7 @@ def _whole(row: Mapping[str, Any], name: str, least: int = 0) -> int:
     """A whole number in a row of metadata."""
     value = row.get(name)
     if type(value) is not int or not least <= value < 2**40:
-        raise InputError(f"Its metadata has no whole number '{name}' ({value!r}); mend it.")
+        raise InputError(f"Its metadata has no whole number '{name}' ({value!r:.40}); mend it.")
     return value
 
 
@@ -510,7 +507,7 @@ def _seconds(row: Mapping[str, Any], name: str) -> float:
     """A time in a row of metadata."""
     value = row.get(name)
     if not isinstance(value, float) or not 0 <= value < 1e9:
-        raise InputError(f"Its metadata has no time '{name}' ({value!r}); mend it.")
+        raise InputError(f"Its metadata has no time '{name}' ({value!r:.40}); mend it.")
     return value
 
 
@@ -570,6 +567,9 @@ def open_parquet(file: Path) -> Iterator[Any]:
         raise InputError(f"'{file}' is missing; copy or download the dataset again.")
     try:
         with pq.ParquetFile(file) as parquet:
+            names = parquet.schema_arrow.names
+            if len(set(names)) < len(names):
+                raise ValueError("two columns of one name")
             yield parquet
     except (pa.ArrowException, OSError, ValueError, TypeError, LookupError) as error:
         if isinstance(error, OSError) and error.errno is not None:
@@ -593,13 +593,17 @@ def _matrix(column: Any, size: int, name: str) -> NDArray[np.float64]:
     """A column of numbers or of lists of `size` numbers as floats, shape (n, size)."""
     import pyarrow as pa
 
+    kinds = pa.types
     rows, values = len(column), column.combine_chunks()
-    while pa.types.is_nested(values.type):
+    while any(
+        is_kind(values.type)
+        for is_kind in (kinds.is_list, kinds.is_large_list, kinds.is_fixed_size_list)
+    ):
         values = values.flatten()
-    if pa.types.is_boolean(values.type):
+    if kinds.is_boolean(values.type):
         values = values.cast(pa.uint8())
     if len(values) != rows * size or not (
-        pa.types.is_integer(values.type) or pa.types.is_floating(values.type)
+        kinds.is_integer(values.type) or kinds.is_floating(values.type)
     ):
         raise InputError(
             f"'{name}' does not hold {counted(size, 'number')} a frame as the dataset says; copy "
