@@ -134,6 +134,15 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     return recordings
 
 
+def stated_episodes(path: Path) -> str:
+    """How many episodes a dataset says that it has; empty where it does not say."""
+    try:
+        count = _read_info(lerobot_folder(path)).get("total_episodes")
+    except (InputError, OSError):
+        return ""  # what is wrong is told when it is read
+    return f"{count:,}" if isinstance(count, int) else ""
+
+
 def source_text(folder: Path, number: int | None) -> str:
     """Where an episode comes from; without a number, how it begins for all of a dataset."""
     return f"{folder.name}, episode {'' if number is None else number}"
@@ -153,8 +162,9 @@ def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
         cells = tuple(f"{value:.4g}" for value in values)
         rows.append(ColumnUse(name, "", use, cells, choices=("signal", "left out")))
     for name in dataset.cameras:
-        use = "signal" if name in cameras else "left out"
-        rows.append(ColumnUse(name, "", use, ("video",), choices=("signal", "left out")))
+        use = "video" if name in cameras else "left out"
+        shape = " x ".join(map(str, dataset.info["features"][name]["shape"]))
+        rows.append(ColumnUse(name, "", use, (shape,), choices=("video", "left out")))
     return tuple(rows)
 
 

@@ -147,7 +147,7 @@ class Recording:
     notes: tuple[Note, ...] = ()
 
 
-Use = Literal["signal", "times", "counter", "labels", "left out"]
+Use = Literal["signal", "times", "counter", "labels", "video", "left out"]
 #: What any column of a table can be made, besides what it is taken for.
 ANY_USE: tuple[Use, ...] = ("signal", "times", "counter", "labels", "left out")
 

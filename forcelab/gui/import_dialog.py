@@ -34,6 +34,7 @@ from PySide6.QtWidgets import (
 from forcelab.errors import InputError
 from forcelab.formats import identify, preview
 from forcelab.formats.importing import ImportReport, importing
+from forcelab.formats.lerobot import stated_episodes
 from forcelab.formats.recording import ColumnUse, ReadOptions, Use, parse_episodes
 from forcelab.formats.signatures import is_lerobot_folder, lerobot_folder
 from forcelab.formats.table import rate_in
@@ -247,6 +248,7 @@ def _role_name(use: Use) -> str:
         "times": "times",
         "counter": "sample counter",
         "labels": "labels",
+        "video": "video",
         "left out": "left out",
     }
     return words[use]
@@ -372,7 +374,7 @@ class ImportDialog(QDialog):
         calibration = QHBoxLayout()
         calibration.addWidget(self.calibration, 1)
         calibration.addWidget(choose)
-        self.episodes = _optional_line("Episodes of a dataset", "all, or such as 0-9, 12")
+        self.episodes = _optional_line("Episodes of a dataset", "")
         self.videos = QCheckBox("Attach videos beside them that have the same name")
         self.videos.setChecked(True)
         self._taskless = toned_label(
@@ -514,9 +516,14 @@ class ImportDialog(QDialog):
         reason = "" if files else "Add files first."
         set_enabled_with_reason(self._go, reason if self._bar.isHidden() else _GOES_ON)
         self._show_report("")  # it was of files that were in the list before
-        datasets = [is_lerobot_folder(Path(name)) for name in files]
-        self._only_datasets = bool(datasets) and all(datasets)
-        self._layout.setRowVisible(self.episodes, any(datasets))
+        datasets = [Path(name) for name in files if is_lerobot_folder(Path(name))]
+        self._only_datasets = bool(files) and len(datasets) == len(files)
+        self._layout.setRowVisible(self.episodes, bool(datasets))
+        count = stated_episodes(datasets[0]) if len(datasets) == 1 else ""
+        self.episodes.setPlaceholderText(" ".join(f"all {count}".split()) + ", or such as 0-9, 12")
+        task = self._task.lineEdit()
+        if task is not None:
+            task.setPlaceholderText("as the dataset says" if self._only_datasets else "")
         self._warn()
         self.columns.show_first([Path(name) for name in files])
 

@@ -523,6 +523,7 @@ def test_episodes_and_features_of_a_dataset_are_chosen(document, open_on, tmp_pa
     dialog = open_on(tmp_path / "pen/meta/info.json")
     assert files(dialog) == [str(tmp_path / "pen")]
     assert dialog.episodes.isVisible()
+    assert dialog.episodes.placeholderText() == "all 4, or such as 0-9, 12"
     assert not warns_of_no_task(dialog)  # it names them itself
     uses = read_as(dialog)
     assert (uses["timestamp"], uses["observation.state"], uses["action"]) == (
