@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import re
+import tempfile
+from bisect import bisect_left
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -106,8 +109,8 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
         tasks = Counter(dataset.whole_numbers(table, "task_index").tolist()).most_common(2)
         track, remarks = _labels(dataset, table, times)
         if len(tasks) > 1:
-            remarks.append(f"Episode {episode.number} shows several tasks; its first is kept.")
-        videos, video_remarks = _videos(dataset, episode, cameras, times, options)
+            remarks.append("Several tasks are shown; the one of most frames is kept.")
+        videos, video_remarks = _videos(episode, cameras, times, options)
         demonstration = Demonstration(
             f"{dataset.path.name}-{episode.number}",
             options.task or " ".join(dataset.tasks.get(tasks[0][0], "").split()),
@@ -251,7 +254,6 @@ def _labels(
 
 
 def _videos(
-    dataset: Dataset,
     episode: Episode,
     cameras: Sequence[str],
     times: RepairedTimestamps,
@@ -263,9 +265,7 @@ def _videos(
     for camera in cameras if options.unpack is not None else ():
         assert options.unpack is not None
         stretch = episode.videos[camera]
-        folder = options.unpack / f"{dataset.path.name}-{episode.number}"
-        folder.mkdir(exist_ok=True)
-        file = folder / f"{len(videos)}.mp4"
+        file = Path(tempfile.mkdtemp(dir=options.unpack)) / "cut.mp4"
         try:
             cut = cut_video(stretch.file, stretch.start, stretch.end, file)
         except InputError as error:
@@ -299,7 +299,7 @@ class Dataset:
     """What a dataset says of itself; episodes and frames are looked up where they are needed."""
 
     def __init__(self, path: Path) -> None:
-        self.path = lerobot_folder(path).resolve()
+        self.path = Path(os.path.abspath(lerobot_folder(path)))  # noqa: PTH100 - links keep their names
         load_extra("pyarrow", "lerobot", f"'{path}' is a LeRobot dataset, which")
         self.info = _read_info(self.path)
         self.v3 = self.info["codebase_version"].startswith("v3")
@@ -321,6 +321,10 @@ class Dataset:
         for feature_name, parts in self.numbers.items():
             for place, part in enumerate(parts):
                 name = part if own_names[part] == 1 else f"{feature_name}.{part}"
+                if name in self.columns:
+                    raise InputError(
+                        f"'{path}' calls two numbers '{name}'; rename one in its info."
+                    )
                 self.columns[name] = Column(name, feature_name, place)
 
     @cached_property
@@ -382,6 +386,7 @@ class Dataset:
             by_file[episode.file][episode.number] = episode
         for file, those in by_file.items():
             parts: dict[int, list[Any]] = {number: [] for number in those}
+            numbers = sorted(those)
             with open_parquet(file) as parquet:
                 present = set(parquet.schema_arrow.names)
                 needed = [*_PLACES[:3], "task_index", *features]
@@ -389,7 +394,7 @@ class Dataset:
                     raise InputError(f"'{file}' lacks '{missing[0]}'; copy the dataset again.")
                 columns = needed + ([SUBTASK] if SUBTASK in present and self.subtasks else [])
                 for group in range(parquet.num_row_groups):
-                    if not _may_hold(parquet, group, those):
+                    if not _may_hold(parquet, group, numbers):
                         continue
                     table = parquet.read_row_group(group, columns=columns)
                     for number in pc.unique(table["episode_index"]).to_pylist():
@@ -475,16 +480,12 @@ def _names(feature: str, names: Any, size: int) -> tuple[str, ...]:
             names = [name for part in parts for name in part]
         elif sorted(map(str, parts)) == sorted(map(str, range(len(parts)))):
             names = sorted(names, key=lambda name: int(names[name]))
-    distinct = (
-        isinstance(names, list)
-        and len(names) == size
-        and all(isinstance(name, str) and name.strip() for name in names)
-        and len(set(names)) == size
-    )
+    texts = [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
+    own = tuple(" ".join(name.split()) for name in texts)
     if size == 1:
         return (feature,)
-    if distinct:
-        return tuple(" ".join(name.split()) for name in names)
+    if len(own) == len(set(own)) == size and all(own):
+        return own
     return tuple(f"{feature}.{place}" for place in range(size))
 
 
@@ -590,13 +591,14 @@ def open_parquet(file: Path) -> Iterator[Any]:
         ) from error
 
 
-def _may_hold(parquet: Any, group: int, numbers: Collection[int]) -> bool:
-    """Whether a row group holds frames of some episodes, as far as its statistics tell."""
+def _may_hold(parquet: Any, group: int, numbers: Sequence[int]) -> bool:
+    """Whether a row group holds frames of some episodes, rising, as far as its statistics tell."""
     place = parquet.metadata.schema.names.index("episode_index")
     statistics = parquet.metadata.row_group(group).column(place).statistics
     if statistics is None or not statistics.has_min_max:
         return True
-    return any(statistics.min <= number <= statistics.max for number in numbers)
+    place = bisect_left(numbers, statistics.min)
+    return place < len(numbers) and bool(numbers[place] <= statistics.max)
 
 
 def _matrix(column: Any, size: int, name: str) -> NDArray[np.float64]:

@@ -129,7 +129,9 @@ def cases(count: int, seed: int, whole: list[tuple[Path, Path]]) -> Iterator[tup
             source, project = chance.choice(whole)
             shutil.copytree(source, place / "pen")
             shutil.copytree(project, place / "q.forcelab")
-            files = sorted(path for path in (place / "pen").rglob("*") if path.is_file())
+            files = sorted(
+                p for p in (place / "pen").rglob("*") if p.is_file() and p.stat().st_size > 99
+            )
             file = chance.choice(files)
             if chance.random() < 0.4:
                 file = place / "pen/meta/info.json"
