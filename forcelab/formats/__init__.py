@@ -98,6 +98,7 @@ _EARLY: Final = (
         description="LeRobot datasets",
         module="forcelab.formats.lerobot",
         starts=(b"{",),
+        columns=True,
     ),
 )
 #: Any text might be a table; what is told by its packets wherever they start is never text.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from collections import defaultdict
 from collections.abc import Generator, Mapping, Sequence
 from pathlib import Path
@@ -54,9 +55,10 @@ def writing_subtasks(
     changed = []
     with (
         file_errors(f"'{dataset.path}' was not changed"),
-        replacing_folder(dataset.path) as new,
+        replacing_folder(dataset.path.resolve()) as new,
     ):
-        files = sorted((dataset.path / "data").glob("*/*.parquet"))
+        present = (dataset.path / "data").glob("*/*.parquet")  # those their loader reads
+        files = sorted({*present, *(episode.file for episode in dataset.episodes)})
         for done, file in enumerate(files):
             yield Progress(done, len(files), f"writing {file.name}")
             if _write_data(file, new / file.relative_to(dataset.path), codes, rest):
@@ -65,6 +67,8 @@ def writing_subtasks(
             (new / name).unlink(missing_ok=True)
             write_bytes(new / name, content)
             changed.append(dataset.path / name)
+        for file in filter(Path.exists, changed):
+            shutil.copymode(file, new / file.relative_to(dataset.path))
     return tuple(changed)
 
 
@@ -147,18 +151,19 @@ def _write_data(
         for number, rows in zip(numbers.tolist(), np.split(order, starts[1:]), strict=True):
             if number in codes:
                 values[rows] = codes[number]
-        if np.array_equal(values, old):
+        if place >= 0 and np.array_equal(values, old):
             return False
         field_ = pa.field(SUBTASK, pa.int64())
         schema = schema.append(field_) if place < 0 else schema.set(place, field_)
         schema = schema.with_metadata(_with_feature(schema.metadata or {}))
         target.unlink()  # it is the same file as the old one
         with target.open("xb") as stream:
-            kind = parquet.metadata.row_group(0).column(0).compression
+            groups = parquet.metadata.num_row_groups
+            kind = parquet.metadata.row_group(0).column(0).compression if groups else "SNAPPY"
             packing = "none" if kind == "UNCOMPRESSED" else kind
             with pq.ParquetWriter(stream, schema, compression=packing) as writer:
                 start = 0
-                for group in range(parquet.num_row_groups):
+                for group in range(groups):
                     table = parquet.read_row_group(group)
                     own = pa.array(values[start : start + len(table)], pa.int64())
                     start += len(table)

@@ -11,6 +11,7 @@ __all__ = [
     "announced_kind",
     "is_bag_folder",
     "is_lerobot_folder",
+    "lerobot_folder",
     "seems_to_be",
 ]
 
@@ -62,6 +63,11 @@ def is_bag_folder(path: Path) -> bool:
 def is_lerobot_folder(path: Path) -> bool:
     """Whether a folder is a LeRobot dataset, which is read as a file is."""
     return (path / LEROBOT_INFO).is_file()
+
+
+def lerobot_folder(path: Path) -> Path:
+    """The dataset's folder, which its ``meta/info.json`` stands for."""
+    return path.parent.parent if path.parts[-2:] == ("meta", "info.json") else path
 
 
 def announced_kind(head: bytes) -> str:

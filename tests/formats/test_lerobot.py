@@ -380,8 +380,10 @@ def test_cameras_are_videos_of_the_frames_of_their_episode(tmp_path, version):
             file.parent.mkdir(parents=True, exist_ok=True)
             write_video(file, "libx264", even_frame_times(length), GOP_250)
     read_by = ReadOptions(unpack=tmp_path)
-    for number, recording in enumerate(read(folder, read_by)):
+    recordings, others = read(folder, read_by), read(folder, read_by)
+    for number, (recording, other) in enumerate(zip(recordings, others, strict=True)):
         (video,) = recording.demonstration.videos
+        assert video.path != other.demonstration.videos[0].path  # as of another of its name
         assert video.name == "top"
         assert "no pictures of 'observation.images.side'" in recording.remarks[-1]
         index = finish(indexing(video.path))
@@ -424,6 +426,13 @@ def test_a_description_that_cannot_be_is_one_sentence(tmp_path, changes, sentenc
     write_dataset(tmp_path / "pen")
     changed_info(tmp_path / "pen", **changes)
     with pytest.raises(InputError, match=sentence):
+        read(tmp_path / "pen")
+
+
+def test_two_numbers_of_one_name_are_refused(tmp_path):
+    odd = {"a": vectors(["b", "c"]), "a.b": {"dtype": "float32", "shape": [1], "names": None}}
+    write_dataset(tmp_path / "pen", features=odd | {"d": vectors(["b", "e"])})
+    with pytest.raises(InputError, match="calls two numbers 'a.b'; rename one"):
         read(tmp_path / "pen")
 
 
