@@ -24,6 +24,7 @@ from forcelab.capture.serial_port import GATHER_SECONDS
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
+from forcelab.text import counted
 
 #: Seconds in which all streams of the network answer.
 SEARCH_SECONDS = 1.0
@@ -61,8 +62,8 @@ class FoundStream:
     def description(self) -> str:
         """In words."""
         rate = f"{self.rate:g} Hz" if self.rate > 0 else "no rate"
-        what = f"LSL {self.content}" if self.content else "LSL"
-        return f"{what}, {self.channels} channels, {rate}, from {self.host}"
+        parts = (self.content, counted(self.channels, "channel"), rate, self.host)
+        return _one_line(", ".join(part for part in parts if part))
 
 
 def find_streams() -> tuple[FoundStream, ...]:
