@@ -127,7 +127,7 @@ def test_a_stream_without_a_rate_holds_its_values():
     device = parse_device("lsl:events")
     device.open()
     assert device.holds
-    assert [c.name for c in device.channels] == ["channel 1", "channel 2", "channel 3"]
+    assert [c.name for c in device.channels] == ["events 1", "events 2", "events 3"]
     stamp = pylsl.local_clock()
     outlet.push_sample([1, -2, 32_767], stamp)
     block = device.read(5.0)
@@ -168,6 +168,13 @@ def test_what_may_be_meant_by_a_name_is_said():
         with pytest.raises(InputError, match="lsl:markers sends texts, such as markers"):
             parse_device("lsl:markers").open()
     del markers
+    info = pylsl.StreamInfo("greedy", "Noise", 300, 1000.0, pylsl.cf_int8)
+    greedy = pylsl.StreamOutlet(info, 0, 1)
+    with pytest.raises(
+        InputError, match="greedy states 300 channels at 1000 Hz; no more than 250,0"
+    ):
+        parse_device("lsl:greedy").open()
+    del greedy
     with pytest.raises(InputError, match="dejitter"):
         parse_device("lsl:x?dejitter=maybe")
 
