@@ -28,7 +28,6 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track, ordered
-from forcelab.project.media import Camera
 from forcelab.signals.grid import interpolate
 
 
@@ -329,8 +328,6 @@ class AssembledRecording:
     #: residual (s); of camera i ``frames_i``, shape (m, 2): arrived and the camera's own stamp (s;
     #: NaN where it has none); ``start`` (s, host's monotonic clock) of time 0.
     stamps: dict[str, NDArray[Any]]
-    #: The cameras that gave pictures; the first one's video is the demonstration's.
-    cameras: tuple[Camera, ...]
     #: What the device that gave the stamps sent in the time of the demonstration, shape (n, c), and
     #: the place of its first channel in that.
     lead_values: NDArray[np.float64]
@@ -405,13 +402,12 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
     aligned = align(streams, names)
     start = aligned.start
     stamps["start"] = np.array(start)
-    videos: list[Camera] = []
+    videos: list[VideoReference] = []
     for i, (camera, frames) in enumerate(zip(cameras, index.frames, strict=True)):
         stamps[f"frames_{i}"] = frames[:, :2]
         file = folder / str(camera["file"])
         if len(frames) and file.is_file():
-            video = VideoReference(file, _video_clock(frames, start))
-            videos.append(Camera(str(camera["name"]), video))
+            videos.append(VideoReference(file, _video_clock(frames, start), str(camera["name"])))
         elif not len(frames):
             remarks.append(f"{camera['name']} gave no picture.")
         remarks += camera_remarks(str(camera["name"]), frames[:, 0])
@@ -421,14 +417,13 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
         aligned.times,
         aligned.signals,
         channels_of_all([device.channels for device in devices]),
-        video=videos[0].video if videos else None,
+        videos=tuple(videos),
     )
     return AssembledRecording(
         demonstration,
         marks_track(index.marks, start, demonstration.end, author),
         tuple(remark for remark in remarks if remark),
         stamps,
-        tuple(videos),
         streams[aligned.lead].values[aligned.within],
         sum(len(device.channels) for device in devices[: aligned.lead]),
         precision,

@@ -14,10 +14,17 @@ from pathlib import Path
 from typing import Final, Protocol, cast
 
 from forcelab.errors import InputError
-from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.formats.signatures import BAG_METADATA, announced_kind, is_bag_folder, seems_to_be
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.formats.signatures import (
+    BAG_METADATA,
+    LEROBOT_INFO,
+    announced_kind,
+    is_bag_folder,
+    is_lerobot_folder,
+    seems_to_be,
+)
 
-__all__ = ["HEAD_BYTES", "Format", "all_formats", "format_names", "identify", "read"]
+__all__ = ["HEAD_BYTES", "Format", "all_formats", "format_names", "identify", "preview", "read"]
 
 #: Where other packages say that they read a format: an entry point whose object is a `Format`.
 ENTRY_POINTS: Final = "forcelab.formats"
@@ -35,16 +42,20 @@ class Format:
     #: first bytes that make it worth importing the module; empty: any that do not announce another
     #: kind of file
     starts: tuple[bytes, ...] = ()
+    columns: bool = False  #: whether files have columns or the like, which `preview` tells
 
 
 class _Reader(Protocol):
-    """The interface of a format's module."""
+    """The interface of a format's module; `preview` only where its files have columns."""
 
     def sniff(self, path: Path, head: bytes) -> bool:
-        """Whether the file (or bag folder), whose first 64 KiB are `head`, is of this format."""
+        """Whether the file (or folder), whose first 64 KiB are `head`, is of this format."""
 
     def read(self, path: Path, options: ReadOptions) -> list[Recording]:
         """Read the whole file; errors are :class:`InputError`."""
+
+    def preview(self, path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
+        """What the columns would be read as."""
 
 
 #: In the order in which they are tried; those of other packages come next, then `_LATE`.
@@ -54,6 +65,13 @@ _EARLY: Final = (
         description="archives of forcelab projects",
         module="forcelab.formats.archive",
         starts=(b"PK",),
+    ),
+    Format(
+        name="excel",
+        description="Excel workbooks (*.xlsx)",
+        module="forcelab.formats.excel",
+        starts=(b"PK",),
+        columns=True,
     ),
     Format(
         name="pdl",
@@ -66,6 +84,20 @@ _EARLY: Final = (
         description="ROS bags",
         module="forcelab.formats.rosbag",
         starts=(b"#ROSBAG V", b"\x89MCAP", b"SQLite format 3\x00", b"rosbag2_bagfile_information:"),
+        columns=True,
+    ),
+    Format(
+        name="parquet",
+        description="Parquet and Feather (Arrow) tables",
+        module="forcelab.formats.parquet",
+        starts=(b"PAR1", b"ARROW1\x00\x00", b"\xff\xff\xff\xff"),
+        columns=True,
+    ),
+    Format(
+        name="lerobot",
+        description="LeRobot datasets",
+        module="forcelab.formats.lerobot",
+        starts=(b"{",),
     ),
 )
 #: Any text might be a table; what is told by its packets wherever they start is never text.
@@ -74,6 +106,7 @@ _LATE: Final = (
         name="table",
         description="tables as text (CSV, TSV, columns)",
         module="forcelab.formats.table",
+        columns=True,
     ),
     Format(
         name="optoforce",
@@ -113,8 +146,8 @@ def format_names() -> tuple[str, ...]:
 def identify(path: str | os.PathLike[str]) -> Format:
     """Tell an existing file's format by its content; the error says what the file seems to be."""
     path = Path(path)
-    with _naming_file(path):
-        head = _head(path)
+    with naming_file(path):
+        head = file_head(path)
         announced = announced_kind(head)
         for format_ in all_formats():
             worthwhile = head.startswith(format_.starts) if format_.starts else not announced
@@ -153,27 +186,40 @@ def read(path: str | os.PathLike[str], options: ReadOptions | None = None) -> li
     """
     path, options = Path(path), options or ReadOptions()
     format_ = identify(path) if options.format is None else _named_format(path, options.format)
-    with _naming_file(path):
+    with naming_file(path):
         recordings = _module(format_).read(path, options)
         if not recordings:
             raise InputError(f"'{path}' holds no recording; there is nothing to import.")
         return recordings
 
 
+def preview(path: str | os.PathLike[str], options: ReadOptions) -> tuple[ColumnUse, ...]:
+    """What the columns of a file, or what is like them, would be read as, by its first rows.
+
+    Empty where files of its format have none. Errors are those of :func:`read`.
+    """
+    path = Path(path)
+    format_ = identify(path)
+    with naming_file(path):
+        return _module(format_).preview(path, options) if format_.columns else ()
+
+
 def _named_format(path: Path, name: str) -> Format:
     """The format of that name, once the file is known to be readable."""
-    with _naming_file(path):
-        _head(path)
+    with naming_file(path):
+        file_head(path)
         for format_ in all_formats():
             if format_.name == name:
                 return format_
         raise InputError(f"There is no format '{name}'; choose one of {', '.join(format_names())}.")
 
 
-def _head(path: Path) -> bytes:
-    """The first bytes of a regular file, at least one; of a bag's folder, those of its metadata."""
+def file_head(path: Path) -> bytes:
+    """The first bytes of a regular file, at least one; of a bag or dataset, of its metadata."""
     if is_bag_folder(path):
         path = path / BAG_METADATA
+    elif is_lerobot_folder(path):
+        path = path / LEROBOT_INFO
     mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
         raise InputError(f"'{path}' is a folder; name the files in it, such as {path}/*.csv.")
@@ -191,7 +237,7 @@ def _module(format_: Format) -> _Reader:
 
 
 @contextlib.contextmanager
-def _naming_file(path: Path) -> Iterator[None]:
+def naming_file(path: Path) -> Iterator[None]:
     """Re-raise errors as one line that names the file."""
     try:
         yield

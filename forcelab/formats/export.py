@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Generator
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Generator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, BinaryIO, Final, Literal
 
 from forcelab.errors import InputError
 from forcelab.formats.archive import write_archive
 from forcelab.formats.boris import Observation, VideoFile, to_boris
-from forcelab.formats.elan import to_elan
-from forcelab.formats.output_folder import file_names, output_folder
+from forcelab.formats.elan import to_elan, to_time_series, write_time_series
+from forcelab.formats.lerobot_subtasks import writing_subtasks
+from forcelab.formats.output_folder import file_names, output_folder, stay_out_of_projects
+from forcelab.formats.samples import Prediction, SampleTable
+from forcelab.formats.textgrid import to_textgrid
 from forcelab.formats.track_text import AnnotatedTrack, to_audacity, to_csv, to_statistics_table
-from forcelab.io import write_atomically
+from forcelab.io import atomic_file, write_atomically
 from forcelab.jobs import Progress
 from forcelab.labels import Track
 from forcelab.project import DemonstrationInfo, Project
@@ -32,6 +36,13 @@ class Part:
     tracks: tuple[Track, ...]
     title: str  #: what its file is called, without the suffix
     folder: Path  #: where that will lie
+    prediction: Prediction | None = None  #: for formats that hold some
+
+
+#: Gives what is predicted in a project, by the demonstrations' ids.
+Predictions = Callable[[Project], Mapping[str, Prediction]]
+#: Writes a file that may be too long for the memory.
+StreamWriter = Callable[[BinaryIO], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,11 +51,16 @@ class ExportFormat:
 
     label: str  #: in the window
     suffix: str
-    per: Literal["demonstration", "track", "project"]  #: what a file is made of
-    #: A file's bytes; of a project's file, items to join; None: the project is archived.
+    #: What a file is made of; "dataset": the labels go into what was imported.
+    per: Literal["demonstration", "track", "project", "dataset"]
+    #: A file's bytes, or a StreamWriter; of a project's file, items to join; None: the project is
+    #: archived.
     convert: Callable[[Part], Any] | None = None
     join: Callable[[Project, list[Any]], bytes] | None = None
     prints: bool = True  #: whether a single file may go to standard output
+    #: Further files beside each, by what their names end in.
+    beside: tuple[tuple[str, Callable[[Part], Any]], ...] = ()
+    predictions: bool = False  #: whether it holds what runs predict, too
 
 
 def _statistics_rows(part: Part) -> list[AnnotatedTrack]:
@@ -56,22 +72,44 @@ def _statistics_rows(part: Part) -> list[AnnotatedTrack]:
     ]
 
 
+#: What the names of an ELAN file's time series end in; ELAN knows the second one by it.
+FORCES, SERIES = "_forces.csv", "_tsconf.xml"
+
+
 def _elan(part: Part) -> bytes:
-    return to_elan(part.tracks, part.project.demonstrations.load(part.info.id).video, part.folder)
+    return to_elan(
+        part.tracks,
+        part.project.demonstrations.load(part.info.id).videos,
+        part.folder,
+        part.project.actions.vocabulary(part.info.task).names,
+        (f"{part.title}{FORCES}", f"{part.title}{SERIES}"),
+    )
+
+
+def _elan_series(part: Part) -> bytes:
+    demonstration = part.project.demonstrations.load(part.info.id)
+    return to_time_series(demonstration, part.folder / f"{part.title}{FORCES}")
+
+
+def _elan_forces(part: Part) -> StreamWriter:
+    return partial(write_time_series, part.project.demonstrations.load(part.info.id))
+
+
+def _textgrid(part: Part) -> bytes:
+    return to_textgrid(part.tracks, part.info.duration)
 
 
 def _observations(part: Part) -> list[Observation]:
     """Tracks with what else is known of how they were observed: the video, and when."""
     project, info = part.project, part.info
-    file, video = None, project.demonstrations.load(info.id).video if info.has_video else None
-    if video is not None:
-        file = VideoFile(video.path, video.clock, *stated_rate_and_length(video.path))
+    videos = project.demonstrations.load(info.id).videos if info.has_video else ()
+    files = tuple(VideoFile(v.path, v.clock, *stated_rate_and_length(v.path)) for v in videos)
     return [
         Observation(
             part.title,
             info.task,
             track,
-            file,
+            files,
             next((edit.time for edit in project.tracks.history(info.id, track.author)), None),
         )
         for track in part.tracks
@@ -83,6 +121,11 @@ def _boris(project: Project, observations: list[Observation]) -> bytes:
     tasks = {observation.task for observation in observations}
     own = {task: words for task, words in project.actions.vocabularies().items() if task in tasks}
     return to_boris(project.path.resolve().stem, observations, joined(own))
+
+
+def _samples(part: Part) -> SampleTable:
+    demonstration = part.project.demonstrations.load(part.info.id)
+    return SampleTable(demonstration, part.tracks, part.prediction)
 
 
 FORMATS: Final[dict[str, ExportFormat]] = {
@@ -100,11 +143,18 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         lambda _project, rows: to_statistics_table(rows).encode(),
     ),
     "elan": ExportFormat(
-        "ELAN: one file per demonstration, one tier per coder, with the video",
+        "ELAN: one file per demonstration, one tier per coder, with videos and forces",
         ".eaf",
         "demonstration",
         _elan,
-        prints=False,  # the link to the video starts from the file's folder
+        prints=False,  # the links to videos start from the file's folder
+        beside=((FORCES, _elan_forces), (SERIES, _elan_series)),
+    ),
+    "textgrid": ExportFormat(
+        "TextGrid of Praat: one file per demonstration, one tier per coder",
+        ".TextGrid",
+        "demonstration",
+        _textgrid,
     ),
     "boris": ExportFormat(
         "BORIS: one project, one observation per coder and demonstration",
@@ -118,6 +168,27 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         ".txt",
         "track",
         lambda part: to_audacity(part.tracks[0]).encode(),
+    ),
+    "samples": ExportFormat(
+        "Samples: CSV, forces, labels and predictions; one row per sample",
+        ".samples.csv",
+        "demonstration",
+        lambda part: _samples(part).write_csv,
+        predictions=True,
+    ),
+    "parquet": ExportFormat(
+        "Samples: Parquet, forces, labels and predictions; one row per sample",
+        ".samples.parquet",
+        "demonstration",
+        lambda part: _samples(part).write_parquet,
+        prints=False,
+        predictions=True,
+    ),
+    "lerobot": ExportFormat(
+        "LeRobot: subtasks of all frames, into the dataset that was imported",
+        "",
+        "dataset",
+        prints=False,
     ),
     "archive": ExportFormat(
         "Archive: the whole project as one file, to be imported again",
@@ -136,24 +207,31 @@ def exporting(
     viewer: str | None = None,
     replacing: bool = True,
     authors: Collection[str] | None = None,
+    predictions: Predictions | None = None,
 ) -> Generator[Progress, None, tuple[Path, ...]]:
     """Write labels into a folder, which is made if need be, as a job; gives the files.
 
     Only labels of the demonstrations `ids` and the `authors`, and without tracks that are hidden
     from the coder `viewer`. An archive holds everything, and is refused where anything is hidden.
+    Formats that hold predictions get those that `predictions` gives, unless `authors` are chosen.
     """
     if format_ not in FORMATS:
         raise InputError(unknown_word("format", format_, tuple(FORMATS)))
     chosen = FORMATS[format_]
     with Project.open(path) as project:
-        if chosen.convert is None:
+        if chosen.convert is None and chosen.per == "project":
             file = out / f"{project.path.resolve().stem}{chosen.suffix}"
             return (yield from _archive(project, file, viewer, replacing))
-        parts = _parts(project, out, ids, viewer, authors)
+        predicted: Mapping[str, Prediction] = {}
+        if predictions is not None and chosen.predictions and authors is None:
+            predicted = predictions(project)
+        parts = _parts(project, out, ids, viewer, authors, predicted)
         if not parts:
             if ids is not None or authors is not None:
                 raise InputError("What was chosen has no labels; export more, or label it first.")
             raise InputError(f"'{project.path}' has no labels to export; label something first.")
+        if chosen.per == "dataset":
+            return (yield from _subtasks(project, out, parts, strict=ids is not None))
         return (yield from _labels(project, out, chosen, parts, replacing))
 
 
@@ -172,14 +250,33 @@ def _archive(
     return (file,)
 
 
+def _subtasks(
+    project: Project, dataset: Path, parts: list[Part], *, strict: bool
+) -> Generator[Progress, None, tuple[Path, ...]]:
+    place = dataset.resolve()
+    stay_out_of_projects(dataset, place)
+    if place in project.path.resolve().parents:
+        raise InputError(f"The project lies in '{dataset}', which is replaced; move it elsewhere.")
+    for part in parts:
+        if len(part.tracks) > 1:
+            names = ", ".join(track.author for track in part.tracks)
+            raise InputError(
+                f"'{part.info.name}' was labelled by {names}, and a frame has one subtask; choose "
+                f"one of them (--author)."
+            )
+    labelled = [(part.info, part.tracks[0].segments) for part in parts]
+    return (yield from writing_subtasks(dataset, labelled, strict))
+
+
 def _parts(
     project: Project,
     out: Path,
     ids: Collection[str] | None,
     viewer: str | None,
     authors: Collection[str] | None,
+    predicted: Mapping[str, Prediction],
 ) -> list[Part]:
-    """The tracks to write, by demonstration."""
+    """The tracks to write, and what is predicted, by demonstration."""
     author_names = [author.name for author in project.coding.authors()]
     for name in authors or ():
         if name not in author_names:
@@ -189,7 +286,8 @@ def _parts(
     times = Counter(info.name.casefold() for info in infos)
     parts = []
     for info in infos:
-        if not info.authors or (ids is not None and info.id not in ids):
+        prediction = predicted.get(info.id)
+        if not (info.authors or prediction) or (ids is not None and info.id not in ids):
             continue
         hidden = viewer is not None and project.coding.is_blind(info.id, viewer)
         tracks = tuple(
@@ -201,8 +299,10 @@ def _parts(
         # Its name alone where no other has it: beside its recording, it is read with that.
         unique = not info.task or times[info.name.casefold()] == 1
         title = info.name if unique else f"{info.task} - {info.name}"
-        if tracks:
-            parts.append(Part(project, info, tracks, title, out))
+        if hidden:
+            prediction = None
+        if tracks or prediction:
+            parts.append(Part(project, info, tracks, title, out, prediction))
     return parts
 
 
@@ -216,11 +316,14 @@ def _labels(
             for part in parts
             for track in part.tracks
         ]
-    titles = [part.title for part in parts]
     if format_.join is not None:
-        titles = [project.path.resolve().stem]
-    files = tuple(out / f"{name}{format_.suffix}" for name in file_names(titles))
-    _check_free(files, replacing)
+        titles = file_names([project.path.resolve().stem])
+    else:
+        titles = file_names([part.title for part in parts])
+        parts = [replace(part, title=title) for part, title in zip(parts, titles, strict=True)]
+    files = [out / f"{title}{format_.suffix}" for title in titles]
+    beside = [out / f"{title}{suffix}" for suffix, _ in format_.beside for title in titles]
+    _check_free([*files, *beside], replacing)
     contents: list[Any] = []
     convert = format_.convert
     assert convert is not None  # archives are written by _archive
@@ -232,11 +335,18 @@ def _labels(
             raise InputError(f"'{part.info.name}': {error}") from error
     if format_.join is not None:
         contents = [format_.join(project, [item for items in contents for item in items])]
+    contents += [make(part) for _, make in format_.beside for part in parts]
+    files += beside
     # All were made before: what a format cannot hold leaves no half of an export.
     with output_folder(out, [project.path]):
-        for file, content in zip(files, contents, strict=True):
-            write_atomically(file, content)
-    return files
+        for done, (file, content) in enumerate(zip(files, contents, strict=True)):
+            if not callable(content):
+                write_atomically(file, content)
+                continue
+            yield Progress(done, len(files), file.name)
+            with atomic_file(file) as stream:
+                content(stream)
+    return tuple(files)
 
 
 def _check_free(files: Collection[Path], replacing: bool) -> None:

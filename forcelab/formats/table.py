@@ -8,20 +8,19 @@ those for headers in :mod:`~forcelab.formats.table_sniff`, those for what a colu
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, UnclearRateError
-from forcelab.formats.label_tables import own_or_beside_tracks, sniff_labels
-from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.formats.label_tables import is_label_table, own_or_beside_tracks
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
 from forcelab.formats.table_columns import (
     ColumnRoles,
     TextColumn,
@@ -58,6 +57,7 @@ from forcelab.formats.timestamps import (
     TimestampReader,
     repair_timestamps,
 )
+from forcelab.formats.track_text import plain_text
 from forcelab.labels import UNLABELLED, Track, from_codes
 from forcelab.text import counted, listed
 
@@ -94,16 +94,31 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     """
     layout = sniff_layout(path)
     with path.open("rb") as file:
-        if sniff_labels(file.read(HEAD)):
+        if is_label_table(file.read(HEAD)):
             raise InputError(
                 f"{path} is a labels file (start, end, action), not a recording; put it beside its "
                 "recording NAME.csv as NAME.labels.csv and import that."
             )
     roles = choose_roles(layout, options)
-    table = _Table(layout, roles, _read_body(layout, roles))
-    remarks = [*layout.remarks, *table.ragged_remarks(options.strict)]
-    if layout.sections and any(lines(path, layout.encoding, int(table.body.lines[-1]))):
+    rows = lines(path, layout.encoding, layout.skip, sections=layout.sections)
+    body = read_rows(layout, roles, rows)
+    remarks = []
+    if layout.sections and any(lines(path, layout.encoding, int(body.lines[-1]))):
         remarks.append("More tables follow in the file; only the first one was read.")
+    return [make_recording(path.stem, layout, roles, body, options, remarks)]
+
+
+def make_recording(
+    name: str,
+    layout: Layout,
+    roles: ColumnRoles,
+    body: TableBody,
+    options: ReadOptions,
+    more_remarks: Sequence[str] = (),
+) -> Recording:
+    """A demonstration of the rows of a table, with its labels and those beside its file."""
+    table = _Table(layout, roles, body)
+    remarks = [*layout.remarks, *table.ragged_remarks(options.strict), *more_remarks]
     repaired = _times(table, options)
     remarks += repaired.remarks
     indices, left_out_remarks = _channel_columns(table)
@@ -118,12 +133,12 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     for array in (repaired.times, signals):
         array.flags.writeable = False  # so that the demonstration need not copy them
     demonstration = Demonstration(
-        path.stem, options.task or "", repaired.times, signals, channels, grid_rate=options.rate
+        name, options.task or "", repaired.times, signals, channels, grid_rate=options.rate
     )
     tracks, label_remarks = own_or_beside_tracks(
-        path, _own_tracks(table, repaired, options), options, repaired.start, demonstration
+        layout.path, _own_tracks(table, repaired, options), options, repaired.start, demonstration
     )
-    return [Recording(demonstration, tracks, (*remarks, *label_remarks))]
+    return Recording(demonstration, tracks, (*remarks, *label_remarks))
 
 
 #: More rows with another number of cells than this share (and than one) are no slip of a logger.
@@ -133,95 +148,149 @@ _RAGGED_ROWS = 1000
 
 
 @dataclass(frozen=True, slots=True)
-class _Body:
+class TableBody:
     """The rows of a table, n of them."""
 
     values: dict[int, NDArray[np.float64]]  #: of each numeric column, by index
     words: dict[int, TextColumn]  #: all other columns but the one of times
     lines: NDArray[np.int64]  #: 1-based line of each row
     ragged: NDArray[np.bool_]  #: rows with another number of cells: all their samples are missing
-    #: Reader of the column of times, and what it gives.
-    times: tuple[TimestampReader, NDArray[np.float64]] | None = None
+    times: RawTimestamps | None = None  #: of the column of times
 
 
-def _read_body(layout: Layout, roles: ColumnRoles) -> _Body:
-    """Read all rows of a table.
+class BodyReader:
+    """Reads the columns of a table block by block.
 
-    Errors name the line of the first cell that is not what its column holds. A table in which more
-    than 5 % of the rows (and more than one) have another number of cells is refused.
+    Errors name the line of the first cell that is not what its column holds.
     """
-    dialect, reader = layout.dialect, None
-    if roles.time is not None:
-        reader = TimestampReader(layout.cells(roles.time), dialect.decimal)
-    read_numbers = partial(numbers, decimal=dialect.decimal)
-    indices = range(len(layout.columns))
-    words = {i: TextColumn() for i in indices if i not in roles.numeric and i != roles.time}
-    # Those that hold nothing but ordinary numbers can be read together.
-    plain = [
-        i for i in indices if i in roles.numeric or (i == roles.time and reader and reader.plain)
-    ]
-    rest = [i for i in indices if i not in plain]
-    blocks: dict[int, list[NDArray[np.float64]]] = {i: [] for i in indices if i not in words}
-    line_blocks: list[NDArray[np.int64]] = []
-    ragged: list[NDArray[np.bool_]] = []
-    for line_numbers, rows in lines(
-        layout.path, layout.encoding, layout.skip, sections=layout.sections
-    ):
-        line_blocks.append(np.array(line_numbers, np.int64))
-        quick = _parse_block(rows, dialect, plain)
-        columns: dict[int, Sequence[str]]
+
+    def __init__(self, layout: Layout, roles: ColumnRoles) -> None:
+        self._layout, self._roles = layout, roles
+        self._stamps: TimestampReader | None = None
+        if roles.time is not None:
+            self._stamps = TimestampReader(layout.cells(roles.time), layout.dialect.decimal)
+        indices = range(len(layout.columns))
+        times_plain = self._stamps is not None and self._stamps.plain
+        #: Columns that hold nothing but ordinary numbers.
+        self.plain = [i for i in indices if i in roles.numeric or (i == roles.time and times_plain)]
+        self._words = {
+            i: TextColumn() for i in indices if i not in roles.numeric and i != roles.time
+        }
+        self._blocks: dict[int, list[NDArray[np.float64]]] = {
+            i: [] for i in indices if i not in self._words
+        }
+        self._lines: list[NDArray[np.int64]] = []
+        self._ragged: list[NDArray[np.bool_]] = []
+
+    def read(
+        self,
+        line_numbers: Sequence[int] | NDArray[np.int64],
+        columns: Mapping[int, Sequence[str] | NDArray[Any]],
+        ragged: NDArray[np.bool_] | None = None,
+    ) -> None:
+        """Read a block of rows: of each column the cells, or an array of what they hold.
+
+        Columns that are left out need not be given.
+        """
+        self._lines.append(np.array(line_numbers, np.int64))
+        self._ragged.append(np.zeros(len(line_numbers), np.bool_) if ragged is None else ragged)
+        total = sum(block.size for block in self._ragged)
+        if ragged is not None and ragged.any() and total >= _RAGGED_ROWS:
+            self._refuse_ragged()
+        for index, column in columns.items():
+            if index in self._words:
+                self._words[index].read(list(column))
+                continue
+            try:
+                self._blocks[index].append(self._numbers(index, column))
+            except NotANumberError as error:
+                raise _no_number(self._layout, self._roles, index, line_numbers, error) from error
+
+    def _numbers(self, index: int, column: Sequence[str] | NDArray[Any]) -> NDArray[np.float64]:
+        """The numbers or stamps in the cells of a column."""
+        if self._stamps is not None and index == self._roles.time:
+            if isinstance(column, np.ndarray):
+                return self._stamps.from_array(column)
+            return self._stamps.read(column)
+        if not isinstance(column, np.ndarray):
+            return numbers(column, self._layout.dialect.decimal)
+        values = column.astype(np.float64)
+        values[~np.isfinite(values)] = np.nan
+        return values
+
+    def finish(self) -> TableBody:
+        """All rows; a table of which more than 5 % (and more than one) are ragged is refused."""
+        layout, time = self._layout, self._roles.time
+        self._refuse_ragged()
+        values = {index: np.concatenate(blocks) for index, blocks in self._blocks.items() if blocks}
+        words = dict(self._words)
+        for index, text in self._words.items():
+            text.close()
+            labels = index == self._roles.label or index in self._roles.authors
+            if layout.kinds[index] is CellType.MISSING and not labels and not text.empty:
+                # The head of the table, all that was known so far, left this column empty.
+                with suppress(NotANumberError):
+                    values[index] = numbers(text.words, layout.dialect.decimal)[text.codes]
+                    del words[index]
+        times = None
+        if self._stamps is not None and time is not None:
+            column, stamps = layout.columns[time], values.pop(time)
+            times = self._stamps.finish(stamps, unit_of_time(column), layout.path, column.name)
+        return TableBody(
+            values, words, np.concatenate(self._lines), np.concatenate(self._ragged), times
+        )
+
+    def _refuse_ragged(self) -> None:
+        """Refuse a table too many of whose rows have another number of cells."""
+        marks = np.concatenate(self._ragged)
+        bad = int(marks.sum())
+        if bad > max(1.0, _RAGGED_SHARE * marks.size):
+            line = np.concatenate(self._lines)[np.argmax(marks)]
+            raise InputError(
+                f"{self._layout.path}, {self._layout.line} {line}: {bad:,} of {marks.size:,} rows "
+                f"do not have {self._layout.dialect.width} cells as most have; export the table "
+                "again with one separator between cells."
+            )
+
+
+def read_rows(
+    layout: Layout, roles: ColumnRoles, row_blocks: Iterable[tuple[list[int], list[str]]]
+) -> TableBody:
+    """Read all rows of a table as text: blocks of their 1-based line numbers and lines."""
+    dialect, reader = layout.dialect, BodyReader(layout, roles)
+    rest = [i for i in range(len(layout.columns)) if i not in reader.plain]
+    for line_numbers, rows in row_blocks:
+        quick = _parse_block(rows, dialect, reader.plain)
+        columns: dict[int, Sequence[str] | NDArray[Any]]
         if quick is not None:
-            ragged.append(np.zeros(len(rows), np.bool_))
-            for place, index in enumerate(plain):
-                blocks[index].append(quick[:, place])
             columns = {index: _one_column(rows, dialect, index) for index in rest}
+            columns |= {index: quick[:, place] for place, index in enumerate(reader.plain)}
+            reader.read(line_numbers, columns)
         else:
             cells = _split_rows(layout.path, line_numbers, rows, dialect)
-            ragged.append(_pad_rows(cells, dialect))
-            if ragged[-1].any() and sum(block.size for block in ragged) >= _RAGGED_ROWS:
-                _refuse_ragged(layout, line_blocks, ragged)
+            ragged = _pad_rows(cells, dialect)
             columns = dict(enumerate(zip(*cells, strict=True)))
-        for index, column in columns.items():
-            if index in words:
-                words[index].read(column)
-                continue
-            read_cells = reader.read if reader and index == roles.time else read_numbers
-            try:
-                blocks[index].append(read_cells(column))
-            except NotANumberError as error:
-                raise _no_number(layout, roles, index, line_numbers, error) from error
-    _refuse_ragged(layout, line_blocks, ragged)
-    values = {index: np.concatenate(column) for index, column in blocks.items()}
-    for index, text in list(words.items()):
-        text.close()
-        if layout.kinds[index] is CellType.MISSING and index != roles.label and not text.empty:
-            # The head of the table, all that was known so far, left this column empty.
-            with suppress(NotANumberError):
-                values[index] = read_numbers(text.words)[text.codes]
-                del words[index]
-    times = None
-    if reader and roles.time is not None:
-        times = reader, values.pop(roles.time)
-    return _Body(values, words, np.concatenate(line_blocks), np.concatenate(ragged), times)
+            reader.read(line_numbers, columns, ragged)
+    return reader.finish()
 
 
 def _no_number(
     layout: Layout,
     roles: ColumnRoles,
     index: int,
-    line_numbers: Sequence[int],
+    line_numbers: Sequence[int] | NDArray[np.int64],
     error: NotANumberError,
 ) -> InputError:
     """The error for a cell that is not what its column holds."""
     excerpt = error.cell if len(error.cell) <= 40 else error.cell[:37] + "..."
     return InputError(
-        f"{layout.path}, line {line_numbers[error.index]}: {excerpt!r} in column "
+        f"{layout.path}, {layout.line} {line_numbers[error.index]}: {excerpt!r} in column "
         f"'{layout.columns[index].name}' is not a "
         f"{'stamp' if index == roles.time else 'number'}; mend the cell or empty it."
     )
 
 
-def _sample_body(layout: Layout, roles: ColumnRoles) -> _Body:
+def _sample_body(layout: Layout, roles: ColumnRoles) -> TableBody:
     """The first rows alone; cells that are no numbers are named when the table is read."""
     values, words, decimal = {}, {}, layout.dialect.decimal
     for index in range(len(layout.columns)):
@@ -236,7 +305,7 @@ def _sample_body(layout: Layout, roles: ColumnRoles) -> _Body:
             words[index].read(cells)
             words[index].close()
     count = len(layout.sample)
-    return _Body(values, words, np.arange(1, count + 1), np.zeros(count, np.bool_))
+    return TableBody(values, words, np.arange(1, count + 1), np.zeros(count, np.bool_))
 
 
 def _split_rows(
@@ -303,24 +372,6 @@ def _pad_rows(table: list[list[str]], dialect: Dialect) -> NDArray[np.bool_]:
     return ragged
 
 
-def _refuse_ragged(
-    layout: Layout, line_blocks: Sequence[NDArray[np.int64]], ragged: Sequence[NDArray[np.bool_]]
-) -> None:
-    """Refuse a table too many of whose rows are ragged."""
-    marks = np.concatenate(ragged)
-    bad = int(marks.sum())
-    if bad > max(1.0, _RAGGED_SHARE * marks.size):
-        line = np.concatenate(line_blocks)[np.argmax(marks)]
-        raise InputError(
-            f"{layout.path}, line {line}: {bad:,} of {marks.size:,} rows do not have "
-            f"{layout.dialect.width} cells as most have; export the table again with one separator "
-            "between cells."
-        )
-
-
-Use = Literal["signal", "times", "counter", "labels", "left out"]
-#: What any column of a table can be made, besides what it is taken for.
-ANY_USE: tuple[Use, ...] = ("signal", "times", "counter", "labels", "left out")
 #: Why a column is left out that counts although its name does not say so.
 _GUESSED_NOTE = "by its steps counting samples; if it is a signal, import it as one (--signal)"
 
@@ -328,7 +379,7 @@ _GUESSED_NOTE = "by its steps counting samples; if it is a signal, import it as 
 class _Table:
     """A table, or its first rows, and what each of its columns is used for."""
 
-    def __init__(self, layout: Layout, roles: ColumnRoles, body: _Body) -> None:
+    def __init__(self, layout: Layout, roles: ColumnRoles, body: TableBody) -> None:
         self.layout, self.roles, self.body = layout, roles, body
         self.counters: Mapping[int, NDArray[np.float64]] = counter_columns(
             layout, roles, body.values
@@ -348,7 +399,7 @@ class _Table:
         why = ""
         if index == roles.time:
             use = "times"
-        elif index == self.label:
+        elif index == self.label or index in roles.authors:
             use = "labels"
         elif index in roles.signals:
             use = "signal"
@@ -356,8 +407,8 @@ class _Table:
             pass  # what a separator at the end of each row makes
         elif index in roles.left_out:
             why = "not wanted"
-        elif index in roles.other_times:
-            why = "times too"
+        elif index in roles.other_times or index in roles.probabilities:
+            why = "times too" if index in roles.other_times else "a prediction's probability"
         elif index in self.counters:
             use = "counter"
             if index != roles.counter and not (column.named and is_counter_name(column.name)):
@@ -379,17 +430,15 @@ class _Table:
         number = int(self.body.ragged.sum())
         if not number:
             return ()
-        line = int(self.body.lines[np.argmax(self.body.ragged)])
+        line = f"{self.layout.line} {self.body.lines[np.argmax(self.body.ragged)]}"
         dropped = self.roles.time is not None or self.counter is not None
         text = (
             f"{counted(number, 'row')} with more or fewer than {self.layout.dialect.width} cells "
             f"{'was' if number == 1 else 'were'} "
-            f"{'dropped' if dropped else 'taken as missing samples'}, the first in line {line}"
+            f"{'dropped' if dropped else 'taken as missing samples'}, the first in {line}"
         )
         if strict:
-            raise InputError(
-                f"{self.layout.path}, line {line}: {text}; mend it or let it be repaired."
-            )
+            raise InputError(f"{self.layout.path}, {line}: {text}; mend it or let it be repaired.")
         return (f"{text}.",)
 
 
@@ -398,16 +447,15 @@ def _times(table: _Table, options: ReadOptions) -> RepairedTimestamps:
     layout, body = table.layout, table.body
     if table.roles.time is None or body.times is None:
         return _even_times(table, options)
-    reader, stamps = body.times
-    column = layout.columns[table.roles.time]
+    raw = body.times
     complete = np.flatnonzero(~body.ragged)
-    raw = reader.finish(stamps[complete], unit_of_time(column), layout.path, column.name)
     repaired = repair_timestamps(
-        raw,
+        replace(raw, values=raw.values[complete]),
         body.lines[complete],
         str(layout.path),
         strict=options.strict,
         jitter=options.jitter,
+        line=layout.line,
     )
     remarks = (*raw.remarks, *repaired.remarks)
     return replace(repaired, rows=complete[repaired.rows], remarks=remarks)
@@ -426,7 +474,9 @@ def _even_times(table: _Table, options: ReadOptions) -> RepairedTimestamps:
         rows = np.arange(lines.size)
         return RepairedTimestamps(rows / rate, rows, 0.0, tuple(remarks))
     raw = RawTimestamps(table.counters[counter], per_second=rate)
-    repaired = repair_timestamps(raw, lines, str(layout.path), strict=options.strict)
+    repaired = repair_timestamps(
+        raw, lines, str(layout.path), strict=options.strict, line=layout.line
+    )
     total = round(float(np.nanmax(raw.values))) + 1
     lost = total - int(np.unique(raw.values[~np.isnan(raw.values)]).size)
     # The same for all files of which nothing was lost, however long, so that it is told once.
@@ -437,10 +487,9 @@ def _even_times(table: _Table, options: ReadOptions) -> RepairedTimestamps:
     if restarts.size:
         how_often = "once" if restarts.size == 1 else f"{restarts.size:,} times"
         remarks.append(
-            f"'{name}' begins again {how_often}, first in line {lines[restarts[0]]}, as of a "
-            f"device "
-            "that was restarted: a gap of unknown length, over which the times go on as if nothing "
-            "was lost; import the parts as files of their own to keep them apart."
+            f"'{name}' begins again {how_often}, first in {layout.line} {lines[restarts[0]]}, as "
+            "of a device that was restarted: a gap of unknown length, over which the times go on "
+            "as if nothing was lost; import the parts as files of their own to keep them apart."
         )
     return replace(repaired, remarks=(*remarks, *repaired.remarks))
 
@@ -506,34 +555,34 @@ def _channel_columns(table: _Table) -> tuple[list[int], list[str]]:
 def _own_tracks(
     table: _Table, repaired: RepairedTimestamps, options: ReadOptions
 ) -> tuple[Track, ...]:
-    """The label column as a track, if there are labels."""
-    if table.label is None:
-        return ()
-    column = table.body.words[table.label]
-    actions: dict[str, int] = {}
-    numbers = np.full(len(column.words), UNLABELLED, np.int64)
-    for code, word in enumerate(column.words):
-        if not is_unlabelled(word):
-            numbers[code] = actions.setdefault(word, len(actions))
-    codes = numbers[column.codes[repaired.rows]]
-    segments = from_codes(codes, repaired.times, list(actions))
-    return (Track(options.author, segments),) if segments else ()
+    """The columns of labels as tracks, as far as there are labels in them."""
+    authors = dict(table.roles.authors)
+    if table.label is not None:
+        authors[table.label] = options.author
+    tracks: dict[str, Track] = {}
+    for index, author in authors.items():
+        column = table.body.words[index]
+        actions: dict[str, int] = {}
+        numbers = np.full(len(column.words), UNLABELLED, np.int64)
+        for code, word in enumerate(column.words):
+            # Of exported samples it is known that what is unlabelled is empty.
+            unlabelled = not word if index in table.roles.authors else is_unlabelled(word)
+            if not unlabelled:
+                action = plain_text(word) if index in table.roles.authors else word
+                numbers[code] = actions.setdefault(action, len(actions))
+        codes = numbers[column.codes[repaired.rows]]
+        if segments := from_codes(codes, repaired.times, list(actions)):
+            tracks.setdefault(author, Track(author, segments))
+    return tuple(tracks.values())
 
 
-@dataclass(frozen=True, slots=True)
-class ColumnUse:
-    """A column and what it is read as."""
-
-    name: str
-    unit: str
-    use: Use  #: a counter is no signal; where there are no times it stands in for them
-    cells: tuple[str, ...]  #: the first ones, as they stand in the file
-    choices: tuple[Use, ...] = ANY_USE  #: what it can be made
-
-
-def preview_table(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
+def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
     """What the columns of a table would be read as, from its first lines."""
-    layout = sniff_layout(path)
+    return preview_layout(sniff_layout(path), options)
+
+
+def preview_layout(layout: Layout, options: ReadOptions) -> tuple[ColumnUse, ...]:
+    """What the columns of a table would be read as, from its first rows."""
     roles = choose_roles(layout, options)
     table = _Table(layout, roles, _sample_body(layout, roles))
     return tuple(

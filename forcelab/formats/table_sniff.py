@@ -456,11 +456,11 @@ def _first_blank(rows: Sequence[str], first: int) -> int | None:
     return next((k for k in range(first, len(rows)) if not rows[k].strip(" ,;\t\r")), None)
 
 
-def detect(rows: Sequence[str]) -> Dialect | None:
+def detect(rows: Sequence[str], separators: Sequence[str | None] = _SEPARATORS) -> Dialect | None:
     """The separator and decimal mark that explain most cells as numbers or stamps, if any do."""
     best: tuple[tuple[int, int], Dialect] | None = None
-    for separator in _SEPARATORS:
-        if separator and not any(separator in row for row in rows):
+    for separator in separators:
+        if separator and len(separators) > 1 and not any(separator in row for row in rows):
             continue
         if separator is None and best and best[1].separator == "\t":
             continue  # blanks between tabs are in names and labels
@@ -530,6 +530,7 @@ class Layout:
     rate: float | None = None  #: samples a second, where lines before the data tell them
     sections: bool = False  #: a blank line ends the table, and another one follows
     path: Path = Path()  #: the file, where all of it was looked at
+    line: str = "line"  #: what the number of a row counts, as in "line 5"
     encoding: str = ""
 
     def cells(self, index: int) -> list[str]:
@@ -572,7 +573,9 @@ def _first_decimal_mark(path: Path, encoding: str, skip: int) -> str:
     return "."
 
 
-def find_layout(rows: Sequence[Line]) -> Layout | None:
+def find_layout(
+    rows: Sequence[Line], separators: Sequence[str | None] = _SEPARATORS
+) -> Layout | None:
     """Find preamble, header and columns in a file's first lines; None without rows of numbers.
 
     Data starts at the first row that is as wide as most and holds more numbers than words where
@@ -584,18 +587,18 @@ def find_layout(rows: Sequence[Line]) -> Layout | None:
     plain = [row for row in rows if not is_comment(row[1])]
     ends = [k for k, (_, text) in enumerate(plain) if text.startswith(_LABVIEW_END)]
     # The numbers in LabVIEW's headers tell nothing of the rows below.
-    dialect = detect([text for _, text in plain[ends[-1] + 1 if ends else 0 :]])
+    dialect = detect([text for _, text in plain[ends[-1] + 1 if ends else 0 :]], separators)
     if dialect is None:
         return None
     table = dialect.split([text for _, text in plain])
     complete = [row for row in table if len(row) == dialect.width]
-    kinds = _kinds(complete[len(complete) // 2 :], dialect)
+    kinds = column_kinds(complete[len(complete) // 2 :], dialect)
     fits = [_is_data(row, kinds, dialect) for row in table]
     if True not in fits:
         return None
     first = fits.index(True)
     sample = tuple(tuple(row) for row, fit in zip(table, fits, strict=True) if fit)
-    kinds = _kinds([row for row in table[first:] if len(row) == dialect.width], dialect)
+    kinds = column_kinds([row for row in table[first:] if len(row) == dialect.width], dialect)
     above = [line for line in rows if line[0] < plain[first][0] and line[1].strip()]
     labview = bool(above) and above[0][1].startswith(_LABVIEW)
     header, units, used = (
@@ -667,7 +670,7 @@ def _positive(text: str) -> float | None:
     return number if 1e-9 < number < 1e9 else None
 
 
-def _kinds(rows: Sequence[Sequence[str]], dialect: Dialect) -> tuple[CellType, ...]:
+def column_kinds(rows: Sequence[Sequence[str]], dialect: Dialect) -> tuple[CellType, ...]:
     """What each column mostly holds."""
     result = []
     for cells in zip(*rows, strict=True):

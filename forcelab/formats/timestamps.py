@@ -33,6 +33,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import date
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,6 +123,19 @@ class TimestampReader:
         if self._base:
             return np.array([self._large(i, c.strip()) for i, c in enumerate(cells)], np.float64)
         return numbers(cells, self._decimal)
+
+    def from_array(self, stamps: NDArray[Any]) -> NDArray[np.float64]:
+        """As `read`, of numbers, or of dates and times of the day as NumPy holds them."""
+        if stamps.dtype.kind not in "Mm":
+            # A whole number of nanoseconds since 1970 has more digits than a float64.
+            whole = stamps.dtype.kind in "iu" and int(stamps.max(initial=0)) < 2**63
+            values = stamps.astype(np.int64 if whole else np.float64) - self._base
+            return np.where(np.isfinite(values), values, np.nan).astype(np.float64)
+        per_second = _UNITS[np.datetime_data(stamps.dtype)[0]]
+        ticks = stamps.astype(np.int64) - self._base * per_second
+        values = ticks / per_second
+        values[np.isnat(stamps)] = np.nan
+        return values
 
     def epoch(self, values: NDArray[np.float64]) -> str:
         """The unit in which values read are dates from 2001 to 2100; empty if in none."""
@@ -274,12 +288,14 @@ def repair_timestamps(
     jitter: float = 0.0,
     row: str = "row",
     line: str = "line",
+    bursts: bool = True,
 ) -> RepairedTimestamps:
     """Make stamps increase by the rules of this module; `strict` refuses instead of repairing.
 
     Values come in the order of the file, NaN where a row has none; `lines` are 1-based and `where`
     names the file, for errors. Stamps are moved by at most `jitter` seconds. `row` and `line` are
-    what has a stamp and what its number counts, in the words of the file.
+    what has a stamp and what its number counts, in the words of the file. Without `bursts` rule 4
+    only keeps the first row of each run.
     """
     rows = _Rows(where, lines, strict, np.arange(raw.values.size), raw.values, row, line)
     rows.drop(np.isnan(rows.values), "{rows} without a usable stamp {were} dropped")
@@ -287,7 +303,7 @@ def repair_timestamps(
         late = raw.seconds(rows.values) > YEAR_2100
         rows.drop(late, "{rows} stamped after 2100 {were} dropped")
     _drop_far(rows)
-    _treat_repeats(rows, jitter)
+    _treat_repeats(rows, jitter, bursts)
     if jitter > 0:
         _sort_backward(rows, raw.per_second, jitter)
     _drop_backward(rows)
@@ -317,7 +333,7 @@ def _drop_far(rows: _Rows) -> None:
         )
 
 
-def _treat_repeats(rows: _Rows, jitter: float) -> None:
+def _treat_repeats(rows: _Rows, jitter: float, bursts: bool) -> None:
     """Rule 4."""
     repeats = np.concatenate([[False], np.diff(rows.values) == 0])
     if not repeats.any():
@@ -327,7 +343,7 @@ def _treat_repeats(rows: _Rows, jitter: float) -> None:
     usual = int(np.median(lengths))
     inner = lengths[1:-1]
     slack = max(1.0, _BURST_SLACK * usual)
-    regular = (np.abs(inner - usual) <= slack) & (inner >= 2)
+    regular = bursts & (np.abs(inner - usual) <= slack) & (inner >= 2)
     steps = np.diff(rows.values[firsts])
     if usual < 2 or inner.size < 2 or regular.mean() < _BURST_SHARE or (steps <= 0).any():
         if jitter > 0:

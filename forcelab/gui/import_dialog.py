@@ -32,10 +32,10 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.errors import InputError
-from forcelab.formats import identify
+from forcelab.formats import identify, preview
 from forcelab.formats.importing import ImportReport, importing
-from forcelab.formats.recording import ReadOptions
-from forcelab.formats.table import ColumnUse, Use, preview_table, rate_in
+from forcelab.formats.recording import ColumnUse, ReadOptions, Use
+from forcelab.formats.table import rate_in
 from forcelab.formats.table_sniff import is_time_name
 from forcelab.gui import settings
 from forcelab.gui.document import Document
@@ -61,8 +61,6 @@ from forcelab.gui.text import settle_name
 from forcelab.gui.theme import colours
 from forcelab.text import counted
 
-#: Formats whose files have columns, or fields that are like them.
-_WITH_COLUMNS = frozenset(["table", "rosbag"])
 #: Free room above and below a choice, in pixels.
 CELL_PADDING = 3
 
@@ -108,13 +106,13 @@ class ImportColumns(QWidget):
         """Show the columns of the first file that has any."""
         if self._path in files:
             return
-        self._path = next((file for file in files if _format(file) in _WITH_COLUMNS), None)
+        self._path = next((file for file in files if _has_columns(file)), None)
         self._wishes.clear()
         self._fill()
 
     def show_file(self, path: Path) -> None:
         """Show the columns of another file, if it has any; choices hold for all files."""
-        if path != self._path and _format(path) in _WITH_COLUMNS:
+        if path != self._path and _has_columns(path):
             self._path = path
             self._fill()
 
@@ -190,12 +188,9 @@ class ImportColumns(QWidget):
         if self._path is None:
             return (), ""
         try:
-            if _format(self._path) == "rosbag":
-                from forcelab.formats.rosbag import preview_bag
-
-                return preview_bag(self._path, options), ""
-            self._rate_in_file = rate_in(self._path)
-            return preview_table(self._path, options), ""
+            if identify(self._path).name == "table":
+                self._rate_in_file = rate_in(self._path)
+            return preview(self._path, options), ""
         except (InputError, OSError) as error:
             return (), str(error)
 
@@ -251,17 +246,18 @@ def _role_name(use: Use) -> str:
         "times": "times",
         "counter": "sample counter",
         "labels": "labels",
+        "video": "video",
         "left out": "left out",
     }
     return words[use]
 
 
-def _format(path: Path) -> str:
-    """The format of a file; empty if there is none."""
+def _has_columns(path: Path) -> bool:
+    """Whether a file has columns, or what is like them."""
     try:
-        return identify(path).name
+        return identify(path).columns
     except (InputError, OSError):
-        return ""  # what is wrong is told when the file is read
+        return False  # what is wrong is told when the file is read
 
 
 _GOES_ON = "Wait until this is imported."
@@ -318,8 +314,8 @@ class ImportDialog(QDialog):
         self._pick = QPushButton("Choose files…")
         self._pick.clicked.connect(self._choose)
         kinds = (
-            "Recordings, chosen or dropped here: tables (CSV, TSV), ROS bags, raw OptoForce "
-            "dumps, *.pdl, archives of projects"
+            "Recordings, chosen or dropped here: tables (CSV, TSV, Parquet, Excel), ROS bags, "
+            "raw OptoForce dumps, *.pdl, archives of projects"
         )
         label = QLabel(kinds)
         label.setWordWrap(True)

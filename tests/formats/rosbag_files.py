@@ -1,5 +1,6 @@
 """Small ROS bags: messages are dictionaries, what they leave out is zero or empty."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -14,6 +15,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 #: When the bags begin, in nanoseconds since 1970.
 BEGIN = 1_700_000_000 * 10**9
 WRENCH = "geometry_msgs/msg/WrenchStamped"
+IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 
 
 def stamp(seconds):
@@ -34,6 +36,33 @@ def wrenches(count=50, rate=100.0, start=0.0):
     """Stamped wrenches with the number of each as its force fx; they arrive 5 ms late."""
     times = [start + i / rate for i in range(count)]
     return [(t + 0.005, wrench(t, float(i))) for i, t in enumerate(times)]
+
+
+def image(seconds, picture, encoding="rgb8", padding=0, **fields):
+    """A picture as it is, (height, width, ...), with rows that are so many bytes longer."""
+    height, width = picture.shape[:2]
+    rows = np.ascontiguousarray(picture).reshape(height, -1).view(np.uint8)
+    rows = np.pad(rows, ((0, 0), (0, padding)), constant_values=77)
+    return {
+        "header": {"stamp": stamp(seconds)},
+        "height": height,
+        "width": width,
+        "encoding": encoding,
+        "step": rows.shape[1],
+        "data": rows.ravel(),
+    } | fields
+
+
+def compressed_image(seconds, picture, kind="jpeg"):
+    """A picture of red, green and blue in a file of JPEG or PNG; bytes stay as they are."""
+    data = picture
+    if not isinstance(picture, bytes):
+        data = cv2.imencode(f".{kind}", picture[:, :, ::-1])[1].tobytes()
+    return {
+        "header": {"stamp": stamp(seconds)},
+        "format": kind,
+        "data": np.frombuffer(data, np.uint8),
+    }
 
 
 def write_bag(path, topics, definitions=None, *, ros=1, storage="mcap", compression=None):

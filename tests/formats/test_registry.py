@@ -81,10 +81,9 @@ def test_a_foreign_file_is_told_by_what_it_is(tmp_path, kind, data, name):
     (tmp_path / name).write_bytes(data)
     with pytest.raises(InputError) as refusal:
         read(tmp_path / name)
+    readable = "; ".join(known.description for known in all_formats())
     assert str(refusal.value) == (
-        f"'{tmp_path / name}' looks like {kind}; what can be read: archives of forcelab "
-        f"projects; the paper's databases (*.pdl); ROS bags; tables as text (CSV, TSV, columns); "
-        f"raw dumps of OptoForce sensors."
+        f"'{tmp_path / name}' looks like {kind}; what can be read: {readable}."
     )
 
 
@@ -92,7 +91,7 @@ def test_a_foreign_file_is_told_by_what_it_is(tmp_path, kind, data, name):
     ("entries", "kind"),
     [
         (
-            ["[Content_Types].xml", "xl/workbook.xml"],
+            ["[Content_Types].xml", "xl/workbook.bin"],
             "an Excel workbook, which can be saved as CSV",
         ),
         (["[Content_Types].xml", "word/document.xml"], "an Office document"),

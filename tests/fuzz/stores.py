@@ -92,7 +92,7 @@ def make_project(folder: Path) -> None:
     channels = (Channel("fx", "N"), Channel("fz", "N"))
     with Project.create(folder) as project:
         first = Demonstration(
-            "01", "LEGO", times, signals, channels, video=VideoReference(film, ClockMap())
+            "01", "LEGO", times, signals, channels, videos=(VideoReference(film, ClockMap()),)
         )
         labels = (Segment(0.0, 0.05, "grab"), Segment(0.06, 0.1, "hold"))
         id_ = project.demonstrations.add(

@@ -74,7 +74,7 @@ def incoming(name: str, task: str, seed: int, **labelled: float) -> NewDemonstra
 
 def info(id_: str, name: str, task: str = "foam", **labelled: float) -> DemonstrationInfo:
     """What the list is told of a demonstration of 9 s; of each author, the seconds labelled."""
-    return DemonstrationInfo(id_, name, task, 9, (), 1.0, 9.0, labelled, True, "")
+    return DemonstrationInfo(id_, name, task, 9, (), 1.0, 9.0, labelled, ("video 1",), "")
 
 
 def study(path):

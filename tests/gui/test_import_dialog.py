@@ -412,6 +412,23 @@ def test_the_columns_of_a_file_that_is_clicked_are_shown(german, tmp_path):
     assert read_as(german) == {"t": "times", "Druck": "signal"}
 
 
+def test_the_columns_of_a_parquet_file_are_chosen_as_those_of_text(
+    document, open_on, tmp_path, until
+):
+    pa = pytest.importorskip("pyarrow")
+    from tests.formats.column_files import write_arrow
+
+    action = pa.array(["grab", "hold"] * 50).dictionary_encode()
+    columns = {"clock": [i / 50 for i in range(100)], "fx": [1.5] * 100, "what": action}
+    dialog = open_on(write_arrow(tmp_path / "a.parquet", columns))
+    assert read_as(dialog) == {"clock": "times", "fx": "signal", "what": "labels"}
+    dialog.columns.wish("what", "left out")
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
+    until(lambda: document.id)
+    assert [channel.name for channel in document.demonstration.channels] == ["fx"]
+    assert document.demonstration.duration == pytest.approx(2.0)
+
+
 @pytest.mark.parametrize("ros", [1, 2])
 def test_a_field_of_a_bag_that_is_no_force_can_be_made_a_signal(
     document, open_on, tmp_path, until, ros

@@ -3,8 +3,7 @@ r"""Record a demonstration from sensors and cameras.
 All devices are recorded on one clock into a project, which is created if need be, for
 --seconds or until Ctrl+C. Samples are on the disk within 0.2 s: after a crash --recover
 makes demonstrations of them. An unplugged device is waited for, and the time without it
-is a gap. The videos of further cameras lie beside the first one's, each on the same
-clock; 'forcelab list' says where.
+is a gap. Each camera gives a video of its name, on the same clock.
 
 A device is KIND:PORT?OPTION=VALUE&... with the kinds optoforce (rate, filter,
 calibration, serial), text (baud, rate) and encoder (scale, unit, channel, rate,

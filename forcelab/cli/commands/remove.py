@@ -96,9 +96,9 @@ def _ask_demonstrations(project: Project, keys: Sequence[str], removal: _Removal
         return
     single = len(removal.infos) == 1
     removal.goes.append(f"the recording{'' if single else 's'} ({seconds:.2f} s)")
-    videos = sum(info.has_video for info in removal.infos)
+    videos = sum(len(info.videos) for info in removal.infos)
     if videos:
-        removal.goes.append("its video" if single else counted(videos, "video"))
+        removal.goes.append("its video" if single and videos == 1 else counted(videos, "video"))
     labelled: dict[str, float] = {}
     for info in removal.infos:
         for name, duration in info.labelled.items():

@@ -13,21 +13,19 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.demonstration import VideoReference
-from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES, signed
 from forcelab.gui.label.picture_view import PictureView
 from forcelab.gui.label.video_frames import STOP_TIMEOUT, VideoFrames
 from forcelab.gui.widgets import ElidedComboBox
-from forcelab.project.media import Camera, name_video
+from forcelab.project.media import name_video
 from forcelab.video.index import last_at
 
 
 class CameraSelection(QObject):
     """The cameras of the open demonstration, and the shown one.
 
-    `all` is empty unless there are several; the first one's video is the demonstration's. `shown`
-    is an index into it.
+    `all` is empty unless there are several. `shown` is an index into it.
     """
 
     changed = Signal()
@@ -36,7 +34,7 @@ class CameraSelection(QObject):
         super().__init__(parent)
         self._document = document
         self._demonstration_id = ""
-        self.all: tuple[Camera, ...] = ()
+        self.all: tuple[VideoReference, ...] = ()
         self.shown = 0
         document.demonstration_changed.connect(self._refresh)
         self._refresh()
@@ -47,7 +45,7 @@ class CameraSelection(QObject):
         demonstration = self._document.demonstration
         if demonstration is None:
             return None
-        return self.all[self.shown].video if self.shown else demonstration.video
+        return self.all[self.shown] if self.all else demonstration.video
 
     def show(self, place: int) -> None:
         if place != self.shown and 0 <= place < len(self.all):
@@ -67,12 +65,8 @@ class CameraSelection(QObject):
     def _refresh(self) -> None:
         """Read the cameras; the shown one stays while the demonstration does."""
         document = self._document
-        cameras: tuple[Camera, ...] = ()
-        if document.project is not None and document.demonstration is not None:
-            try:
-                cameras = document.project.media.cameras(document.demonstration)
-            except ForcelabError as error:  # its own video can still be shown
-                document.show_message(str(error), True)
+        videos = () if document.demonstration is None else document.demonstration.videos
+        cameras = videos if len(videos) > 1 else ()
         stays = document.id == self._demonstration_id and len(cameras) == len(self.all)
         self._demonstration_id, before = document.id, (self.all, self.shown)
         self.all, self.shown = cameras, self.shown if stays else 0
@@ -351,7 +345,7 @@ class VideoPanel(PictureView):
         reference, demonstration = self._reference, self.document.demonstration
         if reference is None or demonstration is None:
             return sentence
-        return name_video(sentence, reference.path, demonstration.name)
+        return name_video(sentence, reference, demonstration)
 
     def _failed(self, sentence: str) -> None:
         self._trouble = self._with_video_name(sentence)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -33,6 +32,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.clock import ClockMap, fit_clock
+from forcelab.demonstration import Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.gui.document import Document
 from forcelab.gui.figures.colormap import translucent
@@ -143,7 +143,7 @@ class VideoPreview(QWidget):
         self.times: NDArray[np.float64] = np.empty(0)
         self.number = 0
         self._requested_time = 0.0
-        self._film, self._name = Path(), ""
+        self._open: tuple[VideoReference, Demonstration] | None = None
         self.frames = VideoFrames(self)
         self.picture = _FrameView("Opening the video…")
         self.picture.setAccessibleName("Frame of the video")
@@ -192,10 +192,10 @@ class VideoPreview(QWidget):
         """The chosen frame's own time (s)."""
         return float(self.times[self.number]) if self.times.size else 0.0
 
-    def open(self, path: Path, demonstration: str) -> None:
-        """Show the video of a demonstration."""
-        self._film, self._name = path, demonstration
-        self.frames.open(path)
+    def open(self, video: VideoReference, demonstration: Demonstration) -> None:
+        """Show a video of a demonstration."""
+        self._open = video, demonstration
+        self.frames.open(video.path)
 
     def show_time(self, time: float) -> None:
         """Choose the last frame at or before a time (s) on the video's clock."""
@@ -243,7 +243,7 @@ class VideoPreview(QWidget):
 
     def _show_problem(self, sentence: str) -> None:
         """Show why a frame cannot be shown."""
-        self.picture.say(name_video(sentence, self._film, self._name))
+        self.picture.say(name_video(sentence, *self._open) if self._open else sentence)
 
     def _show_position(self) -> None:
         """Put slider and number where the frame is."""
@@ -352,7 +352,7 @@ class SynchroniseDialog(QDialog):
         self.fit_rate.toggled.connect(lambda: self.set_rows(self.rows))
         self.table.currentCellChanged.connect(self._show_tap)
         self.preview.show_time(float(self.stored.to_device(document.view.cursor)))
-        self.preview.open(demonstration.video.path, demonstration.name)
+        self.preview.open(demonstration.video, demonstration)
         document.view.cursor_moved.connect(self._show_cursor)
         document.demonstration_changed.connect(self._close_if_other)
         self._show_cursor()

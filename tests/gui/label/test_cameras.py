@@ -1,5 +1,7 @@
 """Several cameras that filmed one demonstration."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from factories import GOP_250, write_video
@@ -9,7 +11,6 @@ from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.gui.document import Document
 from forcelab.gui.label.video import CameraChoice, CameraSelection, VideoPanel
 from forcelab.project import Project
-from forcelab.project.media import STAMPS, Camera, camera_stamps
 
 TIMES = np.arange(0, 4, 0.01)
 FIRST, SECOND = np.arange(80) / 20, np.arange(40) / 10
@@ -26,14 +27,11 @@ def folder(tmp_path_factory):
     with Project.create(home / "lab.forcelab") as project:
         for name, shift in (("two", 0.0), ("one", 1.0)):
             signal = TIMES[:, None] + shift
-            video = VideoReference(paths[0], ClockMap(0.1))
-            d = Demonstration(name, "t", TIMES, signal, (Channel("f"),), video=video)
+            films = [VideoReference(paths[0], ClockMap(0.1), "left")]
+            if name == "two":
+                films.append(VideoReference(paths[1], ClockMap(0.25), "right"))
+            d = Demonstration(name, "t", TIMES, signal, (Channel("f"),), tuple(films))
             project.demonstrations.add(d)
-        two = project.demonstrations.load("two")
-        other = VideoReference(project.media.attach_file(two.id, paths[1]), ClockMap(0.25))
-        filmed = (Camera("left", two.video), Camera("right", other))
-        project.media.attach_stamps(two.id, camera_stamps(filmed))
-        project.media.set_video_clock(two.id, ClockMap(0.1))
     return home / "lab.forcelab"
 
 
@@ -115,28 +113,14 @@ def test_a_new_clock_of_the_first_camera_leaves_the_choice(document):
     assert cameras.video.clock == ClockMap(0.25)
 
 
-def test_damaged_stamps_leave_the_first_video(document, folder, messages):
-    two = document.project.demonstrations.load("two")
-    stamps = folder / "demonstrations" / two.id / STAMPS
-    whole = stamps.read_bytes()
-    stamps.write_bytes(b"junk")
-    document.open_demonstration("two")
-    cameras = CameraSelection(document)
-    stamps.write_bytes(whole)
-    assert (cameras.all, cameras.video) == ((), document.demonstration.video)
-    ((sentence, trouble),) = messages
-    assert trouble
-    assert "damaged" in sentence
-
-
 def test_nothing_steps_by_the_frames_of_a_camera_that_is_not_shown(document, until):
     document.open_demonstration("two")
     cameras = CameraSelection(document)
     panel = VideoPanel(document, cameras)
     panel.show()
     until(lambda: panel.settled)
-    gone = VideoReference(cameras.video.path.with_name("gone.mp4"), ClockMap())
-    cameras.all = (cameras.all[0], Camera("right", gone))
+    gone = replace(cameras.all[1], path=cameras.video.path.with_name("gone.mp4"))
+    cameras.all = (cameras.all[0], gone)
     cameras.show(1)
     until(lambda: panel.failed)
     assert document.view.frame_times is None

@@ -48,10 +48,10 @@ class Paper(QObject):
         return self.view.demonstration
 
     def show(self, video, clock=CLOCK, id_="a"):
-        reference = None if video is None else VideoReference(video, clock)
+        videos = () if video is None else (VideoReference(video, clock),)
         times = np.linspace(0, 30, 100)
         demonstration = Demonstration(
-            "a", "", times, times[:, None], (Channel("fz"),), video=reference
+            "a", "", times, times[:, None], (Channel("fz"),), videos=videos
         )
         if self.demonstration is None:
             self.view.reset(demonstration)

@@ -1,0 +1,433 @@
+"""Parquet, Feather and other Arrow files: tables whose columns have types.
+
+What each column is read as is told as of text (:mod:`~forcelab.formats.table_columns`), by its name
+and its first cells. A vector becomes a column for each of its numbers, a structure one for each of
+its fields.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.errors import InputError
+from forcelab.extras import load_extra
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.formats.table import BodyReader, make_recording, preview_layout
+from forcelab.formats.table_columns import ColumnRoles, choose_roles
+from forcelab.formats.table_sniff import (
+    CellType,
+    Dialect,
+    Layout,
+    column_kinds,
+    name_columns,
+)
+from forcelab.text import listed
+
+_PARQUET, _ARROW, _STREAM = b"PAR1", b"ARROW1\0\0", b"\xff\xff\xff\xff"
+#: What a stream of Arrow data, which begins with nothing of its own, is called.
+_STREAM_SUFFIXES: Final = frozenset([".arrow", ".arrows", ".feather", ".ipc"])
+#: Rows looked at to find out what the columns are, and rows read at a time.
+_SAMPLE_ROWS, _BLOCK_ROWS = 400, 1 << 16
+#: A vector of more numbers is a picture.
+_MOST: Final = 64
+#: Structures are nested no deeper.
+_DEEPEST: Final = 8
+#: A file that takes more bytes in memory than these, and than so many times its size, is damaged.
+_ROOM, _MOST_TIMES = 1 << 28, 1000
+#: So many names are told at most.
+_SHOWN: Final = 8
+_CURE: Final = "write it again, or copy it again from where it is from"
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """Whether a file is Parquet or Arrow, as a file or as a stream."""
+    stream = head.startswith(_STREAM) and path.suffix.lower() in _STREAM_SUFFIXES
+    return stream or head.startswith((_PARQUET, _ARROW))
+
+
+def read(path: Path, options: ReadOptions) -> list[Recording]:
+    """Read a table, and the labels beside it, as one demonstration, called like the file.
+
+    Only the columns that become something are read.
+    """
+    table = _sniff_table(path)
+    options = table.name_parts(options)
+    roles = choose_roles(table.layout, options)
+    reader = BodyReader(table.layout, roles)
+    wanted = [i for i in range(len(table.layout.columns)) if i not in roles.left_out]
+    sources = [source for source in table.sources if not roles.left_out.issuperset(source.indices)]
+    first = 1
+    with _naming_damage(path):
+        for batch in _batches(path, {source.top for source in sources}, len(wanted)):
+            numbers = np.arange(first, first + batch.num_rows)
+            columns = _columns(batch, sources, first, path)
+            reader.read(numbers, _cells(columns, table.layout, roles, first == 1))
+            first += batch.num_rows
+    body = reader.finish()
+    return [make_recording(path.stem, table.layout, roles, body, options, table.remarks)]
+
+
+def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
+    """What the columns of a table would be read as, from its first rows."""
+    table = _sniff_table(path)
+    return preview_layout(table.layout, table.name_parts(options))
+
+
+@dataclass(frozen=True, slots=True)
+class _Source:
+    """A field of the file's table that becomes one column, or one for each number in a vector."""
+
+    top: int  #: index of the field, or of the one that it is in
+    path: tuple[int, ...]  #: from there, the indices of fields of structures
+    name: str
+    width: int  #: how many numbers a vector has; 0 of what is none
+    start: int = 0  #: index of its first column
+
+    @property
+    def indices(self) -> range:
+        """Those of its columns."""
+        return range(self.start, self.start + max(1, self.width))
+
+
+@dataclass(frozen=True, slots=True)
+class _Table:
+    layout: Layout
+    sources: tuple[_Source, ...]
+    remarks: tuple[str, ...]
+
+    def name_parts(self, options: ReadOptions) -> ReadOptions:
+        """Options in which the name of a vector stands for all of its numbers."""
+        parts = {
+            source.name: [self.layout.columns[i].name for i in source.indices]
+            for source in self.sources
+            if source.width
+        }
+
+        def named(names: Sequence[str]) -> tuple[str, ...]:
+            return tuple(part for name in names for part in parts.get(name, [name]))
+
+        return replace(options, leave_out=named(options.leave_out), signals=named(options.signals))
+
+
+def _sniff_table(path: Path) -> _Table:
+    """Find out what the columns of a file are, by their types and the first rows."""
+    load_extra("pyarrow", "parquet", f"'{path}' is a Parquet or Arrow file, which")
+    with _naming_damage(path):
+        schema = _schema(path)
+        tops = {i for i, field in enumerate(schema) if _is_readable(field.type)}
+        batches = _batches(path, tops, len(tops), rows=_SAMPLE_ROWS)
+        batch = next((batch for batch in batches if batch.num_rows), None) if tops else None
+        if batch is None:
+            raise InputError(f"'{path}' has no rows of numbers or words; there is nothing to read.")
+        sample = batch.slice(0, _SAMPLE_ROWS)
+        sources, left = _sources(schema, tops, sample)
+        columns = _columns(sample, sources, 1, path)
+        header, units, types = [], [], []
+        for source in sources:
+            field_type = _leaf(sample.column(_place(source.top, tops)), source.path).type
+            for number in range(1, max(1, source.width) + 1):
+                bare = "" if source.name.startswith("__index_level_") else source.name
+                header.append(f"{bare} {number}" if source.width else bare)
+                units.append(_unit(field_type))
+                types.append(_kind(field_type, source.width))
+        named, remarks = name_columns(header, units)
+        cells = [_texts(columns[i]) for i in range(len(header))]
+    dialect = Dialect(None, ".", len(header))
+    rows = tuple(zip(*cells, strict=True))
+    kinds = tuple(
+        kind or by_text for kind, by_text in zip(types, column_kinds(rows, dialect), strict=True)
+    )
+    layout = Layout(dialect, named, kinds, 0, rows, remarks, path=path, line="row")
+    told = [f"No numbers or words were read from {listed(left, _SHOWN)}."] if left else []
+    return _Table(layout, tuple(sources), tuple(told))
+
+
+def _schema(path: Path) -> Any:
+    """The fields of a file and their types."""
+    import pyarrow as pa
+    from pyarrow.parquet import ParquetFile
+
+    with path.open("rb") as file:
+        head = file.read(8)
+    if head.startswith(_PARQUET):
+        with ParquetFile(path) as file:
+            return file.schema_arrow
+    with pa.OSFile(str(path)) as source:
+        stream = head.startswith(_STREAM)
+        opened = pa.ipc.open_stream(source) if stream else pa.ipc.open_file(source)
+        with opened:
+            return opened.schema
+
+
+def _batches(path: Path, tops: Collection[int], columns: int, rows: int = _BLOCK_ROWS) -> Any:
+    """The rows of some fields, block by block; refused where they cannot fit into memory."""
+    import pyarrow as pa
+    from pyarrow.parquet import ParquetFile
+
+    room = max(_ROOM, _MOST_TIMES * path.stat().st_size)
+
+    def check(number: int) -> None:
+        if number * columns * 8 > room:
+            raise InputError(
+                f"'{path}' has {path.stat().st_size:,} bytes and is said to hold {number:,} rows "
+                f"of {columns:,} columns, which cannot be; {_CURE}."
+            )
+
+    with path.open("rb") as file:
+        head = file.read(8)
+    if head.startswith(_PARQUET):
+        with ParquetFile(path) as file:
+            schema = file.schema_arrow
+            names = [field.name for i, field in enumerate(schema) if i in tops]
+            texts = [schema.field(i).name for i in tops if _is_text(schema.field(i).type)]
+        # Words are kept once each, as they are in the file.
+        with ParquetFile(path, read_dictionary=texts) as file:
+            check(file.metadata.num_rows)
+            for batch in file.iter_batches(batch_size=rows, columns=names):
+                if batch.schema.names != names:
+                    raise ValueError("its columns have names that contradict each other")
+                yield batch
+        return
+    read_options = pa.ipc.IpcReadOptions(included_fields=sorted(tops))
+    total = 0
+    with pa.OSFile(str(path)) as source:
+        if head.startswith(_STREAM):
+            opened = pa.ipc.open_stream(source, options=read_options)
+            numbers: Iterator[Any] = iter(opened)
+        else:
+            opened = pa.ipc.open_file(source, options=read_options)
+            numbers = (opened.get_batch(i) for i in range(opened.num_record_batches))
+        for batch in numbers:
+            total += batch.num_rows
+            check(total)
+            batch.validate(full=True)
+            for start in range(0, batch.num_rows, rows):
+                yield batch.slice(start, rows)
+
+
+def _place(top: int, tops: Collection[int]) -> int:
+    """The index of a field among those that are read."""
+    return sum(other < top for other in tops)
+
+
+def _is_text(kind: Any) -> bool:
+    from pyarrow import types
+
+    return bool(types.is_string(kind) or types.is_large_string(kind))
+
+
+def _is_plain(kind: Any) -> bool:
+    """Whether values of a type are a number, a time or a word each."""
+    from pyarrow import types
+
+    if types.is_dictionary(kind):
+        return bool(_is_text(kind.value_type) or types.is_integer(kind.value_type))
+    checks = (
+        *(types.is_integer, types.is_floating, types.is_boolean, types.is_decimal),
+        *(types.is_timestamp, types.is_time, types.is_duration, types.is_date, types.is_null),
+        *(types.is_string, types.is_large_string, types.is_string_view),
+    )
+    return any(check(kind) for check in checks)
+
+
+def _is_vector(kind: Any) -> bool:
+    """Whether values of a type are lists of numbers."""
+    from pyarrow import types
+
+    checks = (types.is_list, types.is_large_list, types.is_fixed_size_list)
+    if not any(check(kind) for check in checks):
+        return False
+    inner = kind.value_type
+    return bool(types.is_integer(inner) or types.is_floating(inner) or types.is_boolean(inner))
+
+
+def _is_readable(kind: Any, depth: int = 0) -> bool:
+    """Whether anything can be read of a field of that type."""
+    from pyarrow import types
+
+    if types.is_struct(kind):
+        return depth < _DEEPEST and any(_is_readable(f.type, depth + 1) for f in kind)
+    return _is_plain(kind) or _is_vector(kind)
+
+
+def _sources(schema: Any, tops: Collection[int], sample: Any) -> tuple[list[_Source], list[str]]:
+    """What becomes columns, and names of what does not."""
+    from pyarrow import types
+
+    found: list[_Source] = []
+    left: list[str] = []
+
+    def add(top: int, path: tuple[int, ...], name: str, array: Any) -> None:
+        if types.is_struct(array.type) and len(path) < _DEEPEST:
+            for i, part in enumerate(array.flatten()):
+                add(top, (*path, i), f"{name}.{array.type.field(i).name}", part)
+            return
+        width = 0
+        if _is_vector(array.type):
+            width = next((len(item) for item in array if item.is_valid), 0)
+        if not _is_plain(array.type) and not 1 <= width <= _MOST:
+            left.append(f"{name} ({array.type if len(str(array.type)) < 40 else 'a structure'})")
+            return
+        start = found[-1].indices.stop if found else 0
+        found.append(_Source(top, path, name, width, start))
+
+    for top, field in enumerate(schema):
+        if top in tops:
+            add(top, (), field.name, sample.column(_place(top, tops)))
+        else:
+            text = str(field.type)
+            left.append(f"{field.name} ({text if len(text) < 40 else 'a structure'})")
+    return found, left
+
+
+def _unit(kind: Any) -> str:
+    """The unit that a type tells."""
+    from pyarrow import types
+
+    return str(kind.unit) if types.is_duration(kind) else ""
+
+
+def _kind(kind: Any, width: int) -> CellType | None:
+    """What a column of that type holds; None where its words tell."""
+    from pyarrow import types
+
+    if types.is_timestamp(kind) or types.is_time(kind):
+        return CellType.STAMP
+    words = (types.is_dictionary(kind), types.is_date(kind), types.is_null(kind))
+    if width or not (any(words) or _is_text(kind) or types.is_string_view(kind)):
+        return CellType.NUMBER
+    return None
+
+
+def _leaf(array: Any, path: Sequence[int]) -> Any:
+    """A field of a structure."""
+    for step in path:
+        array = array.flatten()[step]
+    return array
+
+
+def _columns(
+    batch: Any, sources: Sequence[_Source], first: int, path: Path
+) -> dict[int, NDArray[Any] | list[str]]:
+    """The columns in some rows by their index: numbers or times as arrays, and words."""
+    tops = {source.top for source in sources}
+    columns: dict[int, NDArray[Any] | list[str]] = {}
+    for source in sources:
+        array = _leaf(batch.column(_place(source.top, tops)), source.path)
+        if source.width:
+            vectors = _vectors(array, source, first, path)
+            columns |= {i: vectors[:, i - source.start] for i in source.indices}
+        else:
+            columns[source.start] = _values(array)
+    return columns
+
+
+def _vectors(array: Any, source: _Source, first: int, path: Path) -> NDArray[np.float64]:
+    """The numbers of vectors, shape (n, width), NaN where there is no vector."""
+    import pyarrow.compute as pc
+
+    lengths = pc.list_value_length(array).to_numpy(zero_copy_only=False)
+    present = np.flatnonzero(~np.isnan(lengths.astype(np.float64)))
+    odd = present[lengths[present] != source.width]
+    if odd.size:
+        raise InputError(
+            f"'{path}', row {first + int(odd[0])}: '{source.name}' holds {int(lengths[odd[0]]):,} "
+            f"numbers, and {source.width:,} in its first row; leave it out "
+            f"(--leave-out '{source.name}')."
+        )
+    result = np.full((len(array), source.width), np.nan)
+    result[present] = np.asarray(_values(array.flatten()), np.float64).reshape(-1, source.width)
+    return result
+
+
+def _values(array: Any) -> NDArray[Any] | list[str]:
+    """What a column holds: numbers (NaN where there is none), times as NumPy's, or words."""
+    import pyarrow as pa
+    from pyarrow import types
+
+    kind = array.type
+    if types.is_timestamp(kind):
+        return np.asarray(array.to_numpy(zero_copy_only=False))
+    if types.is_time(kind):
+        integers = pa.int32() if types.is_time32(kind) else pa.int64()
+        ticks = array.cast(integers).fill_null(0).to_numpy(zero_copy_only=False)
+        times = ticks.astype(f"timedelta64[{kind.unit}]")
+        times[array.is_null().to_numpy(zero_copy_only=False)] = np.timedelta64("NaT")
+        return np.asarray(times)
+    if types.is_boolean(kind):
+        array = array.cast(pa.uint8())
+    elif types.is_decimal(kind):
+        array = array.cast(pa.float64())
+    elif types.is_duration(kind):
+        array = array.cast(pa.int64())
+    elif not (types.is_integer(kind) or types.is_floating(kind)):
+        if not types.is_dictionary(kind):
+            array = (array.cast(pa.string()) if types.is_date(kind) else array).dictionary_encode()
+        words = [" ".join(str(word or "").split()) for word in array.dictionary.to_pylist()]
+        codes = array.indices.fill_null(len(words)).to_numpy(zero_copy_only=False)
+        words.append("")
+        return [words[code] for code in codes.tolist()]
+    return np.asarray(array.to_numpy(zero_copy_only=False))
+
+
+def _texts(column: NDArray[Any] | list[str]) -> list[str]:
+    """The cells of a column as they would stand in a text table."""
+    if isinstance(column, list):
+        return column
+    if column.dtype.kind in "Mm":
+        clock = column.dtype.kind == "m"
+        dates = np.datetime64("1970-01-01") + column if clock else column
+        texts = ["" if text == "NaT" else text for text in np.datetime_as_string(dates).tolist()]
+        return [text.partition("T")[2] for text in texts] if clock else texts
+    # Whole numbers of labels may be floats as some are missing.
+    return ["" if text == "nan" else text.removesuffix(".0") for text in map(str, column.tolist())]
+
+
+def _cells(
+    columns: Mapping[int, NDArray[Any] | list[str]],
+    layout: Layout,
+    roles: ColumnRoles,
+    first: bool,
+) -> dict[int, NDArray[Any] | list[str]]:
+    """The columns as a table reads them: what is no number and no time as words.
+
+    Of further times the first block is enough, as they become nothing.
+    """
+    result: dict[int, NDArray[Any] | list[str]] = {}
+    for index, column in columns.items():
+        if index in roles.left_out:
+            continue
+        if index in roles.numeric or index == roles.time:
+            result[index] = column
+        elif first or index == roles.label or layout.kinds[index] is not CellType.STAMP:
+            result[index] = _texts(column)
+    return result
+
+
+@contextmanager
+def _naming_damage(path: Path) -> Iterator[None]:
+    """Turn what the library says of a file that it cannot read into a sentence."""
+    import pyarrow as pa
+
+    damage = (pa.ArrowException, ValueError, TypeError, LookupError, OverflowError)
+    try:
+        yield
+    except InputError:
+        raise
+    except MemoryError as error:
+        raise InputError(f"'{path}' is said to need more memory than there is; {_CURE}.") from error
+    except (*damage, OSError) as error:
+        if isinstance(error, OSError) and error.errno is not None:
+            raise
+        text = " ".join(str(error).split()).rstrip(".")
+        text = text if 0 < len(text) <= 160 else f"{text[:160]}…"
+        raise InputError(
+            f"'{path}' is not a whole Parquet or Arrow file ({text}); {_CURE}."
+        ) from error

@@ -1,0 +1,75 @@
+"""Files with typed columns and streams as a stranger might send them: bytes changed.
+
+Run by hand: ``python tests/fuzz/columns.py parquet --count 5000 --seed 0``.
+"""
+
+import os
+import random
+import shutil
+import sys
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+os.environ["ARROW_DEFAULT_MEMORY_POOL"] = "system"  # others reserve more than the bound
+sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+import campaign
+from campaign import Finding, findings, run
+from ros_bags import change_bytes
+
+import forcelab.formats.importing  # noqa: F401 - so that no child has to
+from tests.formats import column_files
+
+campaign.MEMORY = 2**30
+KINDS = {
+    "parquet": column_files.whole_arrow,
+    "excel": column_files.whole_workbooks,
+}
+
+
+def change_member(file: Path, chance: random.Random) -> None:
+    """Change one of the files in a zip archive."""
+    with zipfile.ZipFile(file) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    changed = file.with_name("member")
+    changed.write_bytes(members[name := chance.choice(sorted(members))])
+    change_bytes(changed, chance)
+    members[name] = changed.read_bytes()
+    changed.unlink()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in members.items():
+            archive.writestr(name, content)
+
+
+def cases(count: int, seed: int, whole: list[Path]) -> Iterator[tuple[str, Any]]:
+    """Cases for :func:`campaign.findings`, each with the command line that is run on it."""
+    for number in range(count):
+
+        def write(place: Path, number: int = number) -> list[list[str]]:
+            chance = random.Random(f"{seed} {number}")
+            path = place / chance.choice(whole).name
+            shutil.copy(next(file for file in whole if file.name == path.name), path)
+            change = change_bytes
+            if path.suffix == ".xlsx" and chance.random() < 0.8:
+                change = change_member
+            change(path, chance)
+            return [["import", str(place / "p.forcelab"), str(path), "--task", "t"]]
+
+        yield f"file {number} of seed {seed}", write
+
+
+def findings_of(kind: str, count: int, seed: int, folder: Path) -> Iterator[Finding]:
+    """Mutate small files of a kind so many times and yield what was found."""
+    whole = folder / "whole"
+    whole.mkdir()
+    found = KINDS[kind](whole)
+    (folder / "cases").mkdir()
+    yield from findings(cases(count, seed, found), folder / "cases")
+
+
+if __name__ == "__main__":
+    chosen = sys.argv.pop(1)
+    run(__doc__, f"{chosen} files", lambda *arguments: findings_of(chosen, *arguments))
