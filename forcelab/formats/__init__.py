@@ -83,6 +83,13 @@ _EARLY: Final = (
         columns=True,
     ),
     Format(
+        name="xdf",
+        description="XDF files (Lab Streaming Layer)",
+        module="forcelab.formats.xdf",
+        starts=(b"XDF:",),
+        columns=True,
+    ),
+    Format(
         name="parquet",
         description="Parquet and Feather (Arrow) tables",
         module="forcelab.formats.parquet",

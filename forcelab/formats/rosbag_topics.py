@@ -308,16 +308,27 @@ class AlignedTopics:
     remarks: tuple[str, ...]
 
 
-def align_topics(topics: Sequence[TopicData], where: str, *, strict: bool) -> AlignedTopics:
+def align_topics(
+    topics: Sequence[TopicData],
+    where: str,
+    *,
+    strict: bool,
+    topic_word: str = "topic",
+    message_word: str = "message",
+) -> AlignedTopics:
     """Bring topics onto one clock: at least one with fields, at most one with labels.
 
-    `strict` refuses what would be repaired or shifted; `where` is the bag, for errors.
+    `strict` refuses what would be repaired or shifted; `where` is the bag, for errors. What is no
+    bag has other words for topics and messages.
     """
     base = max((topic for topic in topics if topic.fields), key=lambda topic: len(topic.arrived))
     stamps, late = _clock(base)
     zero = int(np.median(stamps))  # near all others: their differences are exact
     resamplings = {
-        topic.topic: _resampling(topic, zero, late, where, strict=strict) for topic in topics
+        topic.topic: _resampling(
+            topic, zero, late, f"{where}, {topic_word} {topic.topic}", message_word, strict=strict
+        )
+        for topic in topics
     }
     at = resamplings[base.topic].at
     remarks: list[str] = []
@@ -339,8 +350,8 @@ def align_topics(topics: Sequence[TopicData], where: str, *, strict: bool) -> Al
             if not np.isin(at, resampling.at).all():
                 remarks.append(
                     f"{topic.topic} ({1 / resampling.period:.4g} Hz, "
-                    f"{counted(resampling.at.size, 'message')}) was interpolated at the times of "
-                    f"{base.topic}."
+                    f"{counted(resampling.at.size, message_word)}) was interpolated at the times "
+                    f"of {base.topic}."
                 )
     start = zero / _SECOND + float(at[0])
     return AlignedTopics(at - at[0], np.column_stack(columns), words, start, tuple(remarks))
@@ -376,10 +387,9 @@ def _clock(topic: TopicData) -> tuple[NDArray[np.int64], int]:
 
 
 def _resampling(
-    topic: TopicData, zero: int, usual_lateness: int, where: str, *, strict: bool
+    topic: TopicData, zero: int, usual_lateness: int, name: str, message: str, *, strict: bool
 ) -> _Resampling:
     """Put a topic on the clock on which messages arrive `usual` nanoseconds late."""
-    name = f"{where}, topic {topic.topic}"
     stamps, lateness = _clock(topic)
     repairs = []
     if topic.stamp is not None and not np.array_equal(stamps, topic.stamped):
@@ -402,8 +412,8 @@ def _resampling(
         np.arange(1, ticks.size + 1),
         name,
         strict=strict,
-        row="message",
-        line="message",
+        row=message,
+        line=message,
     )
     at = np.round(repaired.start + repaired.times, 9)  # the same for messages of one nanosecond
     return _Resampling(at, repaired.rows, values[repaired.rows], (*remarks, *repaired.remarks))
