@@ -176,3 +176,40 @@ def whole_xdf(folder: Path):
         ),
         write_xdf(folder / "b.xdf", xdf_stream("Force", forces(200), stamps=times**1.001)),
     ]  # fmt: skip
+
+
+def write_c3d(path: Path, analog, rate=1000.0, points=None, events=(), labels=None, units="N"):
+    """Write analog channels, shape (n, c), and points, shape (m, p, 3), by the library.
+
+    `events` are a context, a name and a time in seconds each.
+    """
+    import ezc3d
+
+    file = ezc3d.c3d()
+    parameters = file["parameters"]
+    if len(analog):
+        labels = labels or [f"F{axis}1" for axis in "xyz"][: analog.shape[1]]
+        parameters["ANALOG"]["LABELS"]["value"] = labels
+        parameters["ANALOG"]["UNITS"]["value"] = [units] * len(labels)
+        parameters["ANALOG"]["RATE"]["value"] = [rate]
+        file["data"]["analogs"] = analog.T[None]
+    points = np.zeros((len(analog) // 10, 1, 3)) if points is None else points
+    parameters["POINT"]["RATE"]["value"] = [rate / 10]
+    parameters["POINT"]["LABELS"]["value"] = [f"P{i}" for i in range(points.shape[1])]
+    parameters["POINT"]["UNITS"]["value"] = ["mm"] * points.shape[1]
+    seen = np.concatenate([points.transpose(2, 1, 0), np.ones((1, *points.shape[1::-1]))])
+    file["data"]["points"] = seen
+    for context, name, time in events:
+        file.add_event([0, time], context, name)
+    file.write(str(path))
+    return path
+
+
+def whole_c3d(folder: Path):
+    """One with everything, and one with analog channels alone."""
+    events = [("Left", "Foot Strike", 0.05), ("Left", "Foot Off", 0.1), ("Right", "x", 0.02)]
+    points = np.random.default_rng(2).normal(size=(20, 2, 3))
+    return [
+        write_c3d(folder / "a.c3d", forces(200), points=points, events=events),
+        write_c3d(folder / "b.c3d", forces(200, 2)),
+    ]

@@ -28,6 +28,7 @@ KINDS = {
     "parquet": column_files.whole_arrow,
     "excel": column_files.whole_workbooks,
     "xdf": column_files.whole_xdf,
+    "c3d": column_files.whole_c3d,
 }
 
 
