@@ -87,6 +87,21 @@ _EARLY: Final = (
         columns=True,
     ),
     Format(
+        name="xdf",
+        description="XDF files (Lab Streaming Layer)",
+        module="forcelab.formats.xdf",
+        starts=(b"XDF:",),
+        columns=True,
+    ),
+    Format(
+        name="c3d",
+        description="C3D files of motion capture",
+        module="forcelab.formats.c3d",
+        # The block of the parameters, and a mark.
+        starts=tuple(bytes([block, 0x50]) for block in range(2, 256)),
+        columns=True,
+    ),
+    Format(
         name="parquet",
         description="Parquet and Feather (Arrow) tables",
         module="forcelab.formats.parquet",
