@@ -89,6 +89,13 @@ _EARLY: Final = (
         starts=(b"PAR1", b"ARROW1\x00\x00", b"\xff\xff\xff\xff"),
         columns=True,
     ),
+    Format(
+        name="numpy",
+        description="NumPy arrays (*.npy, *.npz)",
+        module="forcelab.formats.numpy_arrays",
+        starts=(b"\x93NUMPY", b"PK"),
+        columns=True,
+    ),
 )
 #: Any text might be a table; what is told by its packets wherever they start is never text.
 _LATE: Final = (

@@ -313,8 +313,8 @@ class ImportDialog(QDialog):
         self._pick = QPushButton("Choose files…")
         self._pick.clicked.connect(self._choose)
         kinds = (
-            "Recordings, chosen or dropped here: tables (CSV, TSV, Parquet, Excel), ROS bags, "
-            "raw OptoForce dumps, *.pdl, archives of projects"
+            "Recordings, chosen or dropped here: tables (CSV, TSV, Parquet, Excel), arrays "
+            "(NumPy), ROS bags, raw OptoForce dumps, *.pdl, archives of projects"
         )
         label = QLabel(kinds)
         label.setWordWrap(True)
