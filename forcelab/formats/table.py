@@ -582,9 +582,11 @@ def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
     return preview_layout(sniff_layout(path), options)
 
 
-def preview_layout(layout: Layout, options: ReadOptions) -> tuple[ColumnUse, ...]:
+def preview_layout(
+    layout: Layout, options: ReadOptions, roles: ColumnRoles | None = None
+) -> tuple[ColumnUse, ...]:
     """What the columns of a table would be read as, from its first rows."""
-    roles = choose_roles(layout, options)
+    roles = roles or choose_roles(layout, options)
     table = _Table(layout, roles, _sample_body(layout, roles))
     return tuple(
         ColumnUse(
