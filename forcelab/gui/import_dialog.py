@@ -314,7 +314,7 @@ class ImportDialog(QDialog):
         self._pick.clicked.connect(self._choose)
         kinds = (
             "Recordings, chosen or dropped here: tables (CSV, TSV, Parquet, Excel), ROS bags, "
-            "XDF, C3D, raw OptoForce dumps, *.pdl, archives of projects"
+            "XDF, C3D, TDMS, raw OptoForce dumps, *.pdl, archives of projects"
         )
         label = QLabel(kinds)
         label.setWordWrap(True)

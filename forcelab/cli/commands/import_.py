@@ -3,15 +3,15 @@
 The project is created if need be. The format is recognised by content: tables (CSV,
 TSV, spaces; Parquet and Feather with the package pyarrow, *.xlsx with openpyxl, where
 each sheet is a demonstration), the paper's databases (*.pdl), archives of projects, ROS
-bags (with the package rosbags), XDF (with pyxdf), C3D, raw dumps of OptoForce sensors.
-The labels of a table may be one of its columns, or lie beside it in NAME.labels.csv
-(start, end, action) or an Audacity label track NAME.txt. A video named with its
-recording (pull.csv pull.mp4) is attached to it. A recording that the project has
-already is updated, not doubled; read with other columns it is another demonstration. A
-file that cannot be read is reported and left out, and the exit status is then 1; with
---strict nothing is imported at all. A single archive imported into a new project
-restores everything it holds; into an existing one, the recordings and coders' labels
-that it lacks.
+bags (with the package rosbags), XDF (with pyxdf), C3D, TDMS (with nptdms), raw dumps of
+OptoForce sensors. The labels of a table may be one of its columns, or lie beside it in
+NAME.labels.csv (start, end, action) or an Audacity label track NAME.txt. A video named
+with its recording (pull.csv pull.mp4) is attached to it. A recording that the project
+has already is updated, not doubled; read with other columns it is another
+demonstration. A file that cannot be read is reported and left out, and the exit status
+is then 1; with --strict nothing is imported at all. A single archive imported into a
+new project restores everything it holds; into an existing one, the recordings and
+coders' labels that it lacks.
 
 for example:
   forcelab import lab.forcelab recordings/*.csv --task stylus --videos
