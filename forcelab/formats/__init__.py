@@ -95,6 +95,13 @@ _EARLY: Final = (
         columns=True,
     ),
     Format(
+        name="tdms",
+        description="TDMS files (LabVIEW)",
+        module="forcelab.formats.tdms",
+        starts=(b"TDSm",),
+        columns=True,
+    ),
+    Format(
         name="parquet",
         description="Parquet and Feather (Arrow) tables",
         module="forcelab.formats.parquet",

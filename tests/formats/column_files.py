@@ -213,3 +213,39 @@ def whole_c3d(folder: Path):
         write_c3d(folder / "a.c3d", forces(200), points=points, events=events),
         write_c3d(folder / "b.c3d", forces(200, 2)),
     ]
+
+
+def write_tdms(path: Path, *segments):
+    """Write channels by the library: of each segment group, name, values and properties."""
+    from nptdms import ChannelObject, TdmsWriter
+
+    with TdmsWriter(path) as file:
+        for segment in segments:
+            file.write_segment(
+                [ChannelObject(group, name, values, told) for group, name, values, told in segment]
+            )
+    return path
+
+
+def waveform(rate, unit="N", start="2024-05-31T12:00:00.25", offset=0.0):
+    """What LabVIEW tells of a channel."""
+    return {
+        "wf_increment": 1 / rate, "wf_start_offset": offset, "unit_string": unit,
+        "wf_start_time": np.datetime64(start, "us"),
+    }  # fmt: skip
+
+
+def whole_tdms(folder: Path):
+    """One with waveforms of two rates, one with a channel of times and one of words."""
+    values = forces(100)
+    force = [("Force", f"F{axis}", values[:, i], waveform(100)) for i, axis in enumerate("xyz")]
+    temperature = ("Room", "Heat", values[:10, 0], waveform(10, "degC"))
+    stamps = np.datetime64("2024-05-31T12:00:00", "us") + np.arange(50) * np.timedelta64(20, "ms")
+    words = ["grab" if i // 10 % 2 else "" for i in range(50)]
+    log = [
+        ("Log", "Time", stamps, {}), ("Log", "fx", values[:50, 0], {}), ("Log", "what", words, {}),
+    ]  # fmt: skip
+    return [
+        write_tdms(folder / "a.tdms", [*force, temperature], force),
+        write_tdms(folder / "b.tdms", log),
+    ]

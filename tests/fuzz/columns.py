@@ -29,6 +29,7 @@ KINDS = {
     "excel": column_files.whole_workbooks,
     "xdf": column_files.whole_xdf,
     "c3d": column_files.whole_c3d,
+    "tdms": column_files.whole_tdms,
 }
 
 

@@ -4,8 +4,8 @@ The project is created if need be. The format is recognised by content: tables (
 TSV, spaces); Parquet and Feather (extra parquet); Excel workbooks, where each sheet is a
 demonstration (extra excel); ROS bags, whose pictures become videos (extra rosbag);
 LeRobot datasets, which are folders (extra lerobot); NumPy arrays (*.npy, *.npz); XDF
-(extra xdf); C3D; the paper's databases (*.pdl); archives of projects; raw dumps of
-OptoForce sensors.
+(extra xdf); TDMS (extra tdms); C3D; the paper's databases (*.pdl); archives of
+projects; raw dumps of OptoForce sensors.
 
 The labels of a table may be one of its columns, or lie beside it in NAME.labels.csv
 (start, end, action) or an Audacity label track NAME.txt. A video named with its
