@@ -314,7 +314,7 @@ class ImportDialog(QDialog):
         self._pick.clicked.connect(self._choose)
         kinds = (
             "Recordings, chosen or dropped here: tables (CSV, TSV, Parquet, Excel), arrays "
-            "(NumPy), ROS bags, raw OptoForce dumps, *.pdl, archives of projects"
+            "(NumPy, HDF5, MATLAB), ROS bags, raw OptoForce dumps, *.pdl, archives of projects"
         )
         label = QLabel(kinds)
         label.setWordWrap(True)

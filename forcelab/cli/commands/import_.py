@@ -12,15 +12,15 @@ reported and left out, and the exit status is then 1; with --strict nothing is i
 at all. A single archive imported into a new project restores everything it holds; into
 an existing one, the recordings and coders' labels that it lacks.
 
-In files of arrays (*.npy, *.npz) times, forces and labels are found by the names and
-shapes of the arrays. --time, --signal, --label and --leave-out name others: an array, a
-group of them (obs), or a column of one ("data 2"). Groups that are numbered as
-demonstrations (demo_0, trial 1) are one each.
+In files of arrays (*.npy, *.npz, *.mat; HDF5 with the package h5py) times, forces and
+labels are found by the names and shapes of the arrays. --time, --signal, --label and
+--leave-out name others: an array, a group of them (obs), or a column of one ("data 2").
+Groups that are numbered as demonstrations (demo_0, trial 1) are one each.
 
 for example:
   forcelab import lab.forcelab recordings/*.csv --task stylus --videos
   forcelab import lab.forcelab left.bin --task foam --calibration left.toml
-  forcelab import lab.forcelab fold.npz --signal obs/qpos --rate 50
+  forcelab import lab.forcelab fold.hdf5 --signal observations/qpos --rate 50
 """
 
 from __future__ import annotations
