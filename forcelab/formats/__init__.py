@@ -122,6 +122,21 @@ _EARLY: Final = (
         starts=(b"\x93NUMPY", b"PK"),
         columns=True,
     ),
+    Format(
+        name="hdf5",
+        description="HDF5 files",
+        module="forcelab.formats.hdf5",
+        starts=(b"\x89HDF\r\n\x1a\n",),
+        columns=True,
+    ),
+    Format(
+        name="matlab",
+        description="MATLAB files (*.mat)",
+        module="forcelab.formats.matlab",
+        # Files of version 4 have no mark; they begin with the type of a variable.
+        starts=(b"MATLAB ", b"\0\0", *(bytes([kind, 0, 0, 0]) for kind in (10, 20, 30, 40, 50))),
+        columns=True,
+    ),
 )
 #: Any text might be a table; what is told by its packets wherever they start is never text.
 _LATE: Final = (

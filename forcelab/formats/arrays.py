@@ -47,7 +47,7 @@ _SAMPLE: Final = 400
 #: An array with more columns holds pictures or a map.
 MOST_COLUMNS: Final = 512
 #: An array may take as many bytes in memory, and so many times those that are stored of it.
-_ROOM, _MOST_TIMES = 2**26, 100
+ROOM, MOST_TIMES = 2**26, 100
 #: So many times the size of a file may reading it take beside a gigabyte, and beside a minute a
 #: second for so many bytes of it.
 _TIMES_SIZE, _BYTES_A_SECOND = 32, 10**7
@@ -123,7 +123,7 @@ class Array:
 
 def check_size(path: str, values: int, stored: int) -> None:
     """Refuse an array of more values than so many stored bytes can hold, before room is made."""
-    if 8 * values > (most := _ROOM + _MOST_TIMES * stored):
+    if 8 * values > (most := ROOM + MOST_TIMES * stored):
         raise InputError(
             f"{path or 'its array'} is said to hold {values:,} values, of which {stored:,} bytes "
             f"are stored; more than {most // 8:,} are not believed, so write the file again."
