@@ -58,6 +58,7 @@ _FILE = _group(
     ("open_project", "Open project…", "Ctrl+O"),
     (),
     ("import", "Import demonstrations…", "Ctrl+I", "write"),
+    ("import_labels", "Import labels…", "", "write"),
     ("export_labels", "Export labels…", "", "listed"),
     ("save", "Save (automatic)", "Ctrl+S", "project"),
     (),

@@ -314,6 +314,7 @@ class Window(DockedWindow):
             "new_project": opening.ask_new,
             "open_project": opening.ask_open,
             "import": opening.ask_import,
+            "import_labels": opening.ask_labels,
             "attach_video": self.demonstrations.ask_video,
             "note": self.demonstrations.ask_note,
             "rename": self.demonstrations.ask_name,
