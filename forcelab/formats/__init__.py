@@ -21,6 +21,7 @@ from forcelab.formats.signatures import (
     announced_kind,
     is_bag_folder,
     is_lerobot_folder,
+    label_kind,
     seems_to_be,
 )
 
@@ -160,12 +161,11 @@ def identify(path: str | os.PathLike[str]) -> Format:
                 f"recording first, then attach the video to it (forcelab attach; in the window "
                 f"File > Attach video, or a right click in the list)."
             )
-        from forcelab.formats.label_files import identify_labels  # which knows this module
-
-        if identify_labels(path, head) is not None:
+        if kind_of_labels := label_kind(head):
             raise InputError(
-                f"'{path}' holds labels, which belong to a demonstration: import the recording "
-                f"first, then its labels (forcelab labels; in the window File > Import labels)."
+                f"'{path}' looks like {kind_of_labels}, whose labels belong to a demonstration: "
+                f"import the recording first, then these (forcelab labels; in the window File > "
+                f"Import labels)."
             )
         readable = "; ".join(format_.description for format_ in all_formats())
         raise InputError(f"'{path}' looks like {kind}; what can be read: {readable}.")

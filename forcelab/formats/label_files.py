@@ -49,7 +49,6 @@ __all__ = [
     "LabelOptions",
     "LabelReport",
     "LabelSet",
-    "identify_labels",
     "importing_labels",
     "own_stem",
     "read_label_file",
@@ -229,25 +228,15 @@ def _without_ending(stem: str) -> str:
     return stem
 
 
-def identify_labels(path: Path, head: bytes) -> LabelFormat | None:
-    """Tell a label file's format by its content, which begins with `head`; None if it is none."""
-    announced = announced_kind(head)
-    for format_ in LABEL_FORMATS:
-        worthwhile = head.startswith(format_.starts) if format_.starts else not announced
-        if worthwhile and _module(format_).sniff_labels(path, head):
-            return format_
-    return None
-
-
-def _module(format_: LabelFormat) -> _Reader:
-    return cast(_Reader, import_module(format_.module))
-
-
 def _reader(path: Path) -> _Reader:
     """The module that reads a file; the error says what the file seems to be."""
     head = file_head(path)
-    if (format_ := identify_labels(path, head)) is not None:
-        return _module(format_)
+    announced = announced_kind(head)
+    for format_ in LABEL_FORMATS:
+        if head.startswith(format_.starts) if format_.starts else not announced:
+            module = cast(_Reader, import_module(format_.module))
+            if module.sniff_labels(path, head):
+                return module
     readable = "; ".join(format_.description for format_ in LABEL_FORMATS)
     raise InputError(
         f"'{path}' looks like {seems_to_be(head)} without labels; what can be read: {readable}."

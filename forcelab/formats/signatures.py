@@ -53,6 +53,13 @@ _ZIPPED: Final[tuple[tuple[bytes, str], ...]] = (
     (b".npy", "a NumPy archive"),
 )
 
+#: What the first bytes of label files of other programs hold.
+_LABELS: Final[tuple[tuple[bytes, str], ...]] = (
+    (b"<ANNOTATION_DOCUMENT", "an ELAN file"),
+    (b'"TextGrid"', "a TextGrid of Praat"),
+    (b'"behaviors_conf"', "a project of BORIS"),
+)
+
 
 def is_bag_folder(path: Path) -> bool:
     """Whether a folder is a ROS 2 bag, which is read as a file is."""
@@ -74,6 +81,12 @@ def announced_kind(head: bytes) -> str:
     if head.startswith(b"RIFF"):
         return {b"WAVE": "a WAV recording", b"AVI ": "an AVI video"}.get(head[8:12], "a RIFF file")
     return "an MP4 or QuickTime video" if head[4:8] == b"ftyp" else ""
+
+
+def label_kind(head: bytes) -> str:
+    """Which program's labels a file holds, by its first bytes; empty where they do not tell."""
+    plain = head[:4096].replace(b"\0", b"")  # of UTF-16, too
+    return next((kind for mark, kind in _LABELS if mark in plain), "")
 
 
 def seems_to_be(head: bytes) -> str:
