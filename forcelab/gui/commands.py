@@ -134,7 +134,8 @@ _PLAYBACK = _group(
     ("faster", "Faster", "+ >", "view"),
     ("normal_speed", "Normal speed", "0 Backspace", "view"),
     (),
-    ("next_camera", "Show the next camera", "F7", "view"),
+    ("next_camera", "Show the next video", "F7", "view"),
+    ("side_by_side", "Show all videos side by side", "Shift+F7", "view"),
 )
 _LABELS = _group(
     "Labels",

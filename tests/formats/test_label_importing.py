@@ -311,5 +311,5 @@ def test_labels_that_are_imported_as_a_recording_are_told_for_what_they_are(tmp_
     path.write_bytes(
         to_elan([track], (), tmp_path) if name.endswith("eaf") else to_textgrid([track], 9.0)
     )
-    with pytest.raises(InputError, match="whose labels belong to a demonstration"):
+    with pytest.raises(InputError, match="holds labels, which belong to a demonstration"):
         identify(path)
