@@ -72,15 +72,17 @@ def _covered(
 
 def _fine_shift(segments: Segments, reference: Segments, shift: float, step: float) -> float:
     """What is to be added to a shift, by the edges that lie less than ten steps apart."""
-    apart = []
-    for side in ("start", "end"):
-        edges: dict[str, list[float]] = {}
-        for segment in reference:
-            edges.setdefault(segment.action, []).append(getattr(segment, side))
-        for segment in segments:
-            times = np.array(edges.get(segment.action, ()))
-            if times.size:
-                away = times - getattr(segment, side) - shift
-                apart.append(float(away[np.argmin(np.abs(away))]))
-    close = [away for away in apart if abs(away) < 10 * step]
-    return float(np.median(close)) if close else 0.0
+    apart = [np.zeros(0)]
+    for action in {s.action for s in segments} & {s.action for s in reference}:
+        own, other = (
+            np.array([(s.start, s.end) for s in each if s.action == action])
+            for each in (segments, reference)
+        )
+        for side in (0, 1):
+            moved, known = own[:, side] + shift, other[:, side]
+            after = np.minimum(np.searchsorted(known, moved), len(known) - 1)
+            nearest = known[np.stack([np.maximum(after - 1, 0), after])] - moved
+            apart.append(np.where(abs(nearest[0]) < abs(nearest[1]), *nearest))
+    away = np.concatenate(apart)
+    close = away[abs(away) < 10 * step]
+    return float(np.median(close)) if close.size else 0.0
