@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from forcelab.labels import Segments
 
 #: Seconds between the shifts that are compared, as long as there are no more than so many.
-STEP, MOST_SHIFTS = 0.02, 1 << 18
+STEP, MOST_SHIFTS = 0.02, 1 << 17
 #: Fewer segments agree somewhere by chance.
 FEWEST = 3
 
@@ -38,7 +38,8 @@ def fit_offset(segments: Segments, reference: Segments) -> OffsetFit | None:
     start = min(segments[0].start, reference[0].start)
     length = max(segments[-1].end, reference[-1].end) - start
     step = max(STEP, 2 * length / MOST_SHIFTS)
-    count = 2 * (round(length / step) + 1)  # twice the length: no shift wraps around
+    # Twice the length: no shift wraps around; a power of two, as transforms are fast then.
+    count = 1 << (2 * round(length / step) + 2).bit_length()
     overlap = np.zeros(count)
     for action in {s.action for s in segments} & {s.action for s in reference}:
         own, other = (
