@@ -584,8 +584,8 @@ class _Importer:
         elif before and not self._replacing:
             status = "left out"
             reason = (
-                f"{author} has labels on '{info.name}' already, which differ; import them under "
-                "another name, or have them replaced (--replace)."
+                f"{author} has labels on '{info.name}' already, which differ; replace them "
+                "(--replace), or give the author in the file another name."
             )
         if not self._hidden(info, author):
             self.remarks[path] += self._better_offset(info, track)
@@ -615,8 +615,8 @@ class _Importer:
         author = track.author
         if is_model(author) or self._kinds.get(author) == "model":
             return (
-                f"'{author}' is a model, whose predictions never become labels; import them under "
-                "a coder's name."
+                f"'{author}' is a model, whose predictions never become labels; give the author in "
+                "the file a coder's name."
             )
         if self._hidden(info, author):
             return (

@@ -52,8 +52,7 @@ def fit_offset(segments: Segments, reference: Segments) -> OffsetFit | None:
     shift = (best if best < count // 2 else best - count) * step
     return OffsetFit(
         shift + _fine_shift(segments, reference, shift, step),
-        min(1.0, 2 * float(overlap[best]) / labelled),
-        min(1.0, 2 * float(overlap[0]) / labelled),
+        *np.clip(2 * overlap[[best, 0]] / labelled, 0.0, 1.0).tolist(),
     )
 
 

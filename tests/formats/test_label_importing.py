@@ -236,6 +236,16 @@ def test_a_file_that_is_none_is_told_and_the_others_are_imported(project, tmp_pa
     assert stored(project, "02", "Ann") == ANN
 
 
+def test_a_dry_run_says_what_it_would_do(project, tmp_path, capsys):
+    (tmp_path / "02.csv").write_text(to_csv([Track("Ann", ANN)]))
+    assert main(["labels", str(project), str(tmp_path / "02.csv"), "--dry-run"]) == 0
+    assert capsys.readouterr().out == (
+        "new        02  Ann  3 segments\n1 track: 1 new, 0 replaced, 0 unchanged.\n"
+        "Nothing was imported (--dry-run).\n"
+    )
+    assert stored(project, "02", "Ann") == ()
+
+
 def test_a_script_imports_as_the_command_does(project, tmp_path):
     (tmp_path / "02.csv").write_text("start,end,action\n0.25,1.5,grab\n")
     options = forcelab.LabelOptions(author="Ann", offset=0.5)
