@@ -18,7 +18,7 @@ from pathlib import Path, PureWindowsPath
 from typing import Final
 
 from forcelab.errors import InputError
-from forcelab.formats.json_values import LARGEST, JsonValue, read_json
+from forcelab.formats.json_values import GZIP, LARGEST, JsonValue, read_json
 from forcelab.formats.label_files import LabelOptions, LabelSet, own_stem
 from forcelab.formats.table_sniff import encoding_of
 from forcelab.labels import Segment, Track, means_unlabelled
@@ -89,6 +89,8 @@ class _Observation:
 
 def sniff_labels(path: Path, head: bytes) -> bool:
     """Whether a file is a project of BORIS, or a table of its events."""
+    if head.startswith(GZIP):
+        return path.name.lower().endswith(".boris.gz")
     if head.lstrip().startswith(b"{"):
         return path.suffix.lower() == ".boris" or b'"project_format_version"' in head
     text = head.decode("utf-8", "replace") if b"\0" not in head else ""
@@ -98,7 +100,7 @@ def sniff_labels(path: Path, head: bytes) -> bool:
 def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
     """Read the observations that hold events; those of one name and clock are put together."""
     with path.open("rb") as stream:
-        project = stream.read(64).lstrip().startswith(b"{")
+        project = stream.read(64).lstrip().startswith((b"{", GZIP))
     observations = _read_project(path) if project else _read_events(path)
     sets: dict[tuple[object, ...], LabelSet] = {}
     for observation in observations:

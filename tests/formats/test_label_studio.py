@@ -293,7 +293,7 @@ def test_what_cannot_be_read_is_refused_with_its_place(tmp_path, content, compla
 def test_broken_files_are_refused_in_a_sentence(tmp_path):
     whole = json.dumps([server_task((1, [region(0.5, 1.0, "grab")])), timeline(fps=25)]).encode()
     path = tmp_path / "a.json"
-    for text in (*mutated_bytes(whole, 100), *mutated_json(whole, 150)):
+    for text in (*mutated_bytes(whole, 60), *mutated_json(whole, 100)):
         path.write_bytes(text)
         try:
             read_label_file(path)
