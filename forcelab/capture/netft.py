@@ -250,10 +250,11 @@ class NetFT:
                 port.send(_REQUEST.pack(0x1234, _START, 0))
                 until = time.monotonic() + 0.5 * ANSWER_SECONDS
                 while time.monotonic() < until:
-                    records, arrived = self._receive(0.05)
-                    if self._stream.learn(records):
-                        self._last_arrival = arrived
-                        return
+                    with suppress(UnpluggedError):  # refused, as it has only begun to start
+                        records, arrived = self._receive(0.05)
+                        if self._stream.learn(records):
+                            self._last_arrival = arrived
+                            return
         except (OSError, UnicodeError) as error:
             self.close()
             raise UnpluggedError(f"The address '{self._host}' cannot be used ({error}).") from error

@@ -24,10 +24,9 @@ from numpy.typing import NDArray
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
-from forcelab.formats import file_head, naming_file
 from forcelab.formats.label_offset import fit_offset
 from forcelab.formats.output_folder import file_names
-from forcelab.formats.signatures import announced_kind, seems_to_be
+from forcelab.formats.signatures import announced_kind, file_head, naming_file, seems_to_be
 from forcelab.formats.track_text import on_samples
 from forcelab.jobs import Progress
 from forcelab.labels import (
@@ -50,6 +49,7 @@ __all__ = [
     "LabelOptions",
     "LabelReport",
     "LabelSet",
+    "identify_labels",
     "importing_labels",
     "own_stem",
     "read_label_file",
@@ -240,15 +240,25 @@ def _without_ending(stem: str) -> str:
     return stem
 
 
+def identify_labels(path: Path, head: bytes) -> LabelFormat | None:
+    """Tell a label file's format by its content, which begins with `head`; None if it is none."""
+    announced = announced_kind(head)
+    for format_ in LABEL_FORMATS:
+        worthwhile = head.startswith(format_.starts) if format_.starts else not announced
+        if worthwhile and _module(format_).sniff_labels(path, head):
+            return format_
+    return None
+
+
+def _module(format_: LabelFormat) -> _Reader:
+    return cast(_Reader, import_module(format_.module))
+
+
 def _reader(path: Path) -> _Reader:
     """The module that reads a file; the error says what the file seems to be."""
     head = file_head(path)
-    announced = announced_kind(head)
-    for format_ in LABEL_FORMATS:
-        if head.startswith(format_.starts) if format_.starts else not announced:
-            module = cast(_Reader, import_module(format_.module))
-            if module.sniff_labels(path, head):
-                return module
+    if (format_ := identify_labels(path, head)) is not None:
+        return _module(format_)
     readable = "; ".join(format_.description for format_ in LABEL_FORMATS)
     raise InputError(
         f"'{path}' looks like {seems_to_be(head)} without labels; what can be read: {readable}."
@@ -625,8 +635,8 @@ class _Importer:
         offset = self._options.offset + best.offset
         return [
             f"Moved by {best.offset:+.3f} s, the labels of {track.author} would agree with those "
-            f"of {best_author} in {best.agreement:.0%} of the labelled time instead of "
-            f"{best.before:.0%} (--offset {offset:.3f})."
+            f"of {best_author} in {100 * best.agreement:.0f} % of the labelled time instead of "
+            f"{100 * best.before:.0f} % (--offset {offset:.3f})."
         ]
 
 
@@ -642,7 +652,12 @@ def _on_force_clock(
         video = demonstration.videos[names.index(name) if shared else 0]
         clock, origin = video.clock, labels.media[name]
         if clock != ClockMap():
-            remark = f"Its times were carried from '{name}' onto the forces by the video's clock."
+            remark = "Its times were carried onto the forces by the video's clock."
+            if not shared:
+                remark = (
+                    f"'{name}' was taken for the video of '{demonstration.name}', by whose clock "
+                    "times were carried onto the forces."
+                )
     tracks = []
     for track in labels.tracks:
         edges = np.array([(s.start, s.end) for s in track.segments]).reshape(-1, 2)

@@ -52,6 +52,7 @@ from forcelab.cli.options import PROJECT, UsageError, add_json, add_task
 from forcelab.cli.output import json_text, printable, table
 from forcelab.cli.project_hints import hint_at_new_names
 from forcelab.errors import InputError
+from forcelab.live.label_outlet import LabelOutlet
 from forcelab.live.recognition import LATENCY, ClosedSegment, LiveRecognition
 from forcelab.project import Project
 from forcelab.recognition.storage import load_recogniser
@@ -250,6 +251,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=float,
         help="delay of labels behind the forces; the longer, the better they are (0.3)",
     )
+    parser.add_argument(
+        "--lsl-out",
+        metavar="NAME",
+        help="send the labels to the Lab Streaming Layer as well: the stream NAME has the action "
+        "when it changes, 'NAME probabilities' those of all",
+    )
     mode = parser.add_mutually_exclusive_group()
     mode.add_argument("--list", action="store_true", help="show what is plugged in")
     mode.add_argument(
@@ -285,6 +292,8 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--seconds must be positive, not {arguments.seconds:g}.")
     if arguments.latency is not None and arguments.recogniser is None:
         raise UsageError("--latency is that of a recogniser; name one with --recogniser FILE.")
+    if arguments.lsl_out is not None and arguments.recogniser is None:
+        raise UsageError("--lsl-out sends what a recogniser says; name one with --recogniser FILE.")
 
 
 def _record(arguments: argparse.Namespace) -> int:
@@ -296,8 +305,9 @@ def _record(arguments: argparse.Namespace) -> int:
     with _naming_journal(recorder), recorder:
         if recogniser is not None:
             latency = LATENCY if arguments.latency is None else arguments.latency
-            name = arguments.recogniser.stem
-            live = LiveRecognition(recogniser, name, latency, recorder, devices)
+            name, stream = arguments.recogniser.stem, arguments.lsl_out
+            outlet = LabelOutlet(stream, recogniser.actions) if stream else None
+            live = LiveRecognition(recogniser, name, latency, recorder, devices, outlet)
         _ready(arguments.project)
         for sentence in _warnings(devices, live):
             _print_notice(sentence)
