@@ -13,7 +13,7 @@ import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import accumulate
+from itertools import islice
 from pathlib import Path, PureWindowsPath
 from typing import Final
 
@@ -94,7 +94,7 @@ def sniff_labels(path: Path, head: bytes) -> bool:
     if head.lstrip().startswith(b"{"):
         return path.suffix.lower() == ".boris" or b'"project_format_version"' in head
     text = head.decode("utf-8", "replace") if b"\0" not in head else ""
-    return _find_header(text.splitlines()[:_PREAMBLE]) is not None
+    return _find_header(text) is not None
 
 
 def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
@@ -177,10 +177,14 @@ def _find_media(observation: _Observation, content: JsonValue) -> None:
 def _add_media(
     observation: _Observation, names: Sequence[str], durations: Sequence[float], offset: float
 ) -> None:
-    starts = accumulate(durations, initial=0.0)
-    for name, start in zip(names, starts, strict=False):
+    """Files that follow each other in a player, as far as is known when they begin."""
+    start = 0.0
+    for name, duration in zip(names, durations, strict=False):
         # A path may be of another system.
         observation.media.setdefault(PureWindowsPath(name).name, 0.0 - start - offset)
+        if not duration:
+            break
+        start += duration
 
 
 def _read_events(path: Path) -> list[_Observation]:
@@ -193,7 +197,7 @@ def _read_events(path: Path) -> list[_Observation]:
         text = content.decode(encoding_of(path))
     except UnicodeDecodeError as error:
         raise InputError(f"'{path}' is no text ({error}); export it from BORIS again.") from error
-    found = _find_header(text.splitlines()[:_PREAMBLE])
+    found = _find_header(text)
     if found is None:
         raise InputError(f"'{path}' has no header of BORIS' events; export it from BORIS again.")
     separator, names = found
@@ -283,7 +287,6 @@ def _describe(observation: _Observation, where: str, row: Mapping[str, str]) -> 
     names = files.split(";") if files else []
     lengths = [float(cell) if _NUMBER.fullmatch(cell) else 0.0 for cell in durations.split(";")]
     if len(lengths) != len(names):
-        names = names[:1]  # when a second one begins is not known
         lengths = [0.0] * len(names)
     _add_media(observation, names, lengths, 0.0)
     if names and all(lengths):
@@ -306,11 +309,11 @@ def _seconds(where: str, row: Mapping[str, str], name: str) -> float:
     return float(cell)
 
 
-def _find_header(rows: Iterable[str]) -> tuple[str, list[str]] | None:
+def _find_header(text: str) -> tuple[str, list[str]] | None:
     """The separator and the names, in lower case, of a table of events."""
-    for row in rows:
+    for row in islice(io.StringIO(text, newline=None), _PREAMBLE):
         for separator in "\t,;":
-            if row.count(separator) < 3 or "Behavio" not in row:
+            if row.count(separator) < 3 or "Behavio" not in row or len(row) > 1 << 16:
                 continue
             names = _names(next(csv.reader([row], delimiter=separator), []))
             known = {"behaviour" if name == "behavior" else name for name in names}

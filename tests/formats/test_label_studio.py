@@ -266,6 +266,30 @@ def test_minimal_json_is_a_record_for_each_annotation(tmp_path):
     assert forces == LabelSet("pull-8", (Track("Kim", (Segment(1.0, 2.0, "hold"),)),))
 
 
+def test_tasks_without_a_file_are_called_by_their_numbers(tmp_path):
+    inline = {"ts": {"time": [0, 1], "fx": [0.0, 0.1]}}
+    tasks = [server_task((1, [region(0, i, "a")]), data=inline) for i in (1, 2)]
+    assert [labels.name for labels in read(tmp_path, tasks)] == ["task 1", "task 2"]
+    (labels,) = read(tmp_path, tasks[:1])
+    assert labels.name == "project-3-at-2026-11-27"
+
+
+@pytest.mark.parametrize(
+    ("address", "name"),
+    [
+        ("/data/upload/3/0a1b2c3d-my%20pull.mp4", "my pull"),
+        ("/data/local-files/?d=films/a%2Fmy%20pull.mp4", "my pull"),
+        ("https://lab.org/films/my%20pull.mp4?token=3", "my pull"),
+        ("s3://films/my pull.mp4", "my pull"),
+        ("C:\\films\\my pull.mp4", "my pull"),
+    ],
+)
+def test_addresses_of_any_kind_name_a_demonstration(tmp_path, address, name):
+    task = server_task((1, [region(0, 1, "a")]), data={"note": "x", "film": address})
+    (labels,) = read(tmp_path, task)
+    assert labels.name == name
+
+
 def timeline(**data):
     value = {"ranges": [{"start": 2, "end": 5}], "timelinelabels": ["grab"]}
     task = server_task((1, [{"type": "timelinelabels", "value": value}]))
@@ -280,7 +304,7 @@ def timeline(**data):
         ([server_task((1, [region("2026-11-27 10:00", "2026", "a")]))], "no number of seconds"),
         ([server_task((1, [region(None, 2, "a")]))], "'start' is missing where a number"),
         ([server_task((1, [region(0, 2, "a"), region(1, 3, "b")]))], "1: Segments .* overlap"),
-        ([server_task((1, [region(2, 1, "a")]))], "must end after it starts"),
+        ([server_task((1, [region(2, 1, "a")]))], "'annotations', 1: A segment must end after"),
         ([server_task()], "holds no label"),
         ([server_task(), 7], "task 2 is 7 where an object is expected"),
     ],
