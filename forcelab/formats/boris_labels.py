@@ -138,7 +138,7 @@ def _read_project(path: Path) -> list[_Observation]:
             continue
         observation.offset = content.member("time offset").number(0.0)
         _find_media(observation, content)
-        begun: dict[tuple[str, ...], float] = {}
+        open_states: dict[tuple[str, ...], float] = {}
         for event in events:
             values = event.items()
             if len(values) < 3:
@@ -151,12 +151,12 @@ def _read_project(path: Path) -> list[_Observation]:
                 observation.left_out["point event"] += 1
                 continue
             time, key = values[0].number(), (subject, code, modifiers)
-            if key not in begun:
-                begun[key] = time
+            if key not in open_states:
+                open_states[key] = time
                 continue
             action = _action(observation, code, modifiers.split("|"))
-            observation.add(event.where, subject, action, begun.pop(key), time)
-        for (_, code, _), start in begun.items():
+            observation.add(event.where, subject, action, open_states.pop(key), time)
+        for (_, code, _), start in open_states.items():
             raise _unpaired(content.where, code, start, "stops")
     return observations
 
@@ -203,7 +203,7 @@ def _read_events(path: Path) -> list[_Observation]:
     separator, names = found
     preamble: dict[str, str] = {}
     observations: dict[str, _Observation] = {}
-    begun: dict[tuple[str, ...], tuple[str, float]] = {}
+    open_states: dict[tuple[str, ...], tuple[str, float]] = {}
     header_seen = False
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
     try:
@@ -215,10 +215,10 @@ def _read_events(path: Path) -> list[_Observation]:
                     preamble.setdefault(cells[0].casefold(), cells[1])
             elif any(cells):
                 where = f"'{path}', line {reader.line_num}"
-                _read_event(path, where, names, cells, preamble, observations, begun)
+                _read_event(path, where, names, cells, preamble, observations, open_states)
     except csv.Error as error:
         raise InputError(f"'{path}', line {reader.line_num}: {error}; export it again.") from error
-    for (_, _, code, _), (where, start) in begun.items():
+    for (_, _, code, _), (where, start) in open_states.items():
         raise _unpaired(where, code, start, "stops")
     return list(observations.values())
 
@@ -230,7 +230,7 @@ def _read_event(
     cells: Sequence[str],
     preamble: Mapping[str, str],
     observations: dict[str, _Observation],
-    begun: dict[tuple[str, ...], tuple[str, float]],
+    open_states: dict[tuple[str, ...], tuple[str, float]],
 ) -> None:
     """Take one row of a table of events."""
     if len(cells) < len(names):
@@ -261,10 +261,10 @@ def _read_event(
         observation.add(where, subject, action, start, end)
         return
     time, key = _seconds(where, row, "time"), (id_, subject, code, "|".join(modifiers))
-    if kind == "START" and key not in begun:
-        begun[key] = where, time
-    elif kind == "STOP" and key in begun:
-        observation.add(where, subject, action, begun.pop(key)[1], time)
+    if kind == "START" and key not in open_states:
+        open_states[key] = where, time
+    elif kind == "STOP" and key in open_states:
+        observation.add(where, subject, action, open_states.pop(key)[1], time)
     elif kind in ("START", "STOP"):
         raise _unpaired(where, code, time, "starts" if kind == "STOP" else "stops")
     else:

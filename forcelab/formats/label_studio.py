@@ -154,8 +154,8 @@ def interface(
     used = dict.fromkeys(
         action
         for task in tasks
-        for made in (*task["annotations"], *task["predictions"])
-        for region in made["result"]
+        for author in (*task["annotations"], *task["predictions"])
+        for region in author["result"]
         for action in region["value"][region["type"]]
     )
     view = ET.Element("View")
@@ -212,16 +212,17 @@ def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
             labels.add(author, _minimal_regions(task), data, task)
             continue
         for key in ("annotations", "completions"):
-            for made in task.member(key).items():
-                if made.member("was_cancelled").value or made.member("skipped").value:
+            for annotation in task.member(key).items():
+                if annotation.member("was_cancelled").value or annotation.member("skipped").value:
                     labels.left_out["skipped annotation"] += 1
                     continue
-                results = made.member("result").items()
-                author = _author(results, _person(made.member("completed_by"), options))
+                results = annotation.member("result").items()
+                author = _author(results, _person(annotation.member("completed_by"), options))
                 regions = [(r.member("type").text(), r.member("value")) for r in results]
-                labels.add(author, regions, data, made)
+                labels.add(author, regions, data, annotation)
         labels.left_out["prediction"] += sum(
-            len(made.member("result").items()) for made in task.member("predictions").items()
+            len(prediction.member("result").items())
+            for prediction in task.member("predictions").items()
         )
     return [labels.finish() for labels in sets.values()]
 
@@ -232,7 +233,7 @@ class _TaskLabels:
     def __init__(self, name: str) -> None:
         self.name = name
         self.left_out: Counter[str] = Counter()
-        self._tracks: dict[str, tuple[str, Track]] = {}  # with when it was made
+        self._tracks: dict[str, tuple[str, Track]] = {}  # with when it was updated
         self._media: dict[str, float] = {}
         self._resolution = 1e-6
 
@@ -241,7 +242,7 @@ class _TaskLabels:
         author: str,
         regions: Sequence[tuple[str, JsonValue]],
         data: JsonValue,
-        made: JsonValue,
+        annotation: JsonValue,
     ) -> None:
         """Take an annotation; of several by one author the latest."""
         segments = []
@@ -266,8 +267,8 @@ class _TaskLabels:
         try:
             track = Track(author, tuple(Segment(*segment) for segment in segments))
         except InputError as error:
-            raise InputError(f"{made.where}: {error} Mend it in Label Studio.") from error
-        when = made.member("updated_at").value or made.member("created_at").value or ""
+            raise InputError(f"{annotation.where}: {error} Mend it in Label Studio.") from error
+        when = annotation.member("updated_at").value or annotation.member("created_at").value or ""
         before = self._tracks.get(author)
         if before is not None:
             self.left_out["earlier annotation"] += 1

@@ -83,8 +83,8 @@ def test_forces_are_a_time_series_with_annotations_and_predictions(project):
     assert [channel.get("column") for channel in series] == header[1:]
     labels = view.find("TimeSeriesLabels")
     assert [label.get("value") for label in labels] == ["grab", "hold, firmly", "slip"]
-    for made in (*task["annotations"], *task["predictions"]):
-        for region in made["result"]:
+    for author in (*task["annotations"], *task["predictions"]):
+        for region in author["result"]:
             assert (region["from_name"], region["to_name"]) == (labels.get("name"), "forces")
     predicted = task["predictions"][0]
     assert predicted["model_version"] == MODEL
@@ -182,7 +182,7 @@ def region(start, end, *labels, note=None):
 
 def server_task(*annotations, **changes):
     """A task as the server exports it."""
-    made = [
+    annotations = [
         {
             "id": i,
             "completed_by": who,
@@ -193,7 +193,7 @@ def server_task(*annotations, **changes):
         for i, (who, result) in enumerate(annotations)
     ]
     data = {"csv": "/data/upload/3/0a1b2c3d-pull-7.csv"}
-    return {"id": 5, "annotations": made, "predictions": [], "data": data, **changes}
+    return {"id": 5, "annotations": annotations, "predictions": [], "data": data, **changes}
 
 
 def read(tmp_path, content, **options):
