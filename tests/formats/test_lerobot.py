@@ -235,6 +235,21 @@ def test_a_second_export_changes_only_what_was_labelled_anew(tmp_path):
     }
 
 
+def test_a_number_without_a_name_gets_no_other_ones(tmp_path):
+    # Their tools keep the numbers, and not the table.
+    folder = tmp_path / "pen"
+    write_dataset(folder)
+    project = imported(folder)
+    label(project, GRABS)
+    assert export(project, folder) == 0
+    (folder / "meta/subtasks.parquet").unlink()
+    assert not any(recording.tracks for recording in read(folder))
+    label(project, (Segment(0.0, 0.2, "pull"),), names=["pen-0"])
+    assert export(project, folder, "--demo", "pen-0") == 0
+    assert labels_of(0, folder) == ["pull"] * 6 + ["unlabelled"] * 6
+    assert labels_of(1, folder) == ["unlabelled"] * 15
+
+
 def test_the_labels_of_one_coder_are_written(tmp_path, capsys):
     folder = tmp_path / "pen"
     write_dataset(folder)
