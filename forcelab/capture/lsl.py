@@ -24,6 +24,7 @@ from forcelab.capture.serial_port import GATHER_SECONDS
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
+from forcelab.text import counted
 
 #: Seconds in which all streams of the network answer.
 SEARCH_SECONDS = 1.0
@@ -33,8 +34,10 @@ ANSWER_SECONDS = 3.0
 FARTHEST_STAMP = 60.0
 #: Samples that are read at once at most.
 CHUNK = 4096
-#: Channels of one stream that a recording has room for.
-MOST_CHANNELS = 1024
+#: Values a second, and samples a second of a stream without a rate, that views have room for.
+MOST_VALUES, UNKNOWN_RATE = 250_000, 1000.0
+#: Seconds of samples that wait while this computer is busy.
+WAITING_SECONDS = 60
 #: NumPy's names of liblsl's numeric formats, by their numbers; the third is text.
 FORMATS: Final = {1: "f4", 2: "f8", 4: "i4", 5: "i2", 6: "i1", 7: "i8"}
 #: Units as streams spell them out, and as channels have them.
@@ -61,8 +64,8 @@ class FoundStream:
     def description(self) -> str:
         """In words."""
         rate = f"{self.rate:g} Hz" if self.rate > 0 else "no rate"
-        what = f"LSL {self.content}" if self.content else "LSL"
-        return f"{what}, {self.channels} channels, {rate}, from {self.host}"
+        parts = (self.content, counted(self.channels, "channel"), rate, self.host)
+        return _one_line(", ".join(part for part in parts if part))
 
 
 def find_streams() -> tuple[FoundStream, ...]:
@@ -168,8 +171,8 @@ class LslStream:
         try:
             info = self._connect(SEARCH_SECONDS)
             self.channels = _channels(info)
-            self.rate = info.nominal_srate()
-            self.holds = not self.rate > 0
+            self.rate = max(info.nominal_srate(), 0.0)
+            self.holds = self.rate == 0
             _, stamp = self._inlet.pull_sample(0.0 if self.holds else ANSWER_SECONDS)
         except UnpluggedError as error:
             raise InputError(str(error)) from error
@@ -191,7 +194,7 @@ class LslStream:
             info = self._connect(0.5 * SEARCH_SECONDS)
         except _errors() as error:
             raise UnpluggedError(f"{self.name} is not back yet.") from error
-        if _channels(info) != self.channels or info.nominal_srate() != self.rate:
+        if _channels(info) != self.channels or max(info.nominal_srate(), 0.0) != self.rate:
             self.close()
             raise InputError(f"{self.name} has other channels or another rate; connect it anew.")
 
@@ -247,6 +250,7 @@ class LslStream:
         pylsl = _pylsl()
         inlet = pylsl.StreamInlet(
             self._choose(_resolve(seconds)),
+            max_buflen=WAITING_SECONDS,
             recover=False,  # a lost stream is told, and waited for here
             processing_flags=pylsl.proc_clocksync | self._dejitter * pylsl.proc_dejitter,
         )
@@ -280,9 +284,11 @@ class LslStream:
             raise InputError(
                 f"{self.name} sends texts, such as markers; only numbers are recorded."
             )
-        if info.channel_count() > MOST_CHANNELS:
+        number = info.channel_count() * (info.nominal_srate() or UNKNOWN_RATE)
+        if not number <= MOST_VALUES:
             raise InputError(
-                f"{self.name} has {info.channel_count()} channels; at most {MOST_CHANNELS} are "
+                f"{self.name} states {info.channel_count()} channels at "
+                f"{info.nominal_srate():g} Hz; no more than {MOST_VALUES:,} values a second are "
                 f"recorded."
             )
         return info
@@ -295,12 +301,13 @@ def _errors() -> tuple[type[Exception], ...]:
 
 
 def _channels(info: Any) -> tuple[Channel, ...]:
-    """Names and units by a stream's description, numbered where it has none."""
-    channels = []
+    """Names and units by a stream's description; without names, the stream's with numbers."""
+    stream, count, channels = _one_line(info.name()), info.channel_count(), []
     element = info.desc().child("channels").child("channel")
-    for number in range(1, info.channel_count() + 1):
+    for number in range(1, count + 1):
         name, unit = (_one_line(element.child_value(key)) for key in ("label", "unit"))
-        channels.append(Channel(name or f"channel {number}", UNITS.get(unit.lower(), unit)))
+        name = name or (f"{stream} {number}" if count > 1 else stream)
+        channels.append(Channel(name, UNITS.get(unit.lower(), unit)))
         element = element.next_sibling("channel")
     return tuple(channels)
 

@@ -187,7 +187,8 @@ def add_column_options(parser: argparse.ArgumentParser) -> None:
         metavar="COL",
         action="append",
         default=[],
-        help="name or number of a column to leave out; may be repeated",
+        help="name or number of a column to leave out; in a ROS bag /topic or /topic.field; may be "
+        "repeated",
     )
     parser.add_argument(
         "--signal",

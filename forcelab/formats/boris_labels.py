@@ -12,7 +12,7 @@ import io
 import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import accumulate
 from pathlib import Path, PureWindowsPath
 from typing import Final
@@ -24,6 +24,9 @@ from forcelab.formats.table_sniff import encoding_of
 from forcelab.labels import Segment, Track, means_unlabelled
 from forcelab.text import counted
 
+#: BORIS rounds all times to milliseconds when it opens a project: half of one, and what arithmetic
+#: adds.
+RESOLUTION: Final = 0.51e-3
 _OBSERVERS: Final = ("observer", "coder", "rater", "annotator", "author")
 #: Lines in which the header is looked for; BORIS 7 has the observation above it.
 _PREAMBLE: Final = 200
@@ -81,7 +84,7 @@ class _Observation:
             for what, number in self.left_out.items()
         )
         remarks = (*dict.fromkeys(self.remarks), *left_out)
-        return LabelSet(name, tracks, self.duration, remarks, self.media)
+        return LabelSet(name, tracks, self.duration, remarks, self.media, RESOLUTION)
 
 
 def sniff_labels(path: Path, head: bytes) -> bool:
@@ -104,7 +107,7 @@ def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
         if (known := sets.get(key)) is not None:
             remarks = tuple(dict.fromkeys((*known.remarks, *labels.remarks)))
             tracks = (*known.tracks, *labels.tracks)
-            labels = LabelSet(labels.name, tracks, labels.duration, remarks, labels.media)
+            labels = replace(labels, tracks=tracks, remarks=remarks)
         sets[key] = labels
     return list(sets.values())
 

@@ -39,7 +39,7 @@ class ReadOptions:
         Name or 1-based number of the column in which a device counts its samples, `rate` of them a
         second, in place of stamps; one that is plain to see is found by itself.
     leave_out : tuple of str
-        Names or 1-based numbers of columns that become no channels.
+        Names or 1-based numbers of columns that become no channels; of a bag fields and topics.
     signals : tuple of str
         Names or 1-based numbers of columns that are channels, whatever they look like.
     videos : bool
@@ -56,8 +56,8 @@ class ReadOptions:
     episodes : tuple of int
         The episodes of a dataset that are read, by number; all by default.
     unpack : Path, optional
-        Folder for videos that are packed inside a file, there as long as they are needed; without
-        one they are left out.
+        Folder for videos that are packed inside a file, or written of its pictures, there as long
+        as they are needed; without one they are left out.
 
     Raises
     ------
@@ -161,3 +161,4 @@ class ColumnUse:
     use: Use  #: a counter is no signal; where there are no times it stands in for them
     cells: tuple[str, ...]  #: the first ones, as they stand in the file
     choices: tuple[Use, ...] = ANY_USE  #: what it can be made
+    size: str = ""  #: rows and columns of what is an array

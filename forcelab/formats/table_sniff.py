@@ -29,7 +29,7 @@ MISSING = (
     | {"1.#ind", "-1.#ind", "1.#inf", "-1.#inf"}
 )
 
-_POINT_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
+_POINT_NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 _COMMA_NUMBER = re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 
 #: ISO 8601 date and time, one with its day first and points (31.05.2024 12:00:00), or a time of the
@@ -456,11 +456,11 @@ def _first_blank(rows: Sequence[str], first: int) -> int | None:
     return next((k for k in range(first, len(rows)) if not rows[k].strip(" ,;\t\r")), None)
 
 
-def detect(rows: Sequence[str]) -> Dialect | None:
+def detect(rows: Sequence[str], separators: Sequence[str | None] = _SEPARATORS) -> Dialect | None:
     """The separator and decimal mark that explain most cells as numbers or stamps, if any do."""
     best: tuple[tuple[int, int], Dialect] | None = None
-    for separator in _SEPARATORS:
-        if separator and not any(separator in row for row in rows):
+    for separator in separators:
+        if separator and len(separators) > 1 and not any(separator in row for row in rows):
             continue
         if separator is None and best and best[1].separator == "\t":
             continue  # blanks between tabs are in names and labels
@@ -573,7 +573,9 @@ def _first_decimal_mark(path: Path, encoding: str, skip: int) -> str:
     return "."
 
 
-def find_layout(rows: Sequence[Line]) -> Layout | None:
+def find_layout(
+    rows: Sequence[Line], separators: Sequence[str | None] = _SEPARATORS
+) -> Layout | None:
     """Find preamble, header and columns in a file's first lines; None without rows of numbers.
 
     Data starts at the first row that is as wide as most and holds more numbers than words where
@@ -585,7 +587,7 @@ def find_layout(rows: Sequence[Line]) -> Layout | None:
     plain = [row for row in rows if not is_comment(row[1])]
     ends = [k for k, (_, text) in enumerate(plain) if text.startswith(_LABVIEW_END)]
     # The numbers in LabVIEW's headers tell nothing of the rows below.
-    dialect = detect([text for _, text in plain[ends[-1] + 1 if ends else 0 :]])
+    dialect = detect([text for _, text in plain[ends[-1] + 1 if ends else 0 :]], separators)
     if dialect is None:
         return None
     table = dialect.split([text for _, text in plain])

@@ -326,9 +326,9 @@ class ImportDialog(QDialog):
         self._pick = QPushButton("Choose files…")
         self._pick.clicked.connect(self._choose)
         kinds = (
-            "Recordings, chosen or dropped here: tables (CSV, TSV, Parquet), ROS bags, LeRobot "
-            "datasets (the folder, or its meta/info.json), raw OptoForce dumps, *.pdl, archives of "
-            "projects"
+            "Recordings, chosen or dropped here: tables (CSV, TSV, Parquet, Excel), arrays (NumPy, "
+            "MATLAB, HDF5), ROS bags, LeRobot datasets (the folder, or its meta/info.json), XDF, "
+            "C3D, TDMS, raw OptoForce dumps, *.pdl, archives of projects"
         )
         label = QLabel(kinds)
         label.setWordWrap(True)

@@ -24,7 +24,13 @@ import forcelab.formats.importing  # noqa: F401 - so that no child has to
 from tests.formats import column_files
 
 campaign.MEMORY = 2**30
-KINDS = {"parquet": column_files.whole_arrow}
+KINDS = {
+    "parquet": column_files.whole_arrow,
+    "excel": column_files.whole_workbooks,
+    "xdf": column_files.whole_xdf,
+    "c3d": column_files.whole_c3d,
+    "tdms": column_files.whole_tdms,
+}
 
 
 def change_member(file: Path, chance: random.Random) -> None:

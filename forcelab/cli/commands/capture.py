@@ -7,10 +7,11 @@ is a gap. Each camera gives a video of its name, on the same clock.
 
 A device is KIND:PORT?OPTION=VALUE&... with the kinds optoforce (rate, filter,
 calibration, serial), text (baud, rate) and encoder (scale, unit, channel, rate,
-reverse); without PORT the only one of its kind. lsl:NAME (source, dejitter) is a stream
-of the Lab Streaming Layer, by the stamps of its sender. replay:PROJECT (demonstration,
-loop) plays a recording as a device, over and over unless loop=no. In a PORT or VALUE
-write & as %26, ? as %3F and % as %25.
+reverse); without PORT the only one of its kind. netft:ADDRESS is an ATI Net F/T (force,
+torque: counts a N and a Nm, where its page does not say; rate). lsl:NAME (source,
+dejitter) is a stream of the Lab Streaming Layer, by the stamps of its sender.
+replay:PROJECT (demonstration, loop) plays a recording as a device, over and over unless
+loop=no. In a PORT or VALUE write & as %26, ? as %3F and % as %25.
 
 for example:
   forcelab capture --list
@@ -51,6 +52,7 @@ from forcelab.cli.options import PROJECT, UsageError, add_json, add_task
 from forcelab.cli.output import json_text, printable, table
 from forcelab.cli.project_hints import hint_at_new_names
 from forcelab.errors import InputError
+from forcelab.live.label_outlet import LabelOutlet
 from forcelab.live.recognition import LATENCY, ClosedSegment, LiveRecognition
 from forcelab.project import Project
 from forcelab.recognition.storage import load_recogniser
@@ -249,6 +251,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=float,
         help="delay of labels behind the forces; the longer, the better they are (0.3)",
     )
+    parser.add_argument(
+        "--lsl-out",
+        metavar="NAME",
+        help="send the labels to the Lab Streaming Layer as well: the stream NAME has the action "
+        "when it changes, 'NAME probabilities' those of all",
+    )
     mode = parser.add_mutually_exclusive_group()
     mode.add_argument("--list", action="store_true", help="show what is plugged in")
     mode.add_argument(
@@ -284,6 +292,8 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--seconds must be positive, not {arguments.seconds:g}.")
     if arguments.latency is not None and arguments.recogniser is None:
         raise UsageError("--latency is that of a recogniser; name one with --recogniser FILE.")
+    if arguments.lsl_out is not None and arguments.recogniser is None:
+        raise UsageError("--lsl-out sends what a recogniser says; name one with --recogniser FILE.")
 
 
 def _record(arguments: argparse.Namespace) -> int:
@@ -295,8 +305,9 @@ def _record(arguments: argparse.Namespace) -> int:
     with _naming_journal(recorder), recorder:
         if recogniser is not None:
             latency = LATENCY if arguments.latency is None else arguments.latency
-            name = arguments.recogniser.stem
-            live = LiveRecognition(recogniser, name, latency, recorder, devices)
+            name, stream = arguments.recogniser.stem, arguments.lsl_out
+            outlet = LabelOutlet(stream, recogniser.actions) if stream else None
+            live = LiveRecognition(recogniser, name, latency, recorder, devices, outlet)
         _ready(arguments.project)
         for sentence in _warnings(devices, live):
             _print_notice(sentence)

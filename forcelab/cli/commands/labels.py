@@ -1,20 +1,28 @@
 """Import labels from other programs onto demonstrations that are in a project.
 
-Read are: tables (CSV, TSV) of start, end, action and perhaps author, as 'forcelab
-export' writes them; label tracks of Audacity. A file belongs to the demonstration of
-its name ('task - name' where several have it; 'name - author' names the author, too):
-exactly, else whatever the case and suffix. Where several fit, the one as long as the
-labels decides; else choose it with --demo.
+Read are tables (CSV, TSV) of start, end, action and perhaps author, as 'forcelab
+export' writes them; label tracks of Audacity; projects of BORIS (*.boris), and its
+tabular and aggregated events as CSV or TSV; annotations of Label Studio (JSON,
+JSON-MIN); ELAN files (*.eaf), EAF 2.7 to 3.0; TextGrids of Praat. Tiers of the last two
+are authors, called by their annotator or else as the tier; annotations without text are
+unlabelled. With --tiers actions each tier is an action, and those of one annotator make
+one track. Annotations without times of their own, and points, are left out, which is
+said.
+A file belongs to the demonstration of its name or its media's ('task - name' where
+several have that name; 'name - author' tells the author, too): exactly, else whatever
+the case and suffix. Where several fit, the one as long as the labels counts; else
+choose with --demo.
 Each author's labels become a track. Actions that the task lacks are added to it. What
 an author has labelled already stays, unless --replace is given: then one edit replaces
-it, which can be undone; edges that the file only rounds stay as they are. Labels that
-are equal are unchanged. What lies beyond the demonstration, overlaps or belongs
-nowhere is left out with a sentence, and the exit status is then 1.
-Times are seconds from the start of the forces; --offset is added to them. Where labels
-agree much better with other labels of the demonstration at another offset, it is told.
+it, which can be undone, and edges that the file only rounds stay as they are. Equal
+labels are unchanged. What lies beyond the demonstration, overlaps or belongs nowhere is
+left out with a sentence, and the exit status is then 1.
+Times are seconds from the start of the forces; in an ELAN file that was made on a
+video, its times, which its clock carries over. --offset is added. Where labels agree
+much better with other labels of the demonstration at another offset, that is told.
 
 for example:
-  forcelab labels lab.forcelab corrected/*.csv --replace
+  forcelab labels lab.forcelab corrected/*.eaf --replace
   forcelab labels lab.forcelab ines.txt --demo pull-03 --author Ines --dry-run
 """
 
@@ -39,6 +47,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         parser, "author of the labels in files that name none (default: coder)", default="coder"
     )
     parser.add_argument(
+        "--tiers",
+        choices=("authors", "actions"),
+        default="authors",
+        help="what the tiers of ELAN and Praat are (authors)",
+    )
+    parser.add_argument(
         "--demo", metavar="NAME", help="the demonstration, whatever the file is called"
     )
     parser.add_argument(
@@ -55,7 +69,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Import the labels and print the result; gives 1 where something was left out."""
-    options = LabelOptions(author=arguments.author, offset=arguments.offset)
+    options = LabelOptions(arguments.author, arguments.tiers, arguments.offset)
     with hint_at_new_names(arguments.project), progress_bar() as watch:
         job = importing_labels(
             arguments.project,

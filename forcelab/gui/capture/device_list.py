@@ -173,8 +173,9 @@ class DeviceList(QWidget):
         self.entry = QLineEdit()
         self.entry.setPlaceholderText("optoforce:PORT?calibration=FILE")
         self.entry.setToolTip(
-            "A device by its name: optoforce:PORT, text:PORT, encoder:PORT, lsl:STREAM or "
-            "replay:PROJECT with options behind a question mark; or camera:NUMBER. Return adds it."
+            "A device by its name: optoforce:PORT, text:PORT, encoder:PORT, netft:ADDRESS, "
+            "lsl:STREAM or replay:PROJECT with options behind a question mark; or camera:NUMBER. "
+            "Return adds it."
         )
         self.entry.setAccessibleName("Add a device by its name")
         self.entry.returnPressed.connect(self._add_entry)

@@ -144,7 +144,7 @@ def test_a_stream_of_the_network_is_found_and_ticked_again_and_recorded(
     with sending("forces"):
         devices.refresh()
         until(lambda: devices.devices == ("lsl:forces",))
-        assert "LSL Force, 2 channels, 500 Hz" in devices.rows.item(0).text()
+        assert "Force, 2 channels, 500 Hz" in devices.rows.item(0).text()
         page.next_recording.task.setCurrentText("LEGO")
         page.connect_button.click()
         until(lambda: page.controller.phase is CaptureState.READY)

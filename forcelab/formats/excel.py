@@ -1,0 +1,225 @@
+"""Excel workbooks: each sheet that holds a table is a demonstration.
+
+A sheet is read as the text that it would be as CSV, so that headers, units, times and labels are
+found by the same rules (:mod:`~forcelab.formats.table`).
+"""
+
+from __future__ import annotations
+
+import warnings
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from datetime import datetime, time, timedelta
+from itertools import chain, islice
+from pathlib import Path
+from typing import Any, Final
+
+from forcelab.errors import InputError
+from forcelab.extras import load_extra
+from forcelab.formats.label_tables import is_label_table
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.formats.table import make_recording, preview_layout, read_rows
+from forcelab.formats.table_columns import choose_roles
+from forcelab.formats.table_sniff import HEAD, Layout, Line, find_layout, is_comment
+
+_WORKBOOK: Final = "xl/workbook.xml"
+#: Rows looked at to find out how a sheet is filled, and rows read at a time.
+_SAMPLE_ROWS, _BLOCK_ROWS = 400, 1 << 12
+#: No sheet has more.
+_MOST_ROWS: Final = 1 << 20
+#: Beyond these, what a sheet says of its width is not believed.
+_MOST_COLUMNS: Final = 256
+#: A part that unpacks to more bytes than these, and than so many times its size, is no sheet.
+_ROOM, _MOST_TIMES = 1 << 25, 100
+_CURE: Final = "open it in Excel or LibreOffice and save it again"
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """Whether a file is a workbook, whatever it is called."""
+    if not head.startswith(b"PK\x03\x04"):
+        return False
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return _WORKBOOK in archive.namelist()
+    except (zipfile.BadZipFile, NotImplementedError, ValueError, OSError):
+        return False
+
+
+def read(path: Path, options: ReadOptions) -> list[Recording]:
+    """Read each sheet that holds a table; called like the file, and the sheet if there are several.
+
+    A sheet that cannot be read is left out with a remark if another one can, unless the options
+    are strict.
+    """
+    recordings: list[Recording] = []
+    failures: list[InputError] = []
+    with _open(path) as book:
+        layouts, left = _tables(path, book)
+        timed = [title for title, layout in layouts.items() if _has_times(layout, options)]
+        for title in timed or layouts:
+            layout = layouts[title]
+            alone = len(timed) == 1
+            result = _read_sheet(
+                book[title],
+                path.stem if alone else f"{path.stem} {title}",
+                replace(layout, path=path) if alone else layout,
+                options,
+            )
+            if isinstance(result, Recording):
+                recordings.append(result)
+            else:
+                failures.append(result)
+                left.append(f"Sheet '{title}' was left out: {result}")
+        untimed = [title for title in layouts if title not in timed]
+        left += [
+            f"Sheet '{title}' lacks the columns of a recording and was left out."
+            for title in untimed
+        ]
+    if failures and (options.strict or not recordings):
+        raise failures[0]
+    recordings[0] = replace(recordings[0], remarks=(*recordings[0].remarks, *left))
+    return recordings
+
+
+def _has_times(layout: Layout, options: ReadOptions) -> bool:
+    """Whether the times of a sheet's rows are known, as far as its columns are those chosen."""
+    try:
+        time = choose_roles(layout, options).time
+    except InputError:
+        return False
+    return time is not None or options.rate is not None or layout.rate is not None
+
+
+def _read_sheet(
+    sheet: Any, name: str, layout: Layout, options: ReadOptions
+) -> Recording | InputError:
+    """The recording in a sheet, or what is wrong with it."""
+    try:
+        roles = choose_roles(layout, options)
+        rows = _blocks(_lines(sheet, layout.dialect.width), layout.skip)
+        return make_recording(name, layout, roles, read_rows(layout, roles, rows), options)
+    except InputError as error:
+        return error
+
+
+def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
+    """What the columns of the first sheet that holds a table would be read as."""
+    with _open(path) as book:
+        layouts, _ = _tables(path, book)
+    return preview_layout(next(iter(layouts.values())), options)
+
+
+def _tables(path: Path, book: Any) -> tuple[dict[str, Layout], list[str]]:
+    """How each sheet that holds a table is filled, by its title, and remarks on the others."""
+    layouts: dict[str, Layout] = {}
+    left: list[str] = []
+    for sheet in book.worksheets:
+        lines = list(islice(_lines(sheet, min(sheet.max_column or 0, _MOST_COLUMNS)), _SAMPLE_ROWS))
+        layout = find_layout(lines, separators=("\t",))
+        if is_label_table("\n".join(text for _, text in lines).encode()[:HEAD]):
+            left.append(
+                f"Sheet '{sheet.title}' holds labels (start, end, action) and was left out."
+            )
+        elif layout is not None:
+            layouts[sheet.title] = layout
+        elif lines:
+            left.append(f"Sheet '{sheet.title}' holds no rows of numbers and was left out.")
+    if not layouts:
+        raise InputError(
+            f"'{path}' holds no sheet with rows of numbers; a table needs one sample a row."
+        )
+    several = len(layouts) > 1
+    return {
+        title: replace(
+            layout,
+            path=path / title.replace("/", "_") if several else path,
+            line="row",
+        )
+        for title, layout in layouts.items()
+    }, left
+
+
+def _lines(sheet: Any, width: int) -> Iterator[Line]:
+    """The rows of a sheet that are not empty, with their numbers, as lines of text.
+
+    They have at least so many cells; a row of a sheet ends with the last one that is filled.
+    """
+    # What a sheet says of its size need not be true, and would be filled with empty rows.
+    sheet.reset_dimensions()
+    rows = enumerate(sheet.iter_rows(values_only=True), start=1)
+    first = list(islice(rows, _SAMPLE_ROWS))
+    width = max([width, *(len(row) for _, row in first)])
+    for number, row in chain(first, rows):
+        if number > _MOST_ROWS:
+            raise ValueError(f"more than {_MOST_ROWS:,} rows in a sheet")
+        cells = [_cell(value) for value in row]
+        if any(cells):
+            yield number, "\t".join(cells + [""] * (width - len(cells)))
+
+
+def _cell(value: object) -> str:
+    """What stands in a cell, as it would in a text table."""
+    if isinstance(value, timedelta):
+        value = value.total_seconds()
+    if isinstance(value, bool | int | float):
+        return repr(+value).removesuffix(".0")
+    if isinstance(value, datetime | time):
+        return value.isoformat()
+    text = " ".join(str("" if value is None else value).split())
+    return '"' + text.replace('"', '""') + '"' if '"' in text else text
+
+
+def _blocks(lines: Iterator[Line], skip: int) -> Iterator[tuple[list[int], list[str]]]:
+    """The rows behind the first ones, block by block."""
+    while block := list(islice(lines, _BLOCK_ROWS)):
+        rows = [(number, text) for number, text in block if number > skip and not is_comment(text)]
+        if rows:
+            yield [number for number, _ in rows], [text for _, text in rows]
+
+
+@contextmanager
+def _open(path: Path) -> Iterator[Any]:
+    """The library's workbook, read as far as it is asked for."""
+    load_extra("openpyxl", "excel", f"'{path}' is an Excel workbook, which")
+    from openpyxl import load_workbook
+
+    with _naming_damage(path):
+        _check_unpacked_size(path)
+        # The library leaves a file open that it cannot read.
+        with path.open("rb") as file:
+            yield load_workbook(file, read_only=True, data_only=True, keep_links=False)
+
+
+def _check_unpacked_size(path: Path) -> None:
+    """Refuse parts that a small file cannot hold; no more is unpacked than is stated."""
+    with zipfile.ZipFile(path) as archive:
+        for part in archive.infolist():
+            if part.file_size > max(_ROOM, _MOST_TIMES * part.compress_size):
+                raise InputError(
+                    f"'{path}': '{part.filename}' has {part.compress_size:,} bytes and unpacks to "
+                    f"{part.file_size:,}, which no sheet does; {_CURE}."
+                )
+
+
+@contextmanager
+def _naming_damage(path: Path) -> Iterator[None]:
+    """Turn what the library says of a workbook that it cannot read into a sentence."""
+    import zlib
+    from xml.etree.ElementTree import ParseError
+
+    parts = (zipfile.BadZipFile, ParseError, zlib.error, EOFError, NotImplementedError)
+    contents = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RuntimeError)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of styles and dates that mean nothing here
+            yield
+    except InputError:
+        raise
+    except (*parts, *contents, AssertionError, OSError, MemoryError) as error:
+        if isinstance(error, OSError) and error.errno is not None:
+            raise
+        text = " ".join(str(error).split()).rstrip(".") or type(error).__name__
+        text = text if len(text) <= 160 else f"{text[:160]}…"
+        raise InputError(f"'{path}' is not a whole workbook ({text}); {_CURE}.") from error
