@@ -154,7 +154,7 @@ def _codes(
 def _write_data(
     file: Path, target: Path, codes: Mapping[int, NDArray[np.int64]], rest: int, known: int
 ) -> bool:
-    """Write a file of frames with each one's subtask, unless it has just those; `known` had names."""
+    """Write a file of frames with each one's subtask, unless it has those; `known` had names."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
