@@ -17,9 +17,10 @@ reported and left out, and the exit status is then 1; with --strict nothing is i
 at all. A single archive imported into a new project restores everything it holds; into
 an existing one, the recordings and coders' labels that it lacks.
 
-In files of arrays times, forces and labels are found by their names and shapes. --time, --signal, --label and
---leave-out name others: an array, a group of them (obs), or a column of one ("data 2").
-Groups that are numbered as demonstrations (demo_0, trial 1) are one each.
+In files of arrays times, forces and labels are found by their names and shapes. --time,
+--signal, --label and --leave-out name others: an array, a group of them (obs), or a
+column of one ("data 2"). Groups that are numbered as demonstrations (demo_0, trial 1)
+are one each.
 
 for example:
   forcelab import lab.forcelab recordings/*.csv --task stylus --videos
