@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
-from forcelab.formats.lerobot import (
+from forcelab.formats.lerobot import source_text
+from forcelab.formats.lerobot_dataset import (
     SUBTASK,
     SUBTASKS_FILE,
     Dataset,
     Episode,
     open_parquet,
-    source_text,
 )
 from forcelab.formats.signatures import LEROBOT_INFO
 from forcelab.formats.table_columns import is_unlabelled
