@@ -2,8 +2,9 @@
 
 A stream's samples bring the stamps that the program which sends them gave them, on the clock of its
 computer. They are carried onto this one's by liblsl, which measures how the two clocks differ all
-the while (to some 0.2 ms), and are believed: nothing is fitted to them, so that a sample that the
-sender left out is a gap. A stream that states no rate holds its last value, as one of events does.
+the while (to some 0.2 ms), and are believed: a sample that the sender left out is a gap. Once a
+recording has ended, stamps that jitter, and where none is missing, are evened out. A stream that
+states no rate holds its last value, as one of events does.
 """
 
 from __future__ import annotations
