@@ -16,7 +16,6 @@ PACKAGES: Final = {
     "pyarrow": "parquet",
     "h5py": "hdf5",
     "openpyxl": "excel",
-    "ezc3d": "c3d",
     "pyxdf": "xdf",
     "nptdms": "tdms",
     "pylsl": "lsl",

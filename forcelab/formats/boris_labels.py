@@ -24,8 +24,9 @@ from forcelab.formats.table_sniff import encoding_of
 from forcelab.labels import Segment, Track, means_unlabelled
 from forcelab.text import counted
 
-#: BORIS rounds all times to milliseconds when it opens a project.
-RESOLUTION: Final = 1e-3
+#: BORIS rounds all times to milliseconds when it opens a project: half of one, and what arithmetic
+#: adds.
+RESOLUTION: Final = 0.51e-3
 _OBSERVERS: Final = ("observer", "coder", "rater", "annotator", "author")
 #: Lines in which the header is looked for; BORIS 7 has the observation above it.
 _PREAMBLE: Final = 200

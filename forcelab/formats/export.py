@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Callable, Collection, Generator, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO, Final, Literal
 
@@ -13,9 +13,16 @@ from forcelab.errors import InputError
 from forcelab.formats.archive import write_archive
 from forcelab.formats.boris import Observation, VideoFile, to_boris
 from forcelab.formats.elan import to_elan, to_time_series, write_time_series
+from forcelab.formats.label_studio import (
+    FilmedTask,
+    forces_task,
+    interface,
+    local_file,
+    video_task,
+)
 from forcelab.formats.lerobot_subtasks import writing_subtasks
 from forcelab.formats.output_folder import file_names, output_folder, stay_out_of_projects
-from forcelab.formats.samples import Prediction, SampleTable
+from forcelab.formats.samples import SAMPLES, Prediction, SampleTable
 from forcelab.formats.textgrid import to_textgrid
 from forcelab.formats.track_text import AnnotatedTrack, to_audacity, to_csv, to_statistics_table
 from forcelab.io import atomic_file, write_atomically
@@ -34,9 +41,10 @@ class Part:
     project: Project
     info: DemonstrationInfo
     tracks: tuple[Track, ...]
-    title: str  #: what its file is called, without the suffix
-    folder: Path  #: where that will lie
+    title: str  #: what the demonstration, or the track, is called
+    folder: Path  #: where its file will lie
     prediction: Prediction | None = None  #: for formats that hold some
+    stem: str = ""  #: the title as the name of a file, which no other part has
 
 
 #: Gives what is predicted in a project, by the demonstrations' ids.
@@ -56,11 +64,14 @@ class ExportFormat:
     #: A file's bytes, or a StreamWriter; of a project's file, items to join; None: the project is
     #: archived.
     convert: Callable[[Part], Any] | None = None
-    join: Callable[[Project, list[Any]], bytes] | None = None
+    #: Of a project's items its file's bytes, or those of several files by what their names end in.
+    join: Callable[[Project, list[Any]], bytes | dict[str, bytes]] | None = None
     prints: bool = True  #: whether a single file may go to standard output
-    #: Further files beside each, by what their names end in.
+    #: Further files for each part, by what their names end in.
     beside: tuple[tuple[str, Callable[[Part], Any]], ...] = ()
     predictions: bool = False  #: whether it holds what runs predict, too
+    #: Formats of a kind stand together in the window: tables, those of a program, and the rest.
+    group: Literal["table", "program", "whole"] = "program"
 
 
 def _statistics_rows(part: Part) -> list[AnnotatedTrack]:
@@ -82,17 +93,18 @@ def _elan(part: Part) -> bytes:
         part.project.demonstrations.load(part.info.id).videos,
         part.folder,
         part.project.actions.vocabulary(part.info.task).names,
-        (f"{part.title}{FORCES}", f"{part.title}{SERIES}"),
+        (f"{part.stem}{FORCES}", f"{part.stem}{SERIES}"),
     )
 
 
 def _elan_series(part: Part) -> bytes:
     demonstration = part.project.demonstrations.load(part.info.id)
-    return to_time_series(demonstration, part.folder / f"{part.title}{FORCES}")
+    return to_time_series(demonstration, part.folder / f"{part.stem}{FORCES}")
 
 
 def _elan_forces(part: Part) -> StreamWriter:
-    return partial(write_time_series, part.project.demonstrations.load(part.info.id))
+    # Loaded when it is written: the arrays of a demonstration are open files.
+    return lambda stream: write_time_series(part.project.demonstrations.load(part.info.id), stream)
 
 
 def _textgrid(part: Part) -> bytes:
@@ -123,24 +135,111 @@ def _boris(project: Project, observations: list[Observation]) -> bytes:
     return to_boris(project.path.resolve().stem, observations, joined(own))
 
 
-def _samples(part: Part) -> SampleTable:
+def _tracks_and_prediction(part: Part) -> tuple[list[Track], dict[str, list[float | None]]]:
+    """All tracks, what is predicted as one of them, with how probable its segments are."""
+    prediction = part.prediction
+    if prediction is None:
+        return list(part.tracks), {}
+    tracks = [track for track in part.tracks if track.author != prediction.author]
+    scores: list[float | None] = []
+    for segment in prediction.segments:
+        score = prediction.probability(segment)
+        scores.append(None if score is None else round(score, 4))
+    return [*tracks, Track(prediction.author, prediction.segments)], {prediction.author: scores}
+
+
+def _forces_task(part: Part) -> list[tuple[dict[str, Any], tuple[str, ...]]]:
+    """A task, with the columns of its table of forces."""
+    csv = local_file(part.folder / f"{part.stem}{FORCES_OF_TASK}", part.folder, part.project.path)
+    task = forces_task(part.title, part.info.task, csv, *_tracks_and_prediction(part))
     demonstration = part.project.demonstrations.load(part.info.id)
-    return SampleTable(demonstration, part.tracks, part.prediction)
+    return [(task, SampleTable(demonstration, (), None).columns[1:])]
+
+
+def _video_task(part: Part) -> list[tuple[dict[str, Any], tuple[str, ...]]]:
+    """A task on the first video; none where there is no video."""
+    videos = part.project.demonstrations.load(part.info.id).videos
+    if not videos:
+        return []
+    video = videos[0]
+    fps, _ = stated_rate_and_length(video.path)
+    if not fps:
+        raise InputError(f"The video '{video.path}' does not say its frame rate; encode it anew.")
+    address = local_file(video.path, part.folder, part.project.path)
+    filmed = FilmedTask(video.path, video.clock, fps)
+    task = video_task(part.title, part.info.task, address, filmed, *_tracks_and_prediction(part))
+    return [(task, ())]
+
+
+#: What the names of the tables end in that tasks of Label Studio show.
+FORCES_OF_TASK = ".forces.csv"
+
+
+def _tasks(
+    project: Project, items: list[tuple[dict[str, Any], tuple[str, ...]]]
+) -> dict[str, bytes]:
+    """The tasks, and the labelling interface to show them in."""
+    if not items:
+        raise InputError("None of the demonstrations has a video; attach one, or export forces.")
+    tasks = [task for task, _ in items]
+    channels = [name for name in items[0][1] if all(name in own for _, own in items)]
+    if items[0][1] and not channels:
+        raise InputError("The demonstrations have no channel in common; export a task at a time.")
+    chosen = {task["data"]["task"] for task in tasks}
+    words = {t: own for t, own in project.actions.vocabularies().items() if t in chosen}
+    return {
+        ".label-studio.json": json.dumps(tasks, indent=1).encode(),
+        ".label-studio.xml": interface(tasks, channels, joined(words)),
+    }
+
+
+def _samples(part: Part, write: Callable[[SampleTable, BinaryIO], None]) -> StreamWriter:
+    """Writes a table of samples, once it is known that it can be."""
+
+    def table() -> SampleTable:
+        demonstration = part.project.demonstrations.load(part.info.id)
+        return SampleTable(demonstration, part.tracks, part.prediction)
+
+    table()  # made again when it is written: its arrays are open files
+    return lambda stream: write(table(), stream)
+
+
+def _forces_table(part: Part) -> StreamWriter:
+    return _samples(replace(part, tracks=(), prediction=None), SampleTable.write_csv)
 
 
 FORMATS: Final[dict[str, ExportFormat]] = {
     "csv": ExportFormat(
-        "CSV: start, end, action, author; one file per demonstration",
+        "CSV: one file per demonstration, one row per segment",
         ".labels.csv",  # not .csv: that is what recordings are called
         "demonstration",
         lambda part: to_csv(part.tracks).encode(),
+        group="table",
     ),
     "table": ExportFormat(
-        "One table for statistics: CSV, one row per segment",
+        "CSV for statistics: one table of all, one row per segment",
         ".segments.csv",
         "project",
         _statistics_rows,
         lambda _project, rows: to_statistics_table(rows).encode(),
+        group="table",
+    ),
+    "samples": ExportFormat(
+        "CSV with forces: one row per sample, labels and predictions beside",
+        f"{SAMPLES}.csv",
+        "demonstration",
+        lambda part: _samples(part, SampleTable.write_csv),
+        predictions=True,
+        group="table",
+    ),
+    "parquet": ExportFormat(
+        "Parquet with forces: one row per sample, labels and predictions beside",
+        f"{SAMPLES}.parquet",
+        "demonstration",
+        lambda part: _samples(part, SampleTable.write_parquet),
+        prints=False,
+        predictions=True,
+        group="table",
     ),
     "elan": ExportFormat(
         "ELAN: one file per demonstration, one tier per coder, with videos and forces",
@@ -163,38 +262,44 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         _observations,
         _boris,
     ),
+    "label-studio": ExportFormat(
+        "Label Studio: forces as time series, one task per demonstration",
+        ".label-studio.json",
+        "project",
+        _forces_task,
+        _tasks,
+        prints=False,
+        beside=((FORCES_OF_TASK, _forces_table),),
+        predictions=True,
+    ),
+    "label-studio-video": ExportFormat(
+        "Label Studio: videos with timelines, one task per demonstration",
+        ".label-studio.json",
+        "project",
+        _video_task,
+        _tasks,
+        prints=False,
+        predictions=True,
+    ),
     "audacity": ExportFormat(
         "Audacity: one label track per coder and demonstration",
         ".txt",
         "track",
         lambda part: to_audacity(part.tracks[0]).encode(),
     ),
-    "samples": ExportFormat(
-        "Samples: CSV, forces, labels and predictions; one row per sample",
-        ".samples.csv",
-        "demonstration",
-        lambda part: _samples(part).write_csv,
-        predictions=True,
-    ),
-    "parquet": ExportFormat(
-        "Samples: Parquet, forces, labels and predictions; one row per sample",
-        ".samples.parquet",
-        "demonstration",
-        lambda part: _samples(part).write_parquet,
-        prints=False,
-        predictions=True,
-    ),
     "lerobot": ExportFormat(
         "LeRobot: subtasks of all frames, into the dataset that was imported",
         "",
         "dataset",
         prints=False,
+        group="whole",
     ),
     "archive": ExportFormat(
         "Archive: the whole project as one file, to be imported again",
         ".zip",
         "project",
         prints=False,
+        group="whole",
     ),
 }
 
@@ -316,13 +421,11 @@ def _labels(
             for part in parts
             for track in part.tracks
         ]
-    if format_.join is not None:
-        titles = file_names([project.path.resolve().stem])
-    else:
-        titles = file_names([part.title for part in parts])
-        parts = [replace(part, title=title) for part, title in zip(parts, titles, strict=True)]
-    files = [out / f"{title}{format_.suffix}" for title in titles]
-    beside = [out / f"{title}{suffix}" for suffix, _ in format_.beside for title in titles]
+    stems = file_names([part.title for part in parts])
+    parts = [replace(part, stem=stem) for part, stem in zip(parts, stems, strict=True)]
+    own = stems if format_.join is None else file_names([project.path.resolve().stem])
+    files = [out / f"{stem}{format_.suffix}" for stem in own]
+    beside = [out / f"{stem}{suffix}" for suffix, _ in format_.beside for stem in stems]
     _check_free([*files, *beside], replacing)
     contents: list[Any] = []
     convert = format_.convert
@@ -334,7 +437,12 @@ def _labels(
         except InputError as error:
             raise InputError(f"'{part.info.name}': {error}") from error
     if format_.join is not None:
-        contents = [format_.join(project, [item for items in contents for item in items])]
+        joined_items = format_.join(project, [item for items in contents for item in items])
+        contents = [joined_items]
+        if isinstance(joined_items, dict):
+            contents = list(joined_items.values())
+            files = [out / f"{own[0]}{suffix}" for suffix in joined_items]
+            _check_free(files, replacing)
     contents += [make(part) for _, make in format_.beside for part in parts]
     files += beside
     # All were made before: what a format cannot hold leaves no half of an export.

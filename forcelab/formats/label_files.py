@@ -9,6 +9,7 @@ import codecs
 import math
 import os
 import re
+from bisect import bisect_left, bisect_right
 from collections import defaultdict
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -23,10 +24,9 @@ from numpy.typing import NDArray
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
-from forcelab.formats import file_head, naming_file
 from forcelab.formats.label_offset import fit_offset
 from forcelab.formats.output_folder import file_names
-from forcelab.formats.signatures import announced_kind, seems_to_be
+from forcelab.formats.signatures import announced_kind, file_head, naming_file, seems_to_be
 from forcelab.formats.track_text import on_samples
 from forcelab.jobs import Progress
 from forcelab.labels import (
@@ -49,6 +49,7 @@ __all__ = [
     "LabelOptions",
     "LabelReport",
     "LabelSet",
+    "identify_labels",
     "importing_labels",
     "own_stem",
     "read_label_file",
@@ -178,6 +179,11 @@ LABEL_FORMATS: Final[tuple[LabelFormat, ...]] = (
         module="forcelab.formats.boris_labels",
     ),
     LabelFormat(
+        name="label-studio",
+        description="JSON of Label Studio",
+        module="forcelab.formats.label_studio",
+    ),
+    LabelFormat(
         name="table",
         description="tables of start, end and action (CSV, TSV, Audacity)",
         module="forcelab.formats.label_tables",
@@ -228,15 +234,25 @@ def _without_ending(stem: str) -> str:
     return stem
 
 
+def identify_labels(path: Path, head: bytes) -> LabelFormat | None:
+    """Tell a label file's format by its content, which begins with `head`; None if it is none."""
+    announced = announced_kind(head)
+    for format_ in LABEL_FORMATS:
+        worthwhile = head.startswith(format_.starts) if format_.starts else not announced
+        if worthwhile and _module(format_).sniff_labels(path, head):
+            return format_
+    return None
+
+
+def _module(format_: LabelFormat) -> _Reader:
+    return cast(_Reader, import_module(format_.module))
+
+
 def _reader(path: Path) -> _Reader:
     """The module that reads a file; the error says what the file seems to be."""
     head = file_head(path)
-    announced = announced_kind(head)
-    for format_ in LABEL_FORMATS:
-        if head.startswith(format_.starts) if format_.starts else not announced:
-            module = cast(_Reader, import_module(format_.module))
-            if module.sniff_labels(path, head):
-                return module
+    if (format_ := identify_labels(path, head)) is not None:
+        return _module(format_)
     readable = "; ".join(format_.description for format_ in LABEL_FORMATS)
     raise InputError(
         f"'{path}' looks like {seems_to_be(head)} without labels; what can be read: {readable}."
@@ -613,8 +629,8 @@ class _Importer:
         offset = self._options.offset + best.offset
         return [
             f"Moved by {best.offset:+.3f} s, the labels of {track.author} would agree with those "
-            f"of {best_author} in {best.agreement:.0%} of the labelled time instead of "
-            f"{best.before:.0%} (--offset {offset:.3f})."
+            f"of {best_author} in {100 * best.agreement:.0f} % of the labelled time instead of "
+            f"{100 * best.before:.0f} % (--offset {offset:.3f})."
         ]
 
 
@@ -630,7 +646,12 @@ def _on_force_clock(
         video = demonstration.videos[names.index(name) if shared else 0]
         clock, origin = video.clock, labels.media[name]
         if clock != ClockMap():
-            remark = f"Its times were carried from '{name}' onto the forces by the video's clock."
+            remark = "Its times were carried onto the forces by the video's clock."
+            if not shared:
+                remark = (
+                    f"'{name}' was taken for the video of '{demonstration.name}', by whose clock "
+                    "times were carried onto the forces."
+                )
     tracks = []
     for track in labels.tracks:
         edges = np.array([(s.start, s.end) for s in track.segments]).reshape(-1, 2)
@@ -655,6 +676,14 @@ def _at_stored_edges(track: Track, stored: Segments, resolution: float) -> Track
     lower, upper = known[after - 1], known[np.minimum(after, len(known) - 1)]
     nearest = np.where(edges - lower < upper - edges, lower, upper)
     moved = np.where(np.abs(nearest - edges) <= resolution, nearest, edges)
+    # An edge may be nearer to the one across a short gap: segments are known by both of theirs.
+    starts = [s.start for s in stored]
+    for row, segment in enumerate(track.segments):
+        low, high = segment.start - resolution, segment.start + resolution
+        for known_segment in stored[bisect_left(starts, low) : bisect_right(starts, high)]:
+            near = abs(known_segment.end - segment.end) <= resolution
+            if near and known_segment.action == segment.action:
+                moved[row] = known_segment.start, known_segment.end
     if not (moved[:, 0] < moved[:, 1]).all() or not (moved[:-1, 1] <= moved[1:, 0]).all():
         return track
     return _with_edges(track, moved)

@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import re
+import tempfile
+from bisect import bisect_left
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -26,7 +29,7 @@ from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.rosbag_topics import values_within
-from forcelab.formats.signatures import LEROBOT_INFO, is_lerobot_folder
+from forcelab.formats.signatures import LEROBOT_INFO, is_lerobot_folder, lerobot_folder
 from forcelab.formats.table_columns import is_unlabelled, missing_remark
 from forcelab.formats.timestamps import RawTimestamps, RepairedTimestamps, repair_timestamps
 from forcelab.io import small_text
@@ -47,6 +50,9 @@ _NUMBER: Final = re.compile(r"float(16|32|64)|u?int(8|16|32|64)|bool")
 _FORCES: Final = frozenset(["force", "forces", "wrench", "torque", "torques", "ft", "effort"])
 #: A feature with more numbers a frame is a picture or a cloud.
 _MOST_NUMBERS: Final = 1000
+#: No clock counts further (s), and sums of what does would overflow.
+_ABSURD: Final = 1e30
+_LONGEST: Final = 200  #: characters of the name of a feature
 #: So many episodes are read without being asked for by number; with cameras they take a minute.
 MOST_UNASKED: Final = 1000
 _MOST_EPISODES, _MOST_BYTES = 10_000_000, 1 << 28
@@ -83,7 +89,7 @@ class Episode:
 
 def sniff(path: Path, head: bytes) -> bool:
     """Whether a folder is a dataset, or a file the ``meta/info.json`` of one (`head`)."""
-    return is_lerobot_folder(_folder(path)) and b'"codebase_version"' in head
+    return is_lerobot_folder(lerobot_folder(path)) and b'"codebase_version"' in head
 
 
 def read(path: Path, options: ReadOptions) -> list[Recording]:
@@ -105,8 +111,8 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
         tasks = Counter(dataset.whole_numbers(table, "task_index").tolist()).most_common(2)
         track, remarks = _labels(dataset, table, times)
         if len(tasks) > 1:
-            remarks.append(f"Episode {episode.number} shows several tasks; its first is kept.")
-        videos, video_remarks = _videos(dataset, episode, cameras, times, options)
+            remarks.append("Several tasks are shown; the one of most frames is kept.")
+        videos, video_remarks = _videos(episode, cameras, times, options)
         demonstration = Demonstration(
             f"{dataset.path.name}-{episode.number}",
             options.task or " ".join(dataset.tasks.get(tasks[0][0], "").split()),
@@ -133,6 +139,15 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     return recordings
 
 
+def stated_episodes(path: Path) -> str:
+    """How many episodes a dataset says that it has; empty where it does not say."""
+    try:
+        count = _read_info(lerobot_folder(path)).get("total_episodes")
+    except (InputError, OSError):
+        return ""  # what is wrong is told when it is read
+    return f"{count:,}" if isinstance(count, int) else ""
+
+
 def source_text(folder: Path, number: int | None) -> str:
     """Where an episode comes from; without a number, how it begins for all of a dataset."""
     return f"{folder.name}, episode {'' if number is None else number}"
@@ -152,8 +167,9 @@ def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
         cells = tuple(f"{value:.4g}" for value in values)
         rows.append(ColumnUse(name, "", use, cells, choices=("signal", "left out")))
     for name in dataset.cameras:
-        use = "signal" if name in cameras else "left out"
-        rows.append(ColumnUse(name, "", use, ("video",), choices=("signal", "left out")))
+        use = "video" if name in cameras else "left out"
+        shape = " x ".join(map(str, dataset.info["features"][name]["shape"]))
+        rows.append(ColumnUse(name, "", use, (shape,), choices=("video", "left out")))
     return tuple(rows)
 
 
@@ -240,7 +256,6 @@ def _labels(
 
 
 def _videos(
-    dataset: Dataset,
     episode: Episode,
     cameras: Sequence[str],
     times: RepairedTimestamps,
@@ -252,9 +267,7 @@ def _videos(
     for camera in cameras if options.unpack is not None else ():
         assert options.unpack is not None
         stretch = episode.videos[camera]
-        folder = options.unpack / f"{dataset.path.name}-{episode.number}"
-        folder.mkdir(exist_ok=True)
-        file = folder / f"{len(videos)}.mp4"
+        file = Path(tempfile.mkdtemp(dir=options.unpack)) / "cut.mp4"
         try:
             cut = cut_video(stretch.file, stretch.start, stretch.end, file)
         except InputError as error:
@@ -284,16 +297,11 @@ def _remarks(dataset: Dataset, features: Sequence[str]) -> list[str]:
     return remarks
 
 
-def _folder(path: Path) -> Path:
-    """The dataset's folder, which its ``meta/info.json`` stands for."""
-    return path.parent.parent if path.parts[-2:] == ("meta", "info.json") else path
-
-
 class Dataset:
     """What a dataset says of itself; episodes and frames are looked up where they are needed."""
 
     def __init__(self, path: Path) -> None:
-        self.path = _folder(path).resolve()
+        self.path = Path(os.path.abspath(lerobot_folder(path)))  # noqa: PTH100 - links keep their names
         load_extra("pyarrow", "lerobot", f"'{path}' is a LeRobot dataset, which")
         self.info = _read_info(self.path)
         self.v3 = self.info["codebase_version"].startswith("v3")
@@ -315,6 +323,10 @@ class Dataset:
         for feature_name, parts in self.numbers.items():
             for place, part in enumerate(parts):
                 name = part if own_names[part] == 1 else f"{feature_name}.{part}"
+                if name in self.columns:
+                    raise InputError(
+                        f"'{path}' calls two numbers '{name}'; rename one in its info."
+                    )
                 self.columns[name] = Column(name, feature_name, place)
 
     @cached_property
@@ -376,6 +388,7 @@ class Dataset:
             by_file[episode.file][episode.number] = episode
         for file, those in by_file.items():
             parts: dict[int, list[Any]] = {number: [] for number in those}
+            numbers = sorted(those)
             with open_parquet(file) as parquet:
                 present = set(parquet.schema_arrow.names)
                 needed = [*_PLACES[:3], "task_index", *features]
@@ -383,7 +396,7 @@ class Dataset:
                     raise InputError(f"'{file}' lacks '{missing[0]}'; copy the dataset again.")
                 columns = needed + ([SUBTASK] if SUBTASK in present and self.subtasks else [])
                 for group in range(parquet.num_row_groups):
-                    if not _may_hold(parquet, group, those):
+                    if not _may_hold(parquet, group, numbers):
                         continue
                     table = parquet.read_row_group(group, columns=columns)
                     for number in pc.unique(table["episode_index"]).to_pylist():
@@ -402,6 +415,7 @@ class Dataset:
     def times(self, episode: Episode, table: Any, *, strict: bool = False) -> RepairedTimestamps:
         """When each frame was; stamps that were rounded to 32 bits get their digits back."""
         stamps = _matrix(table["timestamp"], 1, "timestamp")[:, 0]
+        stamps = np.where(np.abs(stamps) < _ABSURD, stamps, np.nan)
         even = _matrix(table["frame_index"], 1, "frame_index")[:, 0] / self.info["fps"]
         with np.errstate(over="ignore"):
             if np.array_equal(even.astype(np.float32), stamps.astype(np.float32)):
@@ -445,6 +459,7 @@ def _read_info(path: Path) -> dict[str, Any]:
             and all(type(size) is int and 0 < size < 2**31 for size in sizes)
             and all(isinstance(shape, list) and 0 < len(shape) < 9 for shape in shapes)
             and all(type(value) in (int, float) for value in [fps])
+            and all(0 < len(name) <= _LONGEST for name in features)
             and 0 < fps < 1e9
             and all(isinstance(text, str) for text in (version, info["data_path"]))
         )
@@ -454,8 +469,8 @@ def _read_info(path: Path) -> dict[str, Any]:
         raise InputError(f"'{file}' contradicts itself; copy it again.")
     if version not in VERSIONS:
         raise InputError(
-            f"'{path}' is a LeRobot dataset of version {version}, and {', '.join(VERSIONS)} can "
-            f"be read; convert it with their scripts."
+            f"'{path}' is a LeRobot dataset of version {version[:20]}, and {', '.join(VERSIONS)} "
+            f"can be read; convert it with their scripts."
         )
     return dict(info)
 
@@ -468,16 +483,12 @@ def _names(feature: str, names: Any, size: int) -> tuple[str, ...]:
             names = [name for part in parts for name in part]
         elif sorted(map(str, parts)) == sorted(map(str, range(len(parts)))):
             names = sorted(names, key=lambda name: int(names[name]))
-    distinct = (
-        isinstance(names, list)
-        and len(names) == size
-        and all(isinstance(name, str) and name.strip() for name in names)
-        and len(set(names)) == size
-    )
+    texts = [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
+    own = tuple(" ".join(name.split()) for name in texts)
     if size == 1:
         return (feature,)
-    if distinct:
-        return tuple(" ".join(name.split()) for name in names)
+    if len(own) == len(set(own)) == size and all(own):
+        return own
     return tuple(f"{feature}.{place}" for place in range(size))
 
 
@@ -502,7 +513,7 @@ def _whole(row: Mapping[str, Any], name: str, least: int = 0) -> int:
     """A whole number in a row of metadata."""
     value = row.get(name)
     if type(value) is not int or not least <= value < 2**40:
-        raise InputError(f"Its metadata has no whole number '{name}' ({value!r}); mend it.")
+        raise InputError(f"Its metadata has no whole number '{name}' ({value!r:.40}); mend it.")
     return value
 
 
@@ -510,7 +521,7 @@ def _seconds(row: Mapping[str, Any], name: str) -> float:
     """A time in a row of metadata."""
     value = row.get(name)
     if not isinstance(value, float) or not 0 <= value < 1e9:
-        raise InputError(f"Its metadata has no time '{name}' ({value!r}); mend it.")
+        raise InputError(f"Its metadata has no time '{name}' ({value!r:.40}); mend it.")
     return value
 
 
@@ -570,6 +581,9 @@ def open_parquet(file: Path) -> Iterator[Any]:
         raise InputError(f"'{file}' is missing; copy or download the dataset again.")
     try:
         with pq.ParquetFile(file) as parquet:
+            names = parquet.schema_arrow.names
+            if len(set(names)) < len(names):
+                raise ValueError("two columns of one name")
             yield parquet
     except (pa.ArrowException, OSError, ValueError, TypeError, LookupError) as error:
         if isinstance(error, OSError) and error.errno is not None:
@@ -580,26 +594,31 @@ def open_parquet(file: Path) -> Iterator[Any]:
         ) from error
 
 
-def _may_hold(parquet: Any, group: int, numbers: Collection[int]) -> bool:
-    """Whether a row group holds frames of some episodes, as far as its statistics tell."""
+def _may_hold(parquet: Any, group: int, numbers: Sequence[int]) -> bool:
+    """Whether a row group holds frames of some episodes, rising, as far as its statistics tell."""
     place = parquet.metadata.schema.names.index("episode_index")
     statistics = parquet.metadata.row_group(group).column(place).statistics
     if statistics is None or not statistics.has_min_max:
         return True
-    return any(statistics.min <= number <= statistics.max for number in numbers)
+    place = bisect_left(numbers, statistics.min)
+    return place < len(numbers) and bool(numbers[place] <= statistics.max)
 
 
 def _matrix(column: Any, size: int, name: str) -> NDArray[np.float64]:
     """A column of numbers or of lists of `size` numbers as floats, shape (n, size)."""
     import pyarrow as pa
 
+    kinds = pa.types
     rows, values = len(column), column.combine_chunks()
-    while pa.types.is_nested(values.type):
+    while any(
+        is_kind(values.type)
+        for is_kind in (kinds.is_list, kinds.is_large_list, kinds.is_fixed_size_list)
+    ):
         values = values.flatten()
-    if pa.types.is_boolean(values.type):
+    if kinds.is_boolean(values.type):
         values = values.cast(pa.uint8())
     if len(values) != rows * size or not (
-        pa.types.is_integer(values.type) or pa.types.is_floating(values.type)
+        kinds.is_integer(values.type) or kinds.is_floating(values.type)
     ):
         raise InputError(
             f"'{name}' does not hold {counted(size, 'number')} a frame as the dataset says; copy "

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from collections import defaultdict
 from collections.abc import Generator, Mapping, Sequence
 from pathlib import Path
@@ -18,7 +19,14 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
-from forcelab.formats.lerobot import SUBTASK, SUBTASKS_FILE, Dataset, open_parquet, source_text
+from forcelab.formats.lerobot import (
+    SUBTASK,
+    SUBTASKS_FILE,
+    Dataset,
+    Episode,
+    open_parquet,
+    source_text,
+)
 from forcelab.formats.signatures import LEROBOT_INFO
 from forcelab.formats.table_columns import is_unlabelled
 from forcelab.jobs import Progress
@@ -54,9 +62,10 @@ def writing_subtasks(
     changed = []
     with (
         file_errors(f"'{dataset.path}' was not changed"),
-        replacing_folder(dataset.path) as new,
+        replacing_folder(dataset.path.resolve()) as new,
     ):
-        files = sorted((dataset.path / "data").glob("*/*.parquet"))
+        present = (dataset.path / "data").glob("*/*.parquet")  # those their loader reads
+        files = sorted({*present, *(episode.file for episode in dataset.episodes)})
         for done, file in enumerate(files):
             yield Progress(done, len(files), f"writing {file.name}")
             if _write_data(file, new / file.relative_to(dataset.path), codes, rest):
@@ -65,6 +74,8 @@ def writing_subtasks(
             (new / name).unlink(missing_ok=True)
             write_bytes(new / name, content)
             changed.append(dataset.path / name)
+        for file in filter(Path.exists, changed):
+            shutil.copymode(file, new / file.relative_to(dataset.path))
     return tuple(changed)
 
 
@@ -78,21 +89,22 @@ def _matching(
         if all(name in dataset.columns for name in names):
             groups[names][info.id] = segments
     counts = {info.samples for info, _ in labelled}
-    episodes = [episode for episode in dataset.episodes if episode.length >= min(counts, default=0)]
     features = {dataset.columns[name].feature for names in groups for name in names}
     found, missing = {}, {info.id: info for info, _ in labelled}
-    for done, (episode, table) in enumerate(dataset.frames(episodes, sorted(features))):
-        if done % 100 == 0:
-            yield Progress(done, len(episodes), f"looking through {dataset.path.name}")
-        times = dataset.times(episode, table)
-        for names, segments_of in groups.items() if len(times.times) in counts else ():
-            signals = dataset.signals(table, [dataset.columns[name] for name in names])
-            read = Demonstration(
-                "episode", "", times.times, signals[times.rows], tuple(map(Channel, names))
-            )
-            if read.id in segments_of:
-                missing.pop(read.id, None)
-                found[episode.number] = segments_of[read.id], dataset.frame_times(table, times)
+    for episodes in _likely_first(dataset, labelled):
+        if not missing:
+            break
+        for done, (episode, table) in enumerate(dataset.frames(episodes, sorted(features))):
+            if done % 100 == 0:
+                yield Progress(done, len(episodes), f"looking through {dataset.path.name}")
+            times = dataset.times(episode, table)
+            for names, segments_of in groups.items() if len(times.times) in counts else ():
+                signals = dataset.signals(table, [dataset.columns[name] for name in names])
+                channels = tuple(Channel(name) for name in names)
+                read = Demonstration("-", "", times.times, signals[times.rows], channels)
+                if read.id in segments_of:
+                    missing.pop(read.id, None)
+                    found[episode.number] = segments_of[read.id], dataset.frame_times(table, times)
     _refuse_missing(dataset, list(missing.values()), strict)
     if not found:
         raise InputError(
@@ -100,6 +112,17 @@ def _matching(
             f"episodes, or name another dataset."
         )
     return found
+
+
+def _likely_first(
+    dataset: Dataset, labelled: Sequence[tuple[DemonstrationInfo, Segments]]
+) -> tuple[list[Episode], list[Episode]]:
+    """The episodes that demonstrations were imported as, and all others."""
+    ends = {info.source.rpartition(", ")[2] for info, _ in labelled}
+    parts: tuple[list[Episode], list[Episode]] = ([], [])
+    for episode in dataset.episodes:
+        parts[f"episode {episode.number}" not in ends].append(episode)
+    return parts
 
 
 def _refuse_missing(dataset: Dataset, missing: Sequence[DemonstrationInfo], strict: bool) -> None:
@@ -147,18 +170,19 @@ def _write_data(
         for number, rows in zip(numbers.tolist(), np.split(order, starts[1:]), strict=True):
             if number in codes:
                 values[rows] = codes[number]
-        if np.array_equal(values, old):
+        if place >= 0 and np.array_equal(values, old):
             return False
         field_ = pa.field(SUBTASK, pa.int64())
         schema = schema.append(field_) if place < 0 else schema.set(place, field_)
         schema = schema.with_metadata(_with_feature(schema.metadata or {}))
         target.unlink()  # it is the same file as the old one
         with target.open("xb") as stream:
-            kind = parquet.metadata.row_group(0).column(0).compression
+            groups = parquet.metadata.num_row_groups
+            kind = parquet.metadata.row_group(0).column(0).compression if groups else "SNAPPY"
             packing = "none" if kind == "UNCOMPRESSED" else kind
             with pq.ParquetWriter(stream, schema, compression=packing) as writer:
                 start = 0
-                for group in range(parquet.num_row_groups):
+                for group in range(groups):
                     table = parquet.read_row_group(group)
                     own = pa.array(values[start : start + len(table)], pa.int64())
                     start += len(table)

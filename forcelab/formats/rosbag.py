@@ -28,7 +28,6 @@ from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
 from forcelab.formats.rosbag_pictures import (
     describe_picture,
     is_picture,
-    picture_trouble,
     video_path,
     write_video,
 )
@@ -100,11 +99,12 @@ def select_pictures(
     for topic in topics:
         if not is_picture(topic.first) or _left_out(topic.topic, topics, options):
             continue
-        pictures = f"Pictures of {topic.topic} ({describe_picture(topic.first)})"
+        kind, trouble = describe_picture(topic.first)
+        pictures = f"Pictures of {topic.topic} ({kind})"
         if options.unpack is None:
             left[topic.topic] = f"{pictures} become a video when the bag is imported."
-        elif reason := picture_trouble(topic.first):
-            left[topic.topic] = f"{pictures} were left out: {reason}."
+        elif trouble:
+            left[topic.topic] = f"{pictures} were left out: {trouble}."
         else:
             selected.append(TopicData(topic.topic, (), {}, topic.stamp, None))
     return selected, left
@@ -635,11 +635,11 @@ def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
 
 def _picture_row(topic: Contents, topics: Sequence[Contents], options: ReadOptions) -> ColumnUse:
     """What the pictures of a topic are read as."""
-    cells = (describe_picture(topic.first),)
-    if picture_trouble(topic.first):
-        return ColumnUse(topic.topic, "", "left out", cells, choices=("left out",))
+    kind, trouble = describe_picture(topic.first)
+    if trouble:
+        return ColumnUse(topic.topic, "", "left out", (kind,), choices=("left out",))
     use: Use = "left out" if _left_out(topic.topic, topics, options) else "video"
-    return ColumnUse(topic.topic, "", use, cells, choices=("video", "left out"))
+    return ColumnUse(topic.topic, "", use, (kind,), choices=("video", "left out"))
 
 
 def _rows(topic: Contents, data: Sequence[TopicData]) -> Iterator[ColumnUse]:

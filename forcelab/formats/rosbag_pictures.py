@@ -27,7 +27,7 @@ _TYPES: Final[dict[str, dict[str, type]]] = {
     _RAW: {"encoding": str, "width": int, "height": int, "step": int, "is_bigendian": int},
     "sensor_msgs/msg/CompressedImage": {"format": str},
 }
-#: Bytes of a picture's name that a sentence has room for.
+#: Letters of a format or encoding that a sentence has room for.
 _LONGEST: Final = 40
 
 
@@ -42,24 +42,25 @@ def is_picture(message: Any) -> bool:
     )
 
 
-def describe_picture(message: Any) -> str:
-    """What a message says of its picture, such as ``"rgb8, 640 x 480"`` or ``"jpeg"``."""
-    if message.__msgtype__ == _RAW:
-        return f"{message.encoding[:_LONGEST]}, {message.width} x {message.height}"
-    return str(message.format[:_LONGEST])
+def describe_picture(message: Any) -> tuple[str, str]:
+    """What a message's picture is, such as ``"rgb8, 640 x 480"``.
 
-
-def picture_trouble(message: Any) -> str:
-    """Why no picture like a message's becomes part of a video; empty where they do."""
+    Also why no picture like it becomes part of a video; empty where they do.
+    """
     from forcelab.video.pictures import PictureError, UnknownPictureError
 
+    trouble = ""
     try:
-        _as_jpeg(message)
+        kind, _, size = _as_jpeg(message)
     except UnknownPictureError as error:
-        return str(error)
+        trouble = str(error)
     except PictureError:
         pass
-    return ""
+    else:
+        return f"{kind}, {_pixels(size)}", ""
+    if message.__msgtype__ != _RAW:
+        return str(message.format[:_LONGEST]), trouble
+    return f"{message.encoding[:_LONGEST]}, {_pixels((message.width, message.height))}", trouble
 
 
 def write_video(

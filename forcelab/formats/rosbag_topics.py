@@ -193,7 +193,7 @@ def _field(topic: str, path: FieldPath, name: str, value: object) -> Field | Non
     leaves = tuple((*path, *part) for part in parts)
     # Whole numbers that are called forces are counts of a device.
     measured = bool(kind) or np.asarray(value).dtype.kind == "f"
-    names, units = _forces(name, len(parts), kind) if measured else ((), ())
+    names, units = name_forces(name, len(parts), kind) if measured else ((), ())
     if names:
         return Field(topic, path, leaves, names, units, force=True)
     plain = tuple(".".join(map(str, leaf)) for leaf in leaves)
@@ -202,7 +202,7 @@ def _field(topic: str, path: FieldPath, name: str, value: object) -> Field | Non
     return Field(topic, path, leaves, plain, ("",) * len(leaves), force=False)
 
 
-def _forces(name: str, number: int, kind: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def name_forces(name: str, number: int, kind: str = "") -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names and units of so many numbers called `name`, if they are forces or torques."""
     words = set(_name_words(name))
     if kind == _WRENCH or (number == 6 and words & _FORCES):
@@ -321,18 +321,27 @@ class FrameTimes:
 
 
 def align_topics(
-    topics: Sequence[TopicData], where: str, *, strict: bool, pictures: Sequence[TopicData] = ()
+    topics: Sequence[TopicData],
+    where: str,
+    *,
+    strict: bool,
+    pictures: Sequence[TopicData] = (),
+    topic_word: str = "topic",
+    message_word: str = "message",
 ) -> AlignedTopics:
     """Bring topics onto one clock: at least one with fields, at most one with labels.
 
     `strict` refuses what would be repaired or shifted; `where` is the bag, for errors. Of
-    `pictures` only the times are needed.
+    `pictures` only the times are needed. What is no bag has other words for topics and messages.
     """
     base = max((topic for topic in topics if topic.fields), key=lambda topic: len(topic.arrived))
     stamps, late = _clock(base)
     zero = int(np.median(stamps))  # near all others: their differences are exact
     resamplings = {
-        topic.topic: _resampling(topic, zero, late, where, strict=strict) for topic in topics
+        topic.topic: _resampling(
+            topic, zero, late, f"{where}, {topic_word} {topic.topic}", message_word, strict=strict
+        )
+        for topic in topics
     }
     at = resamplings[base.topic].at
     remarks: list[str] = []
@@ -354,8 +363,8 @@ def align_topics(
             if not np.isin(at, resampling.at).all():
                 remarks.append(
                     f"{topic.topic} ({1 / resampling.period:.4g} Hz, "
-                    f"{counted(resampling.at.size, 'message')}) was interpolated at the times of "
-                    f"{base.topic}."
+                    f"{counted(resampling.at.size, message_word)}) was interpolated at the times "
+                    f"of {base.topic}."
                 )
     start = zero / _SECOND + float(at[0])
     frames = tuple(_frame_times(topic, zero, late, at[0], strict=strict) for topic in pictures)
@@ -367,7 +376,7 @@ def _frame_times(
 ) -> FrameTimes:
     """The times of pictures; where they cannot be repaired none, unless that is refused."""
     try:
-        resampling = _resampling(topic, zero, usual_lateness, "", strict=strict)
+        resampling = _resampling(topic, zero, usual_lateness, topic.topic, "picture", strict=strict)
     except InputError as error:
         if strict:
             raise
@@ -408,10 +417,9 @@ def _clock(topic: TopicData) -> tuple[NDArray[np.int64], int]:
 
 
 def _resampling(
-    topic: TopicData, zero: int, usual_lateness: int, where: str, *, strict: bool
+    topic: TopicData, zero: int, usual_lateness: int, name: str, message: str, *, strict: bool
 ) -> _Resampling:
     """Put a topic on the clock on which messages arrive `usual` nanoseconds late."""
-    name = f"{where}, topic {topic.topic}" if where else topic.topic
     pictures = not topic.fields and topic.label is None
     stamps, lateness = _clock(topic)
     repairs = []
@@ -435,8 +443,8 @@ def _resampling(
         np.arange(1, ticks.size + 1),
         name,
         strict=strict,
-        row="picture" if pictures else "message",
-        line="message",
+        row=message,
+        line="message" if pictures else message,
         bursts=not pictures,
     )
     at = np.round(repaired.start + repaired.times, 9)  # the same for messages of one nanosecond

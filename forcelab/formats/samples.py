@@ -19,10 +19,12 @@ from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.track_text import quoted_text
-from forcelab.labels import Segments, Track, to_codes
+from forcelab.labels import Segment, Segments, Track, to_codes
 
-__all__ = ["LABELS_OF", "PROBABILITY_OF", "Prediction", "SampleTable"]
+__all__ = ["LABELS_OF", "PROBABILITY_OF", "SAMPLES", "Prediction", "SampleTable"]
 
+#: What the names of the files end in, before their suffix, as recordings may lie beside them.
+SAMPLES: Final = ".samples"
 #: What the names of columns of labels and of probabilities begin with.
 LABELS_OF: Final = "labels of "
 PROBABILITY_OF: Final = "probability of "
@@ -38,6 +40,15 @@ class Prediction:
     segments: Segments
     #: Probability of an action at some times (s); None where the run kept none
     probabilities: Callable[[str, NDArray[np.float64]], NDArray[np.float64]] | None = None
+
+    def probability(self, segment: Segment) -> float | None:
+        """Mean probability of a segment's action over it, at some times; None if unknown."""
+        if self.probabilities is None:
+            return None
+        times = np.linspace(segment.start, segment.end, 20, endpoint=False)
+        values = self.probabilities(segment.action, times)
+        known = values[~np.isnan(values)]
+        return float(known.mean()) if known.size else None
 
 
 class SampleTable:

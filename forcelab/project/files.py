@@ -19,6 +19,7 @@ import shutil
 import stat
 import time
 import zipfile
+import zlib
 from collections.abc import Callable, Collection, Container, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -205,7 +206,10 @@ def read_stamps(
         KeyError,
         AttributeError,
         TypeError,
+        MemoryError,
+        RuntimeError,  # an unknown compression, or a password
         zipfile.BadZipFile,
+        zlib.error,
     ) as error:
         raise InputError(
             f"The file '{path}' is damaged; delete it, the demonstration itself is whole."

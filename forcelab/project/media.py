@@ -21,7 +21,7 @@ from forcelab.project import files
 from forcelab.project.database import Database
 from forcelab.project.files import DEMONSTRATIONS, STAMPS
 from forcelab.project.records import check_length
-from forcelab.text import unknown_word
+from forcelab.text import tidy_name, unknown_word
 
 #: Names of files that are named after their content.
 _STORED = re.compile(r"[a-z]+-[0-9a-f]{16}(\.[a-z0-9]{1,8})?")
@@ -98,7 +98,7 @@ class MediaStore:
         row = self._db.demonstration(demonstration)
         root = self._db.folder / DEMONSTRATIONS
         home = self._db.demonstration_folder(demonstration)
-        name = None if name is None else " ".join(name.split())
+        name = None if name is None else tidy_name(name)
         if name == "":
             raise InputError("A video needs a name; give one.")
         check_length(name or "", "name of a video")
@@ -115,6 +115,22 @@ class MediaStore:
                 files.move_into(home, staged)  # under the name of its content: over nothing else
                 name = name or (before[0]["name"] if before else "video 1")
                 write_video(self._db, demonstration, name, file, clock or ClockMap())
+        remove_unused_videos(self._db, demonstration, before)
+
+    def remove_video(self, demonstration: str, name: str) -> None:
+        """Remove one of a demonstration's videos from the project, for good.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration or it has no video of that name.
+        """
+        with self._db.writing():
+            self._video_row(demonstration, name)
+            before = video_rows(self._db, demonstration)
+            self._db.execute(
+                "DELETE FROM video WHERE demonstration = ? AND name = ?", demonstration, name
+            )
         remove_unused_videos(self._db, demonstration, before)
 
     def set_video_clock(self, demonstration: str, clock: ClockMap, name: str | None = None) -> None:
@@ -135,16 +151,8 @@ class MediaStore:
             If there is no such demonstration or it has no such video.
         """
         with self._db.writing():
-            row = self._db.demonstration(demonstration)
-            videos = {video["name"]: video["file"] for video in video_rows(self._db, row["id"])}
-            if not videos:
-                raise InputError(
-                    f"'{row['name']}' has no video whose clock could be set; attach one first."
-                )
-            name = next(iter(videos)) if name is None else name
-            if name not in videos:
-                raise InputError(unknown_word("video", name, tuple(videos)))
-            write_video(self._db, demonstration, name, videos[name], clock)
+            video = self._video_row(demonstration, name)
+            write_video(self._db, demonstration, video["name"], video["file"], clock)
 
     def attach_stamps(self, demonstration: str, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Store a recording's raw stamps beside it, in place of those there: numbers and names."""
@@ -174,6 +182,18 @@ class MediaStore:
         """
         samples = self._db.demonstration(demonstration)["samples"]
         return files.read_stamps(self._folder(demonstration), samples, names)
+
+    def _video_row(self, demonstration: str, name: str | None) -> sqlite3.Row:
+        """The row of a video, by default of the first one."""
+        title = self._db.demonstration(demonstration)["name"]
+        rows = {row["name"]: row for row in video_rows(self._db, demonstration)}
+        if not rows:
+            raise InputError(f"'{title}' has no video; attach one first.")
+        if name is None:
+            return next(iter(rows.values()))
+        if name not in rows:
+            raise InputError(unknown_word("video", name, tuple(rows)))
+        return rows[name]
 
     def _folder(self, demonstration: str) -> Path:
         self._db.demonstration(demonstration)

@@ -198,7 +198,7 @@ def _add_cameras(connection: sqlite3.Connection, folder: Path) -> None:
         if not files.STORED_ID.fullmatch(str(id_)):
             continue
         # What cannot be read stays in the folder as it is; what went wrong is told with the stamps.
-        with contextlib.suppress(InputError, OSError, TypeError, ValueError):
+        with contextlib.suppress(InputError, LookupError, OSError, TypeError, ValueError):
             for name, file, clock in _cameras_before(folder, id_, samples):
                 if file:
                     connection.execute(
@@ -228,7 +228,7 @@ def _cameras_before(folder: Path, id_: str, samples: int) -> Iterator[tuple[str,
     ]
     if not beside:
         return
-    frames = [f"frames_{number}" for number in range(8)]
+    frames = [f"frames_{number}" for number in range(8)]  # of so many cameras at most
     columns = ("video_names", "video_files", "video_clocks")
     stamps = files.read_stamps(home, samples, {"start", *frames, *columns}) or {}
     if "video_names" in stamps:

@@ -26,7 +26,7 @@ class PyAvCapture:
         av = load_extra("av", "video", f"The video '{path}' (AV1)")
         self._opened, self._error = opened, av.FFmpegError
         try:
-            self._container = av.open(str(path.absolute()))
+            self._container = av.open(str(path.absolute()), metadata_errors="ignore")
             self._stream = self._container.streams.video[0]
         except (av.FFmpegError, IndexError) as error:
             raise InputError(
@@ -72,10 +72,12 @@ class PyAvCapture:
         return False
 
     def retrieve(self) -> tuple[bool, NDArray[np.uint8] | None]:
-        """The picture of the frame that was decoded: blue, green, red."""
+        """The picture of the frame that was decoded: blue, green, red; turned as the file says."""
         if self._frame is None:
             return False, None
-        return True, self._frame.to_ndarray(format="bgr24")
+        picture = self._frame.to_ndarray(format="bgr24")
+        turns = self._frame.rotation // 90
+        return True, np.ascontiguousarray(np.rot90(picture, turns)) if turns else picture
 
     def read(self) -> tuple[bool, NDArray[np.uint8] | None]:
         return self.retrieve() if self.grab() else (False, None)

@@ -1,5 +1,7 @@
 """Small ROS bags: messages are dictionaries, what they leave out is zero or empty."""
 
+from functools import cache
+
 import cv2
 import numpy as np
 import pytest
@@ -79,7 +81,8 @@ def write_bag(path, topics, definitions=None, *, ros=1, storage="mcap", compress
     compression : str, optional
         Of a ROS 1 bag: bz2 or lz4.
     """
-    store = get_typestore(Stores.ROS1_NOETIC if ros == 1 else Stores.ROS2_JAZZY)
+    stores = Stores.ROS1_NOETIC if ros == 1 else Stores.ROS2_JAZZY
+    store = get_typestore(stores) if definitions else _common_types(stores)
     for kind, text in (definitions or {}).items():
         store.register(get_types_from_msg(text, kind))
     plugin = {"mcap": StoragePlugin.MCAP, "db3": StoragePlugin.SQLITE3}[storage]
@@ -94,6 +97,12 @@ def write_bag(path, topics, definitions=None, *, ros=1, storage="mcap", compress
                 data = serialize(_message(store, kind, fields), kind)
                 writer.write(connection, BEGIN + round(seconds * 1e9), data)
     return path
+
+
+@cache
+def _common_types(stores):
+    """A store that keeps what it compiles of messages for the next bag."""
+    return get_typestore(stores)
 
 
 def digest(kind, text):

@@ -14,6 +14,7 @@ from fuzz.text_mutations import mutated_bytes, mutated_json
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
 from forcelab.formats.boris import Observation, VideoFile, to_boris
+from forcelab.formats.boris_labels import RESOLUTION
 from forcelab.formats.label_files import LabelOptions, LabelSet, read_label_file
 from forcelab.labels import Segment, Track
 from forcelab.vocabulary import Vocabulary
@@ -75,7 +76,7 @@ def test_what_we_write_comes_back_to_a_microsecond(path):
     ]
     path.write_bytes(to_boris("p", observations, Vocabulary()))
     live, filmed = read_label_file(path)
-    assert live == LabelSet("a", (ANN, BEN), resolution=1e-3)
+    assert live == LabelSet("a", (ANN, BEN), resolution=RESOLUTION)
     assert (filmed.name, filmed.duration, filmed.media) == ("b - c", 12.5, {"pull.mp4": 0.0})
     (track,) = filmed.tracks
     assert (track.author, track.actions) == ("Ann", ANN.actions)
@@ -116,7 +117,7 @@ def test_without_observer_and_subject_the_author_is_the_options(path):
     write(path, project(events=events, type="LIVE", file={}))
     (labels,) = read_label_file(path, LabelOptions(author="Kim"))
     assert labels == LabelSet(
-        "pull 7", (Track("Kim", (Segment(0.5, 1.5, "grab"),)),), resolution=1e-3
+        "pull 7", (Track("Kim", (Segment(0.5, 1.5, "grab"),)),), resolution=RESOLUTION
     )
 
 
@@ -217,7 +218,7 @@ def test_tabular_events_of_later_versions(tmp_path):
     (labels,) = read_label_file(tabular(tmp_path / "a.csv", *rows))
     segments = (Segment(1.0, 1.5, "grab"), Segment(1.5, 2.25, "hold"))
     assert labels == LabelSet(
-        "pull 7", (Track("left", segments),), 4.5, (), {"a.mp4": 0.0}, resolution=1e-3
+        "pull 7", (Track("left", segments),), 4.5, (), {"a.mp4": 0.0}, resolution=RESOLUTION
     )
 
 

@@ -8,10 +8,14 @@ import numpy as np
 import pytest
 
 from forcelab.cli import main
+from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
+from forcelab.formats import identify
+from forcelab.formats.elan import to_elan
 from forcelab.formats.export import exporting
 from forcelab.formats.label_files import LabelOptions, importing_labels
+from forcelab.formats.textgrid import to_textgrid
 from forcelab.formats.track_text import AnnotatedTrack, to_audacity, to_csv, to_statistics_table
 from forcelab.jobs import finish
 from forcelab.labels import Segment, Track
@@ -181,8 +185,8 @@ def test_a_better_offset_is_told_with_how_well_labels_agree_there(load, project)
     early = tuple(Segment(s.start - 0.734, s.end - 0.734, s.action) for s in segments)
     (remark,) = load("02.csv", Track("Zoe", early)).remarks.popitem()[1]
     assert re.fullmatch(
-        r"Moved by \+0.734 s, the labels of Zoe would agree with those of Ann in (99|100)% of the "
-        r"labelled time instead of \d\d?% \(--offset 0.734\).",
+        r"Moved by \+0.734 s, the labels of Zoe would agree with those of Ann in (99|100) % of the "
+        r"labelled time instead of \d\d? % \(--offset 0.734\).",
         remark,
     )
     options = LabelOptions(offset=0.734)
@@ -228,3 +232,84 @@ def test_what_is_exported_comes_back_unchanged(load, project, tmp_path):
         files = finish(exporting(project, tmp_path / form, form))
         report = finish(importing_labels(project, files))
         assert [track.status for track in report.tracks] == ["unchanged"] * 4
+
+
+@pytest.fixture
+def filmed(tmp_path):
+    """A demonstration whose second video begins 0.4 s earlier and runs 100 ppm slow."""
+    path = tmp_path / "filmed.forcelab"
+    with Project.create(path) as project:
+        added = project.demonstrations.add(demonstration("take 1", "pen", 10.0, 5))
+        for name, clock in (("left", ClockMap()), ("right", ClockMap(-0.4, 1.0001))):
+            film = tmp_path / f"{name}.mp4"
+            film.write_bytes(name.encode())
+            project.media.attach_video(added.id, film, clock, name)
+    return path
+
+
+def as_made_on(path, *media):
+    """Ann's labels in an ELAN file of somebody else's, made on media with their time origins."""
+    content = to_elan([Track("Ann", ANN)], (), path.parent).decode()
+    links = "".join(
+        f'<MEDIA_DESCRIPTOR MEDIA_URL="file:///D:/{name}" MIME_TYPE="video/mp4" TIME_ORIGIN="{t}"/>'
+        for name, t in media
+    )
+    content = content.replace('AUTHOR="forcelab"', 'AUTHOR=""')
+    path.write_text(content.replace("<PROPERTY", f"{links}<PROPERTY", 1))
+    return path
+
+
+def test_times_of_a_video_are_carried_onto_the_forces_by_its_clock(filmed, tmp_path):
+    with Project.open(filmed) as opened:
+        left, right = (v.path.name for v in opened.demonstrations.load("take 1").videos)
+    carried = "Its times were carried onto the forces by the video's clock."
+    taken = (
+        "'GX 01.mp4' was taken for the video of 'take 1', by whose clock times were carried onto "
+        "the forces."
+    )
+    path = tmp_path / "take 1.eaf"
+    for media, clock, origin, remarks in (
+        ([(left, 0)], ClockMap(), 0.0, {}),
+        ([("other.mp4", 0), (right, 1500)], ClockMap(-0.4, 1.0001), 1.5, {path: (carried,)}),
+    ):
+        with Project.open(filmed) as opened:
+            opened.tracks.undo(opened.demonstrations.id_of("take 1"), "Ann")
+        report = finish(importing_labels(filmed, [as_made_on(path, *media)]))
+        assert report.trouble() == {}
+        assert report.remarks == remarks
+        edges = [(s.start, s.end) for s in stored(filmed, "take 1", "Ann")]
+        expected = clock.to_force([(s.start + origin, s.end + origin) for s in ANN])
+        np.testing.assert_allclose(edges, expected, atol=1e-9)
+    with Project.open(filmed) as opened:
+        opened.tracks.undo(opened.demonstrations.id_of("take 1"), "Ann")
+        opened.media.set_video_clock(opened.demonstrations.id_of("take 1"), ClockMap(1.0))
+    report = finish(
+        importing_labels(filmed, [as_made_on(path, ("GX%2001.mp4", 0))], replacing=True)
+    )
+    assert report.remarks == {path: (taken,)}
+    assert stored(filmed, "take 1", "Ann")[0] == Segment(1.25, 2.5, "grab")
+
+
+def test_what_elan_only_rounds_is_unchanged_and_an_edit_there_moves_no_other_edge(
+    project, tmp_path
+):
+    exact = (Segment(0.25031, 1.50049, "grab"), Segment(1.50049, 3.0, "hold"))
+    with Project.open(project) as opened:
+        id_ = opened.demonstrations.id_of("02")
+        opened.tracks.edit(id_, "Ann", (), exact, "painted")
+    path = finish(exporting(project, tmp_path / "out", "elan"))[0]
+    assert outcome(finish(importing_labels(project, [path])))[2] == "unchanged"
+    path.write_text(path.read_text().replace('"3000"', '"2500"'))
+    assert outcome(finish(importing_labels(project, [path], replacing=True)))[2] == "replaced"
+    assert stored(project, "02", "Ann") == (exact[0], Segment(1.50049, 2.5, "hold"))
+
+
+@pytest.mark.parametrize("name", ["take.eaf", "take.TextGrid"])
+def test_labels_that_are_imported_as_a_recording_are_told_for_what_they_are(tmp_path, name):
+    path = tmp_path / name
+    track = Track("Ann", ANN)
+    path.write_bytes(
+        to_elan([track], (), tmp_path) if name.endswith("eaf") else to_textgrid([track], 9.0)
+    )
+    with pytest.raises(InputError, match="holds labels, which belong to a demonstration"):
+        identify(path)

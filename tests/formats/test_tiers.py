@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import re
 
 import praatio.textgrid
@@ -275,3 +276,22 @@ def test_a_broken_textgrid_is_one_sentence(tmp_path, old, new, sentence):
     assert sentence in str(error.value)
     assert "pen-01.TextGrid" in str(error.value)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["a.eaf", "a.TextGrid"])
+def test_mutated_files_are_read_or_refused_in_a_sentence(tmp_path, name):
+    path = tmp_path / name
+    whole = to_elan([ANN, BEN], (), tmp_path) if "eaf" in name else to_textgrid([ANN, BEN], 3.5)
+    pieces = (b"1e999", b"-1", b"9" * 5000, b"\0", b"\xff", b'"', b"<", b"&x;", b"", b"<exists>")
+    dice = random.Random(6)
+    for _ in range(150):
+        content = bytearray(whole)
+        for _ in range(dice.choice((1, 1, 3))):
+            at = dice.randrange(len(content))
+            content[at : at + dice.choice((0, 1, 5, 50))] = dice.choice(pieces)
+        path.write_bytes(content)
+        try:
+            read(path)
+        except InputError as error:
+            assert str(error).count("\n") == 0
+            assert name in str(error)

@@ -27,6 +27,9 @@ campaign.MEMORY = 2**30
 KINDS = {
     "parquet": column_files.whole_arrow,
     "excel": column_files.whole_workbooks,
+    "xdf": column_files.whole_xdf,
+    "c3d": column_files.whole_c3d,
+    "tdms": column_files.whole_tdms,
 }
 
 

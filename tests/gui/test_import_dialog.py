@@ -4,7 +4,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from factories import foam_demonstration
+from factories import foam_demonstration, numbered_frame
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -459,6 +459,27 @@ def test_a_field_of_a_bag_that_is_no_force_can_be_made_a_signal(
     assert names == ["fx", "fy", "fz", "tx", "ty", "tz", "point.x", "point.y", "point.z"]
 
 
+def test_cameras_of_a_bag_are_videos_unless_they_are_left_out(document, open_on, tmp_path, until):
+    pytest.importorskip("rosbags")
+    from tests.formats.rosbag_files import COMPRESSED, WRENCH, compressed_image, wrenches, write_bag
+
+    pictures = [(i / 10, compressed_image(i / 10, numbered_frame(i))) for i in range(5)]
+    topics = {
+        "/ft": (WRENCH, wrenches()),
+        "/a": (COMPRESSED, pictures),
+        "/b": (COMPRESSED, pictures),
+    }
+    dialog = open_on(write_bag(tmp_path / "a.bag", topics))
+    assert (read_as(dialog)["/a"], read_as(dialog)["/b"]) == ("video", "video")
+    choose(dialog, "/a", "left out")
+    choose(dialog, "/b", "left out")
+    choose(dialog, "/b", "video")
+    import_button(dialog).click()
+    until(lambda: document.id)
+    assert [video.name for video in document.demonstration.videos] == ["/b"]
+    assert "/b became a video: 5 frames of 384 x 64 (as in the bag)" in report(dialog)
+
+
 def test_a_file_that_tells_its_rate_is_asked_for_none(document, open_on, tmp_path, until):
     file = tmp_path / "walk.csv"
     rows = "".join(f"{i // 10 + 1},{i % 10},{i % 7 / 4}\n" for i in range(200))
@@ -511,3 +532,34 @@ def test_a_repaired_import_takes_its_actions_out_of_the_open_task(
     import_into("stylus", pull)
     assert document.demonstration.name == "block"
     assert document.vocabulary.names == ("squeeze",)
+
+
+def test_episodes_and_features_of_a_dataset_are_chosen(document, open_on, tmp_path, until):
+    pytest.importorskip("pyarrow")
+    from tests.formats.lerobot_datasets import write_dataset
+
+    write_dataset(tmp_path / "pen")
+    assert not open_on(FOAM).episodes.isVisible()
+    # The file dialog chooses files, and one of them stands for the folder.
+    dialog = open_on(tmp_path / "pen/meta/info.json")
+    assert files(dialog) == [str(tmp_path / "pen")]
+    assert dialog.episodes.isVisible()
+    assert dialog.episodes.placeholderText() == "all 4, or such as 0-9, 12"
+    assert not warns_of_no_task(dialog)  # it names them itself
+    uses = read_as(dialog)
+    assert (uses["timestamp"], uses["observation.state"], uses["action"]) == (
+        "times",
+        "signal",
+        "left out",
+    )
+    dialog.columns.wish("action", "signal")
+    dialog.episodes.setText("3-1")
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
+    assert "'3-1' names no episodes; write such as 0-9,12." in report(dialog)
+    dialog.episodes.setText("1-2")
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
+    until(lambda: document.id)
+    assert sorted(info.name for info in document.infos) == ["pen-1", "pen-2"]
+    names = [channel.name for channel in document.demonstration.channels]
+    assert names == ["fx1", "fy1", "fz1", "grip", "lift"]
+    assert {info.task for info in document.infos} == {"pull the pen", "squeeze the foam"}

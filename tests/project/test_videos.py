@@ -5,6 +5,7 @@ from __future__ import annotations
 import sqlite3
 from contextlib import closing
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -44,7 +45,7 @@ def test_videos_come_back_in_order_and_a_name_given_again_replaces_one(project, 
     videos = (VideoReference(one, ClockMap(0.1)), VideoReference(two, ClockMap(-2.0, 1.1), "left"))
     id_ = project.demonstrations.add(make(1, name="01", videos=videos)).id
     assert project.demonstrations.info(id_).videos == ("video 1", "left")
-    project.media.attach_video(id_, three, name=" high  up ")
+    project.media.attach_video(id_, three, name=" high up ")
     project.media.attach_video(id_, three, ClockMap(7.0), name="left")
     project.media.set_video_clock(id_, ClockMap(3.0), "high up")
     project.media.set_video_clock(id_, ClockMap(0.2))
@@ -67,6 +68,17 @@ def test_videos_come_back_in_order_and_a_name_given_again_replaces_one(project, 
         project.media.attach_video(id_, one, name=" ")
     with pytest.raises(InputError, match="longer than"):
         project.media.attach_video(id_, one, name=2000 * "x")
+    project.media.remove_video(id_, "video 1")  # whose file is that of "left"
+    assert names_and_content(project.demonstrations.load(id_))[0] == ("left", b"first.mp4")
+    project.media.remove_video(id_, "high up")
+    assert [path.read_bytes() for path in sorted(home.glob("video-*"), key=Path.read_bytes)] == [
+        b"first.mp4",
+        b"second.mp4",
+    ]
+    project.media.attach_video(id_, three, name="last")
+    assert project.demonstrations.info(id_).videos == ("left", "low", "last")
+    with pytest.raises(InputError, match="no video 'high up'"):
+        project.media.remove_video(id_, "high up")
     project.demonstrations.remove_all({id_: {}})
     assert not home.exists()
 
@@ -112,6 +124,7 @@ def test_a_store_that_knew_one_video_is_opened_with_all_of_them(
         {"start": FRAMES["start"], "frames_0": FRAMES["frames_0"]},
         NAMES | {"video_clocks": np.array([[0.0, 1.0], [np.nan, 1.0]])},
         NAMES | {"video_clocks": np.array([[0.0, 1.0]])},
+        NAMES | {"video_clocks": np.array([0.0, 1.0])},
         NAMES | {"video_files": np.array(["", "../../01.mkv"])},
         NAMES | {"video_files": np.array(["", "signals.npy"])},
         NAMES | {"video_names": np.array(["front", " "])},
@@ -145,8 +158,9 @@ def test_damaged_stamps_and_links_leave_the_first_video(project, make, films, ol
         with Project.open(path) as opened:
             return len(opened.demonstrations.load("01").videos)
 
-    (home / "stamps.npz").write_bytes(whole[:-30])
-    assert videos() == 1
+    for damaged in (whole[:-30], whole[:60] + bytes(40) + whole[100:]):
+        (home / "stamps.npz").write_bytes(damaged)
+        assert videos() == 1
     (home / "stamps.npz").write_bytes(whole)
     assert videos() == 2
     beside.unlink()

@@ -1,4 +1,5 @@
 import os
+import struct
 import subprocess
 import sys
 
@@ -98,6 +99,32 @@ def test_av1_is_decoded_as_pyav_decodes_it_from_the_beginning(film):
         assert len(shown) == len(reader) == COUNT
         numbers = np.random.default_rng(6).permutation(COUNT)[:STEPS].tolist()
         assert [n for n in numbers if not np.array_equal(reader.frame(n), shown[n])] == []
+
+
+def test_av1_whose_tags_are_of_an_old_alphabet_is_shown(film, tmp_path):
+    content = film("av1.mkv").read_bytes()
+    assert content.count(b"Lavf") > 2  # in a tag, too
+    (tmp_path / "a.mkv").write_bytes(content.replace(b"Lavf", b"L\xe4vf"))
+    with VideoReader(tmp_path / "a.mkv") as reader:
+        assert frame_number(reader.frame(30)) == 30
+
+
+@pytest.mark.parametrize("turn", [(0, 1, -1, 0), (-1, 0, 0, -1), (0, -1, 1, 0)])
+def test_av1_is_turned_as_other_videos_are(tmp_path, turn):
+    """By the matrix of the track (ISO/IEC 14496-12, tkhd), as telephones write it."""
+    a, b, c, d = (65536 * number for number in turn)
+    matrix = struct.pack(">9i", a, b, 0, c, d, 0, 0, 0, 1 << 30)
+    upright = struct.pack(">9i", 65536, 0, 0, 0, 65536, 0, 0, 0, 1 << 30)
+    shown = []
+    for name, codec, options in (("h264.mp4", "libx264", {}), ("av1.mp4", "libsvtav1", AV1)):
+        path = write_video(tmp_path / name, codec, EVEN[:6], options)
+        content = path.read_bytes()
+        track = content.index(b"tkhd")
+        path.write_bytes(content[:track] + content[track:].replace(upright, matrix, 1))
+        with VideoReader(path) as reader:
+            shown.append(reader.frame(5).astype(int))
+    assert shown[0].shape == shown[1].shape
+    assert np.abs(shown[0] - shown[1]).mean() < 5
 
 
 def test_thumbnails_and_motion_of_av1_are_of_its_frames(film):

@@ -2,11 +2,12 @@
 
 Read are tables (CSV, TSV) of start, end, action and perhaps author, as 'forcelab
 export' writes them; label tracks of Audacity; projects of BORIS (*.boris), and its
-tabular and aggregated events as CSV or TSV; ELAN files (*.eaf), EAF 2.7 to 3.0;
-TextGrids of Praat. Tiers of the last two are authors, called by their annotator or else
-as the tier; annotations without text are unlabelled. With --tiers actions each tier is
-an action, and those of one annotator make one track. Annotations without times of their
-own, and points, are left out, which is said.
+tabular and aggregated events as CSV or TSV; annotations of Label Studio (JSON,
+JSON-MIN); ELAN files (*.eaf), EAF 2.7 to 3.0; TextGrids of Praat. Tiers of the last two
+are authors, called by their annotator or else as the tier; annotations without text are
+unlabelled. With --tiers actions each tier is an action, and those of one annotator make
+one track. Annotations without times of their own, and points, are left out, which is
+said.
 A file belongs to the demonstration of its name or its media's ('task - name' where
 several have that name; 'name - author' tells the author, too): exactly, else whatever
 the case and suffix. Where several fit, the one as long as the labels counts; else

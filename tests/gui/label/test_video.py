@@ -23,7 +23,7 @@ import forcelab.gui.label.video_frames
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.gui.label.picture_view import scaled
-from forcelab.gui.label.video import CameraSelection, VideoPanel
+from forcelab.gui.label.video import VideoPanel, VideoSelection
 from forcelab.gui.label.video_frames import VideoFrames
 from forcelab.gui.label.video_sync import VideoPreview
 from forcelab.gui.view_state import ViewState
@@ -80,7 +80,7 @@ def document(app):
 
 @pytest.fixture
 def panel(document):
-    panel = VideoPanel(document, CameraSelection(document))
+    panel = VideoPanel(document, VideoSelection(document))
     panel.resize(400, 200)
     panel.show()
     yield panel

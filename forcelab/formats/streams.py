@@ -1,0 +1,303 @@
+"""Recordings of several streams, each with its own times: chosen, and put onto one clock.
+
+What C3D, XDF and TDMS files hold. Streams come onto one clock as the topics of a bag do
+(:func:`~forcelab.formats.rosbag_topics.align_topics`). Their events name what is done until the
+next one; where there is a "NAME start" and a "NAME end", NAME is done in between.
+"""
+
+from __future__ import annotations
+
+import re
+from array import array
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.errors import InputError
+from forcelab.formats.label_tables import own_or_beside_tracks
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
+from forcelab.formats.rosbag_topics import (
+    Field,
+    TopicData,
+    align_topics,
+    values_within,
+    with_sensors,
+)
+from forcelab.formats.table_columns import MOST_LABELS, is_unlabelled, missing_remark
+from forcelab.formats.track_text import on_samples
+from forcelab.labels import Segment, Track
+from forcelab.text import listed
+
+
+@dataclass(frozen=True, slots=True)
+class Stream:
+    """Samples with common times, n of c channels."""
+
+    name: str  #: unique within its file
+    times: NDArray[np.float64]  #: seconds on the clock of the file, shape (n,); NaN where unknown
+    values: NDArray[np.float64]  #: shape (n, c)
+    channels: tuple[Channel, ...]  #: their names are unique within the stream
+    chosen: bool = True  #: whether it is read without being asked for
+
+    @property
+    def addresses(self) -> list[str]:
+        """How people name each channel."""
+        return [f"{self.name}.{channel.name}" for channel in self.channels]
+
+
+@dataclass(frozen=True, slots=True)
+class Events:
+    """What happened at single times."""
+
+    name: str  #: unique within its file
+    times: NDArray[np.float64]  #: seconds on the clock of the file
+    words: list[str]
+
+
+#: So many names are told at most.
+_SHOWN: Final = 8
+#: Nanoseconds in a second, and how many seconds the first samples are after the zero of a clock: a
+#: stamp of zero means that there is none.
+_SECOND, _LEAD = 10**9, 1e6
+#: Times this far from the others are none.
+_ABSURD: Final = 1e9
+_USES: Final[tuple[Use, ...]] = ("signal", "left out")
+_EVENT_USES: Final[tuple[Use, ...]] = ("labels", "left out")
+
+
+def make_recording(
+    path: Path,
+    streams: Sequence[Stream],
+    events: Sequence[Events],
+    options: ReadOptions,
+    remarks: Sequence[str] = (),
+) -> Recording:
+    """The streams and events that the options choose, as one demonstration called like the file.
+
+    Options name streams, or channels as in ``stream.channel``; events are chosen as labels.
+    """
+    fields = _choose(streams, events, options)
+    # Relative to a sample in the middle, times keep all their digits.
+    times = np.concatenate([s.times for s in streams if any(f.topic == s.name for f in fields)])
+    times = times[np.isfinite(times)]
+    zero = float(np.median(times)) if times.size else 0.0
+    topics = [
+        _topic(stream, mine, zero)
+        for stream in streams
+        if (mine := tuple(field_ for field_ in fields if field_.topic == stream.name))
+    ]
+    aligned = align_topics(
+        topics, str(path), strict=options.strict, topic_word="stream", message_word="sample"
+    )
+    channels = tuple(
+        Channel(name, unit)
+        for topic in topics
+        for field_ in topic.fields
+        for name, unit in zip(field_.names, field_.units, strict=True)
+    )
+    demonstration = Demonstration(
+        path.stem,
+        options.task or "",
+        aligned.times,
+        aligned.signals,
+        channels,
+        grid_rate=options.rate,
+    )
+    start = zero + (aligned.start - _LEAD)
+    tracks, label_remarks = _tracks(events, options, start, demonstration)
+    tracks, beside_remarks = own_or_beside_tracks(path, tracks, options, start, demonstration)
+    read = {topic.topic for topic in topics}
+    others = [stream.name for stream in streams if stream.name not in read]
+    unread = f"Not read: {listed(others, _SHOWN)}; choose with --signal what is to be a signal."
+    return Recording(
+        demonstration,
+        tracks,
+        (
+            *remarks,
+            *([unread] if others else []),
+            *aligned.remarks,
+            *label_remarks,
+            *beside_remarks,
+            *missing_remark(aligned.signals, channels),
+        ),
+    )
+
+
+def preview_streams(
+    streams: Sequence[Stream], events: Sequence[Events], options: ReadOptions
+) -> tuple[ColumnUse, ...]:
+    """What the channels and events would be read as; each stream begins with its times."""
+    fields = _choose(streams, events, options)
+    read = {f"{field_.topic}.{leaf[0]}" for field_ in fields for leaf in field_.leaves}
+    rows: list[ColumnUse] = []
+    for stream in streams:
+        cells = tuple(f"{time:.6f}" for time in stream.times[:3].tolist())
+        rows.append(ColumnUse(f"{stream.name}: times", "s", "times", cells, choices=("times",)))
+        for address, channel, column in zip(
+            stream.addresses, stream.channels, stream.values[:3].T, strict=True
+        ):
+            use: Use = "signal" if address in read else "left out"
+            cells = tuple(f"{value:.6g}" for value in column.tolist())
+            rows.append(ColumnUse(address, channel.unit, use, cells, choices=_USES))
+    labels = {found.name for found in _chosen_events(events, options)}
+    for found in events:
+        use = "labels" if found.name in labels else "left out"
+        rows.append(ColumnUse(found.name, "", use, tuple(found.words[:3]), choices=_EVENT_USES))
+    return tuple(rows)
+
+
+def _choose(
+    streams: Sequence[Stream], events: Sequence[Events], options: ReadOptions
+) -> list[Field]:
+    """The channels to read, by stream, with names that tell them apart."""
+    addresses = [address for stream in streams for address in stream.addresses]
+    names = [found.name for found in events]
+    for name in (*options.signals, *options.leave_out):
+        if not any(values_within(address, name) for address in (*addresses, *names)):
+            known = [*dict.fromkeys(stream.name for stream in streams), *names]
+            raise InputError(
+                f"it has no values called '{name}'; name one of {listed(known, _SHOWN)}, or a "
+                "channel as in STREAM.CHANNEL."
+            )
+    fields = []
+    for stream in streams:
+        places = [
+            i
+            for i, address in enumerate(stream.addresses)
+            if (stream.chosen or any(values_within(address, name) for name in options.signals))
+            and not any(values_within(address, name) for name in options.leave_out)
+        ]
+        if places and stream.times.size > 1:
+            channels = [stream.channels[i] for i in places]
+            fields.append(
+                Field(
+                    stream.name,
+                    (),
+                    tuple((channel.name,) for channel in channels),
+                    tuple(channel.name for channel in channels),
+                    tuple(channel.unit for channel in channels),
+                    force=False,
+                )
+            )
+    if not fields:
+        known = [stream.name for stream in streams]
+        raise InputError(
+            f"it has no signals{' but what is left out' if options.leave_out else ''}; "
+            + (
+                f"choose with --signal one of {listed(known, _SHOWN)}."
+                if known
+                else "there is nothing to import."
+            )
+        )
+    return with_sensors(fields)
+
+
+def _topic(stream: Stream, fields: tuple[Field, ...], zero: float) -> TopicData:
+    """A stream as what comes onto one clock with others."""
+    places = {channel.name: i for i, channel in enumerate(stream.channels)}
+    chosen = [places[str(leaf[0])] for field_ in fields for leaf in field_.leaves]
+    known = np.abs(stream.times - zero) < _ABSURD  # nor is NaN
+    ticks = np.where(known, np.rint((stream.times - zero + _LEAD) * _SECOND), 0).astype(np.int64)
+    values = np.ascontiguousarray(stream.values[:, chosen], np.float64)
+    topic = TopicData(stream.name, fields, {}, None, None)
+    topic.arrived.frombytes(ticks.tobytes())
+    topic.stamped = array("q", bytes(8 * ticks.size))
+    topic.values.frombytes(values.tobytes())
+    return topic
+
+
+def _chosen_events(events: Sequence[Events], options: ReadOptions) -> list[Events]:
+    """The events that are labels: those asked for, else all that are not left out."""
+    if options.label is not None:
+        chosen = [found for found in events if values_within(found.name, options.label)]
+        if not chosen:
+            names = [found.name for found in events]
+            cure = f"name one of {listed(names, _SHOWN)}" if names else "there are none"
+            raise InputError(f"it has no events called '{options.label}'; {cure}.")
+        return chosen
+    return [
+        found
+        for found in events
+        if not any(values_within(found.name, name) for name in options.leave_out)
+    ]
+
+
+_EDGE = re.compile(r"(.*?)[\W_]*(?:(start|begin|onset|on)|(end|stop|offset|off))", re.IGNORECASE)
+
+
+def _tracks(
+    events: Sequence[Events], options: ReadOptions, start: float, demonstration: Demonstration
+) -> tuple[tuple[Track, ...], list[str]]:
+    """A track for each kind of events, and how they became segments."""
+    tracks: list[Track] = []
+    remarks: list[str] = []
+    chosen = _chosen_events(events, options)
+    for found in chosen:
+        number = len({word for word in found.words if not is_unlabelled(word)})
+        if number > MOST_LABELS:
+            text = f"{found.name} holds {number:,} different events, too many to be actions"
+            if options.label is not None:
+                raise InputError(f"{text}; name other ones for the labels.")
+            remarks.append(f"{text}; no labels were read.")
+            continue
+        segments = _segments(found, start, demonstration.duration)
+        author = options.author if len(chosen) == 1 else f"{options.author} ({found.name})"
+        if segments:
+            tracks.append(Track(author, segments))
+            remarks.append(
+                f"Labels were read from {found.name}: each lasts until the next one"
+                f"{', and from NAME start to NAME end' if _paired(found.words) else ''}."
+            )
+    return on_samples(tracks, demonstration.times), remarks
+
+
+def _paired(words: Sequence[str]) -> set[str]:
+    """What has both a start and an end among some words, in lower case."""
+    edges = [match for word in set(words) if (match := _EDGE.fullmatch(word))]
+    starts = {match[1].lower() for match in edges if match[2]}
+    return starts & {match[1].lower() for match in edges if match[3]}
+
+
+def _segments(events: Events, start: float, duration: float) -> tuple[Segment, ...]:
+    """From each event to the next one, on the clock of the demonstration."""
+    paired = _paired(events.words)
+    order = np.argsort(events.times, kind="stable").tolist()
+    marks: list[tuple[float, str]] = []
+    for i in order:
+        action, match = events.words[i], _EDGE.fullmatch(events.words[i])
+        if match and match[1].lower() in paired:
+            # A bare "start" is called so itself.
+            action = "" if match[3] else match[1] or action
+        marks.append((float(events.times[i]) - start, "" if is_unlabelled(action) else action))
+    marks.append((duration, ""))
+    segments = [
+        Segment(max(begin, 0.0), min(end, duration), action)
+        for (begin, action), (end, _) in pairwise(marks)
+        if action and max(begin, 0.0) < min(end, duration)
+    ]
+    joined: list[Segment] = []
+    for segment in segments:  # an event that is told twice goes on
+        if joined and (joined[-1].end, joined[-1].action) == (segment.start, segment.action):
+            joined[-1] = replace(joined[-1], end=segment.end)
+        else:
+            joined.append(segment)
+    return tuple(joined)
+
+
+def unique_names(names: Sequence[str]) -> list[str]:
+    """Names with numbers behind those that repeat one before."""
+    used: set[str] = set()
+    result = []
+    for name in names:
+        new, count = name, 2
+        while new in used:
+            new, count = f"{name} {count}", count + 1
+        used.add(new)
+        result.append(new)
+    return result
