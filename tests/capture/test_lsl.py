@@ -147,7 +147,15 @@ def test_a_stream_without_a_rate_holds_its_values():
     device.zero()
     outlet.push_sample([11, 8, 0], stamp + 0.5)
     assert device.read(5.0).values.tolist() == [[10.0, 10.0, -32_767.0]]
+    device.zero()  # of what it reads, not of what is left of that
+    outlet.push_sample([12, 8, 0], stamp + 0.75)
+    assert device.read(5.0).values.tolist() == [[1.0, 0.0, 0.0]]
     device.close()
+    device.close()
+    device.open()
+    outlet.push_sample([1, 2, 3], time.time())
+    assert device.read(5.0).arrived == pytest.approx(time.monotonic(), abs=1.0)
+    assert "its program does not stamp by the clock of LSL" in device.remarks()[0]
     device.close()
 
 
