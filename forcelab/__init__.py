@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from forcelab.version import __version__
 
 if TYPE_CHECKING:
+    from forcelab.cluster import join_cluster as join_cluster
     from forcelab.demonstration import Channel as Channel
     from forcelab.demonstration import Demonstration as Demonstration
     from forcelab.errors import ForcelabError as ForcelabError
@@ -102,6 +103,7 @@ _HOMES = {
     "glossary": ("terms", "glossary"),
     "import_files": ("formats.importing", "import_files"),
     "latest_run": ("review.run_result", "latest_run"),
+    "join_cluster": ("cluster", "join_cluster"),
     "leave_one_out": ("recognition.cross_validation", "leave_one_out"),
     "load_dataset": ("recognition.dataset", "load_dataset"),
     "load_recogniser": ("recognition.storage", "load_recogniser"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
+from forcelab.text import unknown_word
 
 __all__ = ["GAP_PERIODS", "LARGEST", "Channel", "Demonstration", "VideoReference"]
 
@@ -47,7 +48,7 @@ class Channel:
 
 @dataclass(frozen=True, slots=True)
 class VideoReference:
-    """Where a demonstration's video lies, and how its clock maps onto the force clock.
+    """Where a video of a demonstration lies, and how its clock maps onto the force clock.
 
     Parameters
     ----------
@@ -55,10 +56,14 @@ class VideoReference:
         The video file.
     clock : ClockMap
         From the video's own timestamps (s) to force time (s).
+    name : str
+        What it is called among those of its demonstration, such as the camera's name or a topic;
+        by default ``"video 1"``, ``"video 2"`` and so on, by its place there.
     """
 
     path: Path
     clock: ClockMap = field(default_factory=ClockMap)
+    name: str = ""
 
 
 def _frozen(array: ArrayLike) -> NDArray[np.float64]:
@@ -93,8 +98,8 @@ class Demonstration:
         One column a channel, in the channel's unit. NaN or infinity marks a missing sample.
     channels : sequence of Channel, length c
         Distinct names.
-    video : VideoReference, optional
-        The video of the same task, if there is one.
+    videos : sequence of VideoReference
+        The videos of the same task, if there are any: distinct names, the main one first.
     grid_rate : float, optional
         Rate in Hz of the uniform grid on which features are computed; by default the inverse of
         the median period.
@@ -103,7 +108,7 @@ class Demonstration:
     ------
     InputError
         If the shapes disagree, the stamps do not increase, are less than a nanosecond or more than
-        30 years apart on average, or two channels share a name.
+        30 years apart on average, or two channels or two videos share a name.
 
     Notes
     -----
@@ -115,13 +120,18 @@ class Demonstration:
     times: NDArray[np.float64]
     signals: NDArray[np.float64]
     channels: tuple[Channel, ...]
-    video: VideoReference | None = None
+    videos: tuple[VideoReference, ...] = ()
     grid_rate: float | None = None
 
     def __post_init__(self) -> None:
         times, signals = _frozen(self.times), _frozen(self.signals)
         channels = tuple(self.channels)
-        for attribute, value in (("times", times), ("signals", signals), ("channels", channels)):
+        videos = tuple(
+            video if video.name.strip() else replace(video, name=f"video {number}")
+            for number, video in enumerate(self.videos, 1)
+        )
+        values = {"times": times, "signals": signals, "channels": channels, "videos": videos}
+        for attribute, value in values.items():
             object.__setattr__(self, attribute, value)
         if not self.name.strip():
             raise InputError("A demonstration needs a name.")
@@ -150,15 +160,34 @@ class Demonstration:
             )
         if self.grid_rate is not None and not 0 < self.grid_rate < np.inf:
             raise InputError(f"{where}: the rate must be positive, not {self.grid_rate} Hz.")
-        names = [channel.name for channel in channels]
-        if len(set(names)) != len(names):
-            twice = next(name for name in names if names.count(name) > 1)
-            raise InputError(f"{where} has two channels called '{twice}'; rename one.")
+        for noun, names in (
+            ("channels", [channel.name for channel in channels]),
+            ("videos", [video.name for video in videos]),
+        ):
+            if len(set(names)) != len(names):
+                twice = next(name for name in names if names.count(name) > 1)
+                raise InputError(f"{where} has two {noun} called '{twice}'; rename one.")
 
     def __setstate__(self, state: dict[str, object]) -> None:
         """Restore a pickled copy; arrays come out of a pickle writeable."""
         self.__dict__.update(state)
         self.times.flags.writeable = self.signals.flags.writeable = False
+
+    @property
+    def video(self) -> VideoReference | None:
+        """The first video; None where there is none."""
+        return self.videos[0] if self.videos else None
+
+    def find_video(self, name: str | None = None) -> VideoReference:
+        """A video by its name, by default the first one; InputError if there is none."""
+        if not self.videos:
+            raise InputError(f"Demonstration '{self.name}' has no video; attach one first.")
+        names = [video.name for video in self.videos]
+        if name is None:
+            return self.videos[0]
+        if name not in names:
+            raise InputError(unknown_word("video", name, names))
+        return self.videos[names.index(name)]
 
     @cached_property
     def id(self) -> str:

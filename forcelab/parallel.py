@@ -6,13 +6,15 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from functools import cache, partial
 from typing import TypeVar
 
+from forcelab.cluster import current_cluster
 from forcelab.errors import ForcelabError
+from forcelab.jobs import Progress, finish
 from forcelab.runtime import quiet_joblib
 
 ItemT = TypeVar("ItemT")
@@ -52,6 +54,34 @@ def map_in_processes(
         if results is not None:
             with quiet_joblib():
                 results.close()
+
+
+def share_work(
+    work: Callable[[ItemT], ResultT], items: Iterable[ItemT], jobs: int
+) -> Generator[ResultT, None, None]:
+    """As :func:`map_in_processes`, by the workers of a cluster where one was joined.
+
+    They may be other machines: the work reads and writes no file.
+    """
+    cluster = current_cluster()
+    yield from map_in_processes(work, items, jobs) if cluster is None else cluster.map(work, items)
+
+
+def run_job(
+    job: Callable[..., Generator[Progress, None, ResultT]], *arguments: object
+) -> Generator[Progress, None, ResultT]:
+    """Run a job on a worker of the cluster that was joined, without progress; else here."""
+    cluster = current_cluster()
+    if cluster is None:
+        return (yield from job(*arguments))
+    with closing(cluster.map(partial(_finish, job), [arguments])) as coming:
+        return next(coming)
+
+
+def _finish(
+    job: Callable[..., Generator[Progress, None, ResultT]], arguments: Sequence[object]
+) -> ResultT:
+    return finish(job(*arguments))
 
 
 def _call(work: Callable[[ItemT], ResultT], parent: int, item: ItemT) -> ResultT:

@@ -57,6 +57,13 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 # Many tests start the program: it is compiled once, also where a machine asks for no bytecode.
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+# What tests send and look for by the Lab Streaming Layer stays among themselves.
+LSL_CONFIG = tempfile.NamedTemporaryFile("w", suffix=".cfg")  # noqa: SIM115 - until the tests end
+LSL_CONFIG.write(
+    Path(__file__).with_name("lsl_api.cfg").read_text().replace("PROCESS", str(os.getpid()))
+)
+LSL_CONFIG.flush()
+os.environ["LSLAPICFG"] = LSL_CONFIG.name
 # A shell lets what it starts in the background ignore Ctrl+C, and so would what tests start.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)

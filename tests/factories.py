@@ -363,7 +363,7 @@ def demonstration_with_video(folder: Path, clock: ClockMap | None = None) -> Dem
         t,
         force,
         (Channel("fx1", "N"), Channel("fz1", "N")),
-        video=VideoReference(path, clock or ClockMap()),
+        videos=(VideoReference(path, clock or ClockMap()),),
     )
 
 

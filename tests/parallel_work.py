@@ -34,6 +34,14 @@ def killed(number):
     return number
 
 
+def killed_once(item):
+    number, marker = item
+    if number == 2 and not marker.exists():
+        marker.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
 def waiting(_):
     os.write(1, f"{os.getpid()}\n".encode())  # at once: another process writes as well
     time.sleep(60)

@@ -120,7 +120,7 @@ def test_read_only_numbers_of_another_kind_become_float64():
 
 def test_a_recording_is_the_same_whatever_it_is_called():
     video = VideoReference(Path("lego.mp4"), ClockMap(offset=0.2))
-    other = make(name="first", task="stylus", video=video, grid_rate=500.0)
+    other = make(name="first", task="stylus", videos=(video,), grid_rate=500.0)
     assert other.id == make().id
     assert other == make()
     assert len({other, make()}) == 1

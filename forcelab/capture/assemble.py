@@ -28,7 +28,6 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track, ordered
-from forcelab.project.media import Camera
 from forcelab.signals.grid import interpolate
 
 
@@ -110,7 +109,7 @@ class DeviceStream:
     values: NDArray[np.float64]
     #: Whether a value holds until the next one.
     holds: bool = False
-    #: Whether the stamps come from a clock; else from arrivals.
+    #: Whether the stamps come from a clock; else from arrivals, or with the samples.
     even: bool = True
     #: From when to when (s) it was unplugged.
     away: tuple[tuple[float, float], ...] = ()
@@ -329,8 +328,6 @@ class AssembledRecording:
     #: residual (s); of camera i ``frames_i``, shape (m, 2): arrived and the camera's own stamp (s;
     #: NaN where it has none); ``start`` (s, host's monotonic clock) of time 0.
     stamps: dict[str, NDArray[Any]]
-    #: The cameras that gave pictures; the first one's video is the demonstration's.
-    cameras: tuple[Camera, ...]
     #: What the device that gave the stamps sent in the time of the demonstration, shape (n, c), and
     #: the place of its first channel in that.
     lead_values: NDArray[np.float64]
@@ -348,6 +345,7 @@ class _RecordedDevice(NamedTuple):
     rate: float
     holds: bool
     counted: bool
+    stamped: bool
 
 
 def _recorded_device(header: Mapping[str, Any]) -> _RecordedDevice:
@@ -357,6 +355,7 @@ def _recorded_device(header: Mapping[str, Any]) -> _RecordedDevice:
         float(header.get("rate", 0.0)),
         bool(header["holds"]),
         bool(header.get("counted", True)),
+        bool(header.get("stamped", False)),
     )
 
 
@@ -386,11 +385,12 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
         if block.ticks is not None and len(block):
             stamps[f"ticks_{i}"] = block.ticks
         host, breaks = block.arrived, np.array(log.breaks, dtype=np.int64)
-        fitted = None if device.holds else _fit_device(block, breaks, device.counted, device.rate)
+        as_they_came = device.holds or device.stamped
+        fitted = None if as_they_came else _fit_device(block, breaks, device.counted, device.rate)
         if fitted is not None:
             stamps[f"clock_{i}"] = np.array([fitted.offset, fitted.rate, fitted.residual])
             host, precision = fitted.host, max(precision, fitted.residual)
-        elif len(host) and not device.holds:
+        elif len(host) and not as_they_came:
             host, bound = spread_deliveries(host, breaks)
             precision = max(precision, bound)
         before = device.holds and len(host) > 0 and bool(host[0] <= begun)
@@ -402,13 +402,12 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
     aligned = align(streams, names)
     start = aligned.start
     stamps["start"] = np.array(start)
-    videos: list[Camera] = []
+    videos: list[VideoReference] = []
     for i, (camera, frames) in enumerate(zip(cameras, index.frames, strict=True)):
         stamps[f"frames_{i}"] = frames[:, :2]
         file = folder / str(camera["file"])
         if len(frames) and file.is_file():
-            video = VideoReference(file, _video_clock(frames, start))
-            videos.append(Camera(str(camera["name"]), video))
+            videos.append(VideoReference(file, _video_clock(frames, start), str(camera["name"])))
         elif not len(frames):
             remarks.append(f"{camera['name']} gave no picture.")
         remarks += camera_remarks(str(camera["name"]), frames[:, 0])
@@ -418,14 +417,13 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
         aligned.times,
         aligned.signals,
         channels_of_all([device.channels for device in devices]),
-        video=videos[0].video if videos else None,
+        videos=tuple(videos),
     )
     return AssembledRecording(
         demonstration,
         marks_track(index.marks, start, demonstration.end, author),
         tuple(remark for remark in remarks if remark),
         stamps,
-        tuple(videos),
         streams[aligned.lead].values[aligned.within],
         sum(len(device.channels) for device in devices[: aligned.lead]),
         precision,

@@ -24,6 +24,7 @@ class Block:
     """Consecutive samples of one device."""
 
     #: When the bytes of each sample were read: seconds of the host's monotonic clock, shape (n,).
+    #: Of a device that is ``stamped``, such as a stream, when each was taken.
     arrived: NDArray[np.float64]
     #: The device's counter, unwrapped, in samples: neighbours differ by one where nothing was lost.
     #: Shape (n,); None for a device without a counter.

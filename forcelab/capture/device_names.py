@@ -10,6 +10,8 @@ from urllib.parse import quote, unquote
 from forcelab.capture.device import Device
 from forcelab.capture.discovery import only_port
 from forcelab.capture.encoder import Encoder
+from forcelab.capture.lsl import FoundStream, LslStream
+from forcelab.capture.netft import NetFT
 from forcelab.capture.optoforce import OptoForce
 from forcelab.capture.replay import RecordedDevice
 from forcelab.capture.text_device import TextDevice
@@ -23,32 +25,52 @@ OPTIONS = {
     "optoforce": ("rate", "filter", "calibration", "serial"),
     "text": ("baud", "rate"),
     "encoder": ("scale", "unit", "channel", "rate", "reverse"),
+    "netft": ("force", "torque", "rate"),
+    "lsl": ("source", "dejitter"),
     "replay": ("demonstration", "loop"),
 }
 
-AnyDevice = OptoForce | TextDevice | Encoder | RecordedDevice
+AnyDevice = OptoForce | TextDevice | Encoder | NetFT | LslStream | RecordedDevice
 
 
 def parse_device(name: str) -> AnyDevice:
     """The device that a name means, not yet open: ``KIND:PORT?OPTION=VALUE&...``.
 
-    Without a port the only device of that kind is meant; the port of ``replay`` is a project.
+    Without a port the only device of that kind is meant; the port of ``netft`` is an address
+    in the network, that of ``lsl`` a stream's name, that of ``replay`` a project.
     Options are, of ``optoforce``, `rate` (Hz), `filter` (Hz, 0 for none), `calibration` (a file)
     and `serial`; of ``text`` `baud` and `rate`; of ``encoder`` `scale` (units a count), `unit`,
-    `channel`, `rate` and `reverse` (yes or no); of ``replay`` `demonstration` (name or id) and
-    `loop` (yes or no). In port and values ``%26`` is an ampersand, ``%3F`` a question mark and
-    ``%25`` a percent sign; see :func:`quote_value`.
+    `channel`, `rate` and `reverse` (yes or no); of ``netft`` `force` and `torque` (counts a newton
+    and a newton metre) and `rate`; of ``lsl`` `source` (where several streams have that name) and
+    `dejitter` (yes or no); of ``replay`` `demonstration` (name or id) and `loop` (yes or no). In
+    port and values ``%26`` is an ampersand, ``%3F`` a question mark and ``%25`` a percent sign; see
+    :func:`quote_value`.
     """
     kind, colon, rest = name.partition(":")
     if kind not in OPTIONS or not colon:
         raise InputError(
-            f"'{name}' is no device; write optoforce:PORT, text:PORT, encoder:PORT or "
-            f"replay:PROJECT, such as optoforce:/dev/ttyACM0."
+            f"'{name}' is no device; write optoforce:PORT, text:PORT, encoder:PORT, "
+            f"netft:ADDRESS, lsl:STREAM or replay:PROJECT, such as optoforce:/dev/ttyACM0."
         )
     port, _, behind = rest.partition("?")
     options = _Options(name, kind, behind)
     if kind == "replay":
         return _parse_recorded(name, unquote(port), options)
+    if kind == "netft":
+        if not port:
+            raise InputError(f"'{name}' has no address; write one, such as netft:192.168.1.1.")
+        return NetFT(
+            unquote(port),
+            force=options.take("force", float, 0.0, "counts a newton, such as force=1000000"),
+            torque=options.take("torque", float, 0.0, "counts a Nm, such as torque=1000000"),
+            rate=options.take("rate", float, 0.0, "a number, such as rate=1000"),
+        )
+    if kind == "lsl":
+        return LslStream(
+            unquote(port),
+            source=options.take("source", str, ""),
+            dejitter=options.take("dejitter", _parse_yes_no, False, "yes or no"),
+        )
     path = unquote(port) or only_port(kind)
     if kind == "optoforce":
         return OptoForce(
@@ -100,6 +122,12 @@ def parse_devices(names: Sequence[str]) -> list[AnyDevice]:
 def quote_value(text: str) -> str:
     """A port or a value as it is written in a name: what would end it there becomes ``%26``."""
     return quote(text, safe="/:=,;+@ ~!$'()*\\")
+
+
+def name_stream(stream: FoundStream) -> str:
+    """What ``--device`` takes of a stream, such as ``"lsl:Forces"``."""
+    name = f"lsl:{quote_value(stream.name)}"
+    return f"{name}?source={quote_value(stream.source)}" if stream.ambiguous else name
 
 
 def with_calibration(name: str, file: Path | None) -> str:

@@ -119,6 +119,12 @@ _WRONG, _SETTLED = 0.05, 5.0  # share by which a configured rate is wrong; s to 
 _UNKNOWN = 1000.0  # Hz, at most, of a device without a configured rate
 
 
+def _rate(times: NDArray[np.float64]) -> float:
+    """Samples a second by their stamps (s); 0 where these do not tell."""
+    seconds = float(np.ptp(times)) if len(times) > 1 else 0.0
+    return (len(times) - 1) / seconds if seconds > 0 else 0.0
+
+
 class DeviceReader:
     """Reads one open device in a thread of its own, which alone uses it until :meth:`close`.
 
@@ -142,6 +148,7 @@ class DeviceReader:
         self._messages = MessageQueue()
         self._last: Block | None = None
         self._plugged = True
+        self._stamped = bool(getattr(device, "stamped", False))
         self._counted = 0  # samples so far of a device without a counter: they count themselves
         self._opened = self._last_arrival = time.monotonic()
         self._lost_at = self._saturated_at = -np.inf
@@ -185,6 +192,8 @@ class DeviceReader:
         with self._lock:
             clocked = self._clock.known and not self.device.holds
             rate = 1.0 / self._clock.rate if clocked else 0.0
+            if self._stamped and not self.device.holds:
+                rate = _rate(self.ring.latest(_RECENT)[1])
             # A rate that was only measured is no promise that a clock could break.
             promised = configured > 0 and not getattr(self.device, "measured", False)
             pace = configured / rate if clocked and promised else np.nan
@@ -290,7 +299,7 @@ class DeviceReader:
 
     def _times(self, block: Block) -> NDArray[np.float64]:
         """When the samples were taken, by the clock as it is now."""
-        if self.device.holds:
+        if self.device.holds or self._stamped:
             return block.arrived
         ticks = block.ticks
         if ticks is None:

@@ -22,10 +22,8 @@ from forcelab.capture.journal import (
     is_being_written,
     read_journal,
 )
-from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
 from forcelab.project import AddResult, Project
-from forcelab.project.media import Camera, camera_stamps
 from forcelab.project.records import NewDemonstration
 from forcelab.version import __version__
 
@@ -107,11 +105,7 @@ def save(path: Path, contents: JournalReader) -> SavedRecording:
             track.author: project.tracks.head(added.id, track.author) for track in incoming.tracks
         }
         try:
-            further = [
-                _attach_beside(project, added.id, camera) for camera in assembled.cameras[1:]
-            ]
-            cameras = camera_stamps((*assembled.cameras[:1], *further)) if further else {}
-            project.media.attach_stamps(added.id, assembled.stamps | cameras)
+            project.media.attach_stamps(added.id, assembled.stamps)
             _compare(project, added, assembled)
         except BaseException as error:  # whatever that is: the next try begins anew
             if added.status == "new":
@@ -120,10 +114,7 @@ def save(path: Path, contents: JournalReader) -> SavedRecording:
                 )
                 _take_back(project, part, error)
             raise
-    notes = (
-        f"The video of {c.name} lies beside the first one's: '{c.video.path}'." for c in further
-    )
-    remarks = (*assembled.remarks, *added.remarks, *notes)
+    remarks = (*assembled.remarks, *added.remarks)
     samples, duration = len(demonstration.times), demonstration.duration
     return SavedRecording(added, samples, duration, remarks, heads, assembled.precision)
 
@@ -155,12 +146,6 @@ def _take_back(project: Project, part: SavedRecording, error: BaseException) -> 
             f"not be taken back either: {second}",
             part,
         ) from error
-
-
-def _attach_beside(project: Project, id_: str, camera: Camera) -> Camera:
-    """Keep a further camera's video beside a recording."""
-    copy = project.media.attach_file(id_, camera.video.path)
-    return Camera(camera.name, VideoReference(copy, camera.video.clock))
 
 
 def discard(path: Path, recording: SavedRecording) -> None:
@@ -262,6 +247,7 @@ def create_journal(
                 "rate": device.rate,
                 "holds": device.holds,
                 "counted": bool(getattr(device, "counted", True)),
+                "stamped": bool(getattr(device, "stamped", False)),
             }
             for device in devices
         ],

@@ -50,9 +50,9 @@ cure); 2 the command line is wrong.
 
 #: The commands as the manual lists them; others follow by name.
 ORDER = (
-    *("gui", "demo", "simulate", "import", "list", "runs", "assign", "note", "agree", "attach"),
-    *("sync", "rename", "remove", "capture", "replay", "evaluate", "train", "predict", "review"),
-    *("why", "export", "plan", "actions", "figures", "measure", "doctor"),
+    *("gui", "demo", "simulate", "import", "labels", "list", "runs", "assign", "note", "agree"),
+    *("attach", "sync", "rename", "remove", "capture", "replay", "evaluate", "train", "predict"),
+    *("review", "why", "export", "plan", "actions", "figures", "measure", "doctor"),
 )
 
 #: The options that cure errors which cannot know of them.

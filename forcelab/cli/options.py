@@ -6,11 +6,13 @@ import argparse
 import re
 import sys
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NoReturn
 
+from forcelab.cluster import join_cluster
 from forcelab.errors import InputError
 from forcelab.text import tidy_name
 
@@ -38,6 +40,7 @@ _PLAINER = (
     (re.compile(r"invalid float value: (.*)"), r"\1 is no number"),
     (re.compile(r"invalid int value: (.*)"), r"\1 is no whole number"),
     (re.compile(r"the following arguments are required: (.*)"), r"\1 must be given"),
+    (re.compile(r"one of the arguments (\S+) (\S+) is required"), r"\1 or \2 must be given"),
     (re.compile(r"unrecognized arguments: (.*)"), r"'\1' means nothing here"),
     (re.compile(r"^argument (\S+): "), r"\1: "),
 )
@@ -78,10 +81,8 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """End with status 2."""
-        if message.startswith("the following arguments are required"):
-            message = (
-                self._unknown(self._arguments) or message
-            )  # it was perhaps given, but mistyped
+        if "required" in message:  # it was perhaps given, but mistyped
+            message = self._unknown(self._arguments) or message
         refusal = _NO_CHOICE.search(message)
         if refusal is not None:
             message = message.replace(refusal[0], _no_choice(refusal[1], refusal[2]))
@@ -146,6 +147,25 @@ def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
 
 
+def add_scheduler(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="share the work among the workers of the Dask scheduler that runs there",
+    )
+
+
+@contextmanager
+def join_scheduler(address: str | None) -> Iterator[None]:
+    """Join a cluster, if one is named, and say in the end what was done there."""
+    if address is None:
+        yield
+        return
+    with join_cluster(address) as cluster:
+        yield
+        print(f"forcelab: {cluster.report()}", file=sys.stderr)
+
+
 def add_column_options(parser: argparse.ArgumentParser) -> None:
     """Options for the columns of a table: times, counters, signals."""
     parser.add_argument("--time", metavar="COL", help="name or number of the column of times")
@@ -167,7 +187,8 @@ def add_column_options(parser: argparse.ArgumentParser) -> None:
         metavar="COL",
         action="append",
         default=[],
-        help="name or number of a column to leave out; may be repeated",
+        help="name or number of a column to leave out; in a ROS bag /topic or /topic.field; may be "
+        "repeated",
     )
     parser.add_argument(
         "--signal",

@@ -11,14 +11,18 @@ from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Protocol, cast
+from typing import Final, Protocol, cast
 
 from forcelab.errors import InputError
-from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.formats.signatures import BAG_METADATA, announced_kind, is_bag_folder, seems_to_be
-
-if TYPE_CHECKING:  # no format is imported before a file of it is met
-    from forcelab.formats.table import ColumnUse
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.formats.signatures import (
+    BAG_METADATA,
+    LEROBOT_INFO,
+    announced_kind,
+    is_bag_folder,
+    is_lerobot_folder,
+    seems_to_be,
+)
 
 __all__ = ["HEAD_BYTES", "Format", "all_formats", "format_names", "identify", "preview", "read"]
 
@@ -45,7 +49,7 @@ class _Reader(Protocol):
     """The interface of a format's module; `preview` only where its files have columns."""
 
     def sniff(self, path: Path, head: bytes) -> bool:
-        """Whether the file (or bag folder), whose first 64 KiB are `head`, is of this format."""
+        """Whether the file (or folder), whose first 64 KiB are `head`, is of this format."""
 
     def read(self, path: Path, options: ReadOptions) -> list[Recording]:
         """Read the whole file; errors are :class:`InputError`."""
@@ -111,6 +115,13 @@ _EARLY: Final = (
         starts=(b"PAR1", b"ARROW1\x00\x00", b"\xff\xff\xff\xff"),
         columns=True,
     ),
+    Format(
+        name="lerobot",
+        description="LeRobot datasets",
+        module="forcelab.formats.lerobot",
+        starts=(b"{",),
+        columns=True,
+    ),
 )
 #: Any text might be a table; what is told by its packets wherever they start is never text.
 _LATE: Final = (
@@ -158,8 +169,8 @@ def format_names() -> tuple[str, ...]:
 def identify(path: str | os.PathLike[str]) -> Format:
     """Tell an existing file's format by its content; the error says what the file seems to be."""
     path = Path(path)
-    with _naming_file(path):
-        head = _head(path)
+    with naming_file(path):
+        head = file_head(path)
         announced = announced_kind(head)
         for format_ in all_formats():
             worthwhile = head.startswith(format_.starts) if format_.starts else not announced
@@ -171,6 +182,13 @@ def identify(path: str | os.PathLike[str]) -> Format:
                 f"'{path}' looks like {kind}, which belongs to a demonstration: import the "
                 f"recording first, then attach the video to it (forcelab attach; in the window "
                 f"File > Attach video, or a right click in the list)."
+            )
+        from forcelab.formats.label_files import identify_labels  # which knows this module
+
+        if identify_labels(path, head) is not None:
+            raise InputError(
+                f"'{path}' holds labels, which belong to a demonstration: import the recording "
+                f"first, then its labels (forcelab labels; in the window File > Import labels)."
             )
         readable = "; ".join(format_.description for format_ in all_formats())
         raise InputError(f"'{path}' looks like {kind}; what can be read: {readable}.")
@@ -198,7 +216,7 @@ def read(path: str | os.PathLike[str], options: ReadOptions | None = None) -> li
     """
     path, options = Path(path), options or ReadOptions()
     format_ = identify(path) if options.format is None else _named_format(path, options.format)
-    with _naming_file(path):
+    with naming_file(path):
         recordings = _module(format_).read(path, options)
         if not recordings:
             raise InputError(f"'{path}' holds no recording; there is nothing to import.")
@@ -212,24 +230,26 @@ def preview(path: str | os.PathLike[str], options: ReadOptions) -> tuple[ColumnU
     """
     path = Path(path)
     format_ = identify(path)
-    with _naming_file(path):
+    with naming_file(path):
         return _module(format_).preview(path, options) if format_.columns else ()
 
 
 def _named_format(path: Path, name: str) -> Format:
     """The format of that name, once the file is known to be readable."""
-    with _naming_file(path):
-        _head(path)
+    with naming_file(path):
+        file_head(path)
         for format_ in all_formats():
             if format_.name == name:
                 return format_
         raise InputError(f"There is no format '{name}'; choose one of {', '.join(format_names())}.")
 
 
-def _head(path: Path) -> bytes:
-    """The first bytes of a regular file, at least one; of a bag's folder, those of its metadata."""
+def file_head(path: Path) -> bytes:
+    """The first bytes of a regular file, at least one; of a bag or dataset, of its metadata."""
     if is_bag_folder(path):
         path = path / BAG_METADATA
+    elif is_lerobot_folder(path):
+        path = path / LEROBOT_INFO
     mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
         raise InputError(f"'{path}' is a folder; name the files in it, such as {path}/*.csv.")
@@ -247,7 +267,7 @@ def _module(format_: Format) -> _Reader:
 
 
 @contextlib.contextmanager
-def _naming_file(path: Path) -> Iterator[None]:
+def naming_file(path: Path) -> Iterator[None]:
     """Re-raise errors as one line that names the file."""
     try:
         yield

@@ -6,7 +6,7 @@
     vocabularies.json                        the actions of each task
     demonstrations/ID/demonstration.json     name, task, channels, rate, video, source, notes
     demonstrations/ID/times.npy signals.npy  seconds (n,) and channels (n, c), 64-bit numbers
-    demonstrations/ID/video-DIGEST.mp4       the video, if there is one
+    demonstrations/ID/video-DIGEST.mp4       the videos, if there are any
     demonstrations/ID/truth.json             what a simulation knows of it, if it is simulated
     demonstrations/ID/tracks.json            every author's segments as they are now
     edits.json                               every edit ever made, the first one first
@@ -71,8 +71,10 @@ from forcelab.project.records import (
 from forcelab.text import natural_order
 from forcelab.vocabulary import Vocabulary
 
-#: The versions of the archive from which on edits tell who proposed them, and it holds verdicts.
+#: The versions of the archive from which on edits tell who proposed them, and it holds verdicts;
+#: and from which on a demonstration has any number of videos.
 PROPOSALS = VERDICTS = 3
+VIDEOS = 4
 #: Nothing was done before, and nothing will have been done after.
 FIRST_YEAR, LAST_YEAR = 1970, 2300
 
@@ -231,7 +233,7 @@ def _verdict_of(record: Record) -> Verdict:
 MANIFEST = "forcelab.json"
 
 #: The version of the archive that is written, and the newest that is read.
-VERSION = 3
+VERSION = 4
 
 #: Bytes that an archive may always unpack to.
 LARGEST = 64 << 20
@@ -244,7 +246,7 @@ LARGEST_RATIO = 200
 LARGEST_TEXT, LARGEST_EDITS = 32 << 20, 128 << 20
 
 _ID = "[0-9a-f]{32}"
-_VIDEO = r"video-(?P<digest>[0-9a-f]{16})(\.[a-z0-9]{1,8})?"
+_VIDEO = r"(video|beside)-(?P<digest>[0-9a-f]{16})(\.[a-z0-9]{1,8})?"
 _MEMBER = re.compile(
     r"(forcelab|vocabularies|edits|assignments|verdicts|recognisers|runs)\.json"
     rf"|demonstrations/{_ID}/(demonstration\.json|tracks\.json|truth\.json|times\.npy|signals\.npy|{_VIDEO})"
@@ -543,17 +545,16 @@ def _write_demonstration(project: Project, info: DemonstrationInfo, out: Archive
             f"The arrays of '{info.name}' in '{project.path}' are no longer what was recorded; "
             f"import the recording again to put them back."
         )
-    video = d.video and {
-        "file": d.video.path.name,
-        "offset": d.video.clock.offset,
-        "rate": d.video.clock.rate,
-    }
+    videos = [
+        {"name": v.name, "file": v.path.name, "offset": v.clock.offset, "rate": v.clock.rate}
+        for v in d.videos
+    ]
     record: dict[str, object] = {
         "name": d.name,
         "task": d.task,
         "channels": [[channel.name, channel.unit] for channel in d.channels],
         "grid_rate": d.grid_rate,
-        "video": video,
+        "videos": videos,
         "source": info.source,
     }
     # Here older programs pass them over; a member of their own they would refuse.
@@ -562,12 +563,12 @@ def _write_demonstration(project: Project, info: DemonstrationInfo, out: Archive
     out.json(f"{home}/demonstration.json", record)
     out.array(f"{home}/times.npy", d.times)
     out.array(f"{home}/signals.npy", d.signals)
-    if d.video and not d.video.path.is_file():
-        raise InputError(
-            f"The file '{d.video.path}' is missing; import the recording again to put it back."
-        )
-    if d.video:
-        out.file(f"{home}/{d.video.path.name}", d.video.path)
+    for path in dict.fromkeys(video.path for video in d.videos):
+        if not path.is_file():
+            raise InputError(
+                f"The file '{path}' is missing; import the recording again to put it back."
+            )
+        out.file(f"{home}/{path.name}", path)
     if (truth := project.demonstrations.truth(info.id)) is not None:
         out.json(f"{home}/truth.json", truth)
     kinds = {author.name: author.kind for author in project.coding.authors()}
@@ -582,8 +583,8 @@ def _write_demonstration(project: Project, info: DemonstrationInfo, out: Archive
     out.json(f"{home}/tracks.json", tracks)
 
 
-#: Tasks that may have a vocabulary.
-MOST_TASKS = 1000
+#: Tasks that may have a vocabulary, and videos of a demonstration.
+MOST_TASKS, MOST_VIDEOS = 1000, 100
 
 _NOT_IMPORTED = (
     "The edits, vocabularies, models' predictions, assignments, verdicts, recognisers and runs "
@@ -689,12 +690,26 @@ def _demonstration(
         if not isinstance(item, list) or [type(part) for part in item] != [str, str]:
             raise InputError(f"A channel needs a name and a unit in {record.where}.")
         channels.append(Channel(*item))
-    video, described = None, record.get("video", dict, type(None))
-    if described is not None and unpack is not None:
-        offset, rate = (_number(described.get(key), record.where) for key in ("offset", "rate"))
-        folder = Path(tempfile.mkdtemp(dir=unpack))
-        name = Record(described, record.where).text("file")
-        video = VideoReference(members.extract(f"{home}/{name}", folder), ClockMap(offset, rate))
+    if members.version >= VIDEOS:
+        described = record.records("videos")
+    else:
+        described = (
+            []
+            if record.get("video", dict, type(None)) is None
+            else [Record(record.get("video", dict), record.where)]
+        )
+    if len(described) > MOST_VIDEOS:
+        raise InputError(f"There are more than {MOST_VIDEOS} videos in {record.where}.")
+    videos = []
+    extracted: dict[str, Path] = {}
+    for video in described if unpack is not None else ():
+        clock = ClockMap(video.number("offset"), video.number("rate"))
+        name = video.text("name") if members.version >= VIDEOS else ""
+        file = video.text("file")
+        if file not in extracted:  # two of the same content lie there once
+            folder = Path(tempfile.mkdtemp(dir=unpack))
+            extracted[file] = members.extract(f"{home}/{file}", folder)
+        videos.append(VideoReference(extracted[file], clock, name))
     rate = record.get("grid_rate", int, float, type(None))
     demonstration = Demonstration(
         name=record.text("name"),
@@ -702,7 +717,7 @@ def _demonstration(
         times=members.array(f"{home}/times.npy"),
         signals=members.array(f"{home}/signals.npy"),
         channels=tuple(channels),
-        video=video,
+        videos=tuple(videos),
         grid_rate=None if rate is None else record.number("grid_rate"),
     )
     if demonstration.id != id_:

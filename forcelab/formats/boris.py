@@ -20,13 +20,15 @@ __all__ = ["Observation", "VideoFile", "to_boris"]
 
 #: The version of the format, which is not that of the program.
 FORMAT_VERSION = "7.0"
+#: The independent variable that says whose labels they are; a column of BORIS' tables.
+OBSERVER = "observer"
 #: BORIS plays up to so many files beside each other.
 PLAYERS = 8
 
 
 @dataclass(frozen=True, slots=True)
 class VideoFile:
-    """The video of an observation."""
+    """A video of an observation."""
 
     path: Path
     clock: ClockMap  #: maps force time to the video's
@@ -41,7 +43,7 @@ class Observation:
     name: str  #: of the demonstration; BORIS lists it with the author's
     task: str  #: becomes the description
     track: Track
-    video: VideoFile | None = None  #: without one BORIS has a live observation
+    videos: tuple[VideoFile, ...] = ()  #: without any BORIS has a live observation
     begun: datetime | None = None  #: when the coder began
 
 
@@ -49,8 +51,9 @@ def to_boris(name: str, observations: Sequence[Observation], vocabulary: Vocabul
     """A BORIS project: each observation of one, each segment a state event.
 
     Times are seconds of the force clock; where there is a video whose clock runs at another rate
-    they go on at that one, so that BORIS shows the right frames. The vocabulary's colours and keys
-    become the ethogram.
+    they go on at that one, so that BORIS shows the right frames. Further videos play beside the
+    first one, as far as BORIS has players: from when they begin, and at its rate. The vocabulary's
+    colours and keys become the ethogram.
     """
     labelled = dict.fromkeys(
         s.action for observation in observations for s in observation.track.segments
@@ -74,7 +77,15 @@ def to_boris(name: str, observations: Sequence[Observation], vocabulary: Vocabul
         },
         "behavioral_categories": [],
         "behavioral_categories_config": {},
-        "independent_variables": {},
+        "independent_variables": {
+            "0": {
+                "label": OBSERVER,
+                "description": "",
+                "type": "text",
+                "default value": "",
+                "possible values": "",
+            }
+        },
         "coding_map": {},
         "behaviors_coding_map": [],
         "converters": {},
@@ -111,9 +122,10 @@ def _ids(observations: Iterable[Observation]) -> list[str]:
 
 
 def _observation(observation: Observation) -> dict[str, Any]:
-    clock = ClockMap() if observation.video is None else observation.video.clock
+    videos = observation.videos[:PLAYERS]
+    clock = videos[0].clock if videos else ClockMap()
     # Neither subject nor modifier nor comment; where there is a video its frame, which may be open.
-    rest = ["", ""] if observation.video is None else ["", "", "NA"]
+    rest = ["", "", "NA"] if videos else ["", ""]
     events = [
         [_video_time(time, clock), "", segment.action, *rest]
         for segment, times in plain_times(observation.track)
@@ -125,7 +137,7 @@ def _observation(observation: Observation) -> dict[str, Any]:
         "time offset": float(clock.offset),
         "events": events,
         "observation time interval": [0, 0],
-        "independent_variables": {},
+        "independent_variables": {OBSERVER: observation.track.author},
         "visualize_spectrogram": False,
         "visualize_waveform": False,
         "media_creation_date_as_offset": False,
@@ -133,20 +145,24 @@ def _observation(observation: Observation) -> dict[str, Any]:
         "image_display_duration": 1,
         "close_behaviors_between_videos": False,
     }
-    if observation.video is None:
+    if not videos:
         live = {"scan_sampling_time": 0, "start_from_current_time": False}
         live["start_from_current_epoch_time"] = False
         return {"type": "LIVE", "file": {}, **common, **live}
-    file = str(observation.video.path)
     files: dict[str, list[str]] = {str(player): [] for player in range(1, PLAYERS + 1)}
-    files["1"] = [file]
+    for player, video in enumerate(videos, 1):
+        files[str(player)] = [str(video.path)]
     info = {
-        "length": {file: observation.video.seconds},
-        "fps": {file: observation.video.fps},
-        "hasVideo": {file: True},
-        "hasAudio": {file: False},
-        "offset": {"1": 0.0},
-        "display": {file: "Nothing"},
+        "length": {str(video.path): video.seconds for video in videos},
+        "fps": {str(video.path): video.fps for video in videos},
+        "hasVideo": {str(video.path): True for video in videos},
+        "hasAudio": {str(video.path): False for video in videos},
+        # When each begins, on the clock of the first one.
+        "offset": {
+            str(player): round(float(clock.to_device(video.clock.offset)), 6)
+            for player, video in enumerate(videos, 1)
+        },
+        "display": {str(video.path): "Nothing" for video in videos},
     }
     return {"type": "MEDIA", "file": files, "media_info": info, **common}
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
-from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.streams import (
     Events,
     Stream,
@@ -27,7 +27,6 @@ from forcelab.formats.streams import (
     preview_streams,
     unique_names,
 )
-from forcelab.formats.table import ColumnUse
 
 _BLOCK: Final = 512
 _KEY: Final = 0x50
@@ -86,7 +85,8 @@ class _Numbers:
 
 def _load(path: Path) -> tuple[list[Stream], list[Events], list[str]]:
     """Analog channels and points of a file, the events of each context, and remarks."""
-    with path.open("rb") as file:
+    # Damaged numbers may be none.
+    with path.open("rb") as file, np.errstate(invalid="ignore", over="ignore"):
         size = file.seek(0, os.SEEK_END)
         file.seek(0)
         header = file.read(_BLOCK)

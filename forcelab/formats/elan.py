@@ -1,4 +1,4 @@
-"""Tracks of one demonstration as an ELAN file (EAF 3.0): a tier for each author."""
+"""ELAN files: read (EAF 2.7 to 3.0), and written (EAF 3.0) with a tier for each author."""
 
 from __future__ import annotations
 
@@ -6,36 +6,65 @@ import math
 import mimetypes
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
+from typing import BinaryIO
+from urllib.parse import unquote
 from xml.etree import ElementTree as ET
+from xml.parsers import expat
 
-from forcelab.demonstration import VideoReference
+import numpy as np
+
+from forcelab.demonstration import Demonstration, VideoReference
 from forcelab.errors import InputError
+from forcelab.formats.label_files import LabelOptions, LabelSet, own_stem
+from forcelab.formats.tiers import Annotation, Tier, tracks_of_tiers
 from forcelab.labels import Track
+from forcelab.text import counted
+from forcelab.vocabulary import COLOURS
 
-__all__ = ["to_elan"]
+__all__ = ["read_labels", "sniff_labels", "to_elan", "to_time_series", "write_time_series"]
 
 _SCHEMA = "http://www.mpi.nl/tools/elan/EAFv3.0.xsd"
 _XSI = "http://www.w3.org/2001/XMLSchema-instance"
 #: What XML 1.0 cannot hold, not even escaped.
 _UNPRINTABLE = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-_TYPE = "action"
+_TYPE, _VOCABULARY, _LANGUAGE = "action", "actions", "und"
+#: The part of ELAN that reads a time series from a table.
+_TABLE_READER = "mpi.eudico.client.annotator.timeseries.csv.CSVServiceProvider"
+#: Samples of a demonstration that ELAN gets at most.
+MOST_SAMPLES = 600_000
+#: Who made our files, by which their times are known to be on the force clock.
+AUTHOR = "forcelab"
 
 
-def to_elan(tracks: Iterable[Track], video: VideoReference | None, folder: Path) -> bytes:
-    """All tracks of a demonstration as an ELAN file, with a link to its video.
+def to_elan(
+    tracks: Iterable[Track],
+    videos: Iterable[VideoReference],
+    folder: Path,
+    vocabulary: Iterable[str] = (),
+    linked: Iterable[str] = (),
+) -> bytes:
+    """All tracks of a demonstration as an ELAN file, with a link to each of its videos.
 
-    Annotations are on the force clock; its zero in the video is the time origin of the media. The
-    link starts from `folder`, where the file will lie.
+    Annotations are on the force clock; its zero in a video is the time origin of that media. The
+    links start from `folder`, where the file will lie. The actions of the `vocabulary`, and those
+    of the tracks, are what ELAN offers for an annotation. `linked` are the names of files that lie
+    beside it, such as of a time series.
     """
+    tracks = tuple(tracks)
+    entries = dict.fromkeys(
+        [*vocabulary, *(action for track in tracks for action in track.actions)]
+    )
+    entry_ids = {action: f"cve{number}" for number, action in enumerate(entries, start=1)}
     root = ET.Element(
         "ANNOTATION_DOCUMENT",
         {
-            "AUTHOR": "forcelab",
-            "DATE": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+            "AUTHOR": AUTHOR,
+            "DATE": _now(),
             "FORMAT": "3.0",
             "VERSION": "3.0",
             "xmlns:xsi": _XSI,
@@ -43,8 +72,16 @@ def to_elan(tracks: Iterable[Track], video: VideoReference | None, folder: Path)
         },
     )
     header = ET.SubElement(root, "HEADER", MEDIA_FILE="", TIME_UNITS="milliseconds")
-    if video is not None:
+    for video in videos:
         _link(header, video, folder)
+    for name in linked:
+        ET.SubElement(
+            header,
+            "LINKED_FILE_DESCRIPTOR",
+            LINK_URL=_plain(_url(folder / name)),
+            MIME_TYPE="text/xml" if name.endswith(".xml") else "text/plain",
+            RELATIVE_LINK_URL=_plain(f"./{name}"),
+        )
     order = ET.SubElement(root, "TIME_ORDER")
     slots = 0
     number = 0
@@ -73,6 +110,7 @@ def to_elan(tracks: Iterable[Track], video: VideoReference | None, folder: Path)
                 ET.SubElement(tier, "ANNOTATION"),
                 "ALIGNABLE_ANNOTATION",
                 ANNOTATION_ID=f"a{number}",
+                CVE_REF=entry_ids[segment.action],
                 TIME_SLOT_REF1=names[0],
                 TIME_SLOT_REF2=names[1],
             )
@@ -81,10 +119,85 @@ def to_elan(tracks: Iterable[Track], video: VideoReference | None, folder: Path)
     ET.SubElement(
         root,
         "LINGUISTIC_TYPE",
+        CONTROLLED_VOCABULARY_REF=_VOCABULARY,
         GRAPHIC_REFERENCES="false",
         LINGUISTIC_TYPE_ID=_TYPE,
         TIME_ALIGNABLE="true",
     )
+    ET.SubElement(root, "LANGUAGE", LANG_ID=_LANGUAGE, LANG_LABEL="undetermined (und)")
+    words = ET.SubElement(root, "CONTROLLED_VOCABULARY", CV_ID=_VOCABULARY)
+    ET.SubElement(words, "DESCRIPTION", LANG_REF=_LANGUAGE)
+    for action, id_ in entry_ids.items():
+        entry = ET.SubElement(words, "CV_ENTRY_ML", CVE_ID=id_)
+        value = ET.SubElement(entry, "CVE_VALUE", DESCRIPTION="", LANG_REF=_LANGUAGE)
+        value.text = _plain(action)
+    return _written(root)
+
+
+def to_time_series(demonstration: Demonstration, table: Path) -> bytes:
+    """What tells ELAN how to show the forces of :func:`write_time_series` in the file `table`."""
+    root = ET.Element("timeseries", date=_now(), version="1.0")
+    source = ET.SubElement(
+        root,
+        "tracksource",
+        {
+            "sample-type": "Discontinuous Rate",  # each sample with its own time
+            "source-url": _plain(_url(table)),
+            "time-column": "0",
+        },
+    )
+    ET.SubElement(source, "property", key="provider", value=_TABLE_READER)
+    signals = demonstration.signals[:: _stride(demonstration)]
+    for column, channel in enumerate(demonstration.channels):
+        track = ET.SubElement(source, "track", derivative="0", name=_plain(channel.name))
+        ET.SubElement(track, "property", {"key": "detect-range", "value": "true"})
+        position = ET.SubElement(track, "sample-position")
+        ET.SubElement(position, "pos", row="0", col=str(column + 1))
+        ET.SubElement(track, "description")
+        ET.SubElement(track, "units").text = _plain(channel.unit)
+        measured = signals[:, column][np.isfinite(signals[:, column])]
+        low, high = (measured.min(), measured.max()) if measured.size else (0.0, 1.0)
+        ET.SubElement(track, "range", min=f"{low:.6g}", max=f"{high:.6g}")
+        colour = COLOURS[column % len(COLOURS)]
+        ET.SubElement(track, "color").text = ",".join(
+            str(int(colour[place : place + 2], 16)) for place in (1, 3, 5)
+        )
+    return _written(root)
+
+
+def write_time_series(demonstration: Demonstration, stream: BinaryIO) -> None:
+    """Write the forces as a table that ELAN draws: times (s) and channels, separated by tabs.
+
+    ELAN holds times in milliseconds and the whole table in memory: of more than a thousand samples
+    a second, and of very long recordings, only every second, third or further one is written.
+    """
+    stride = _stride(demonstration)
+    names = [f"{c.name} [{c.unit}]" if c.unit else c.name for c in demonstration.channels]
+    heading = " ".join("\t".join(["time [s]", *names]).splitlines())
+    signals = demonstration.signals[::stride]
+    table = np.column_stack([demonstration.times[::stride], signals])
+    table[:, 1:][~np.isfinite(signals)] = np.nan
+    formats = ["%.6f", *["%.6g"] * len(names)]
+    # A row that begins with '#' is none to ELAN.
+    np.savetxt(stream, table, formats, "\t", header=heading, encoding="utf-8")
+
+
+def _stride(demonstration: Demonstration) -> int:
+    """Every how many-th sample ELAN gets."""
+    by_memory = math.ceil(len(demonstration.times) / MOST_SAMPLES)
+    return max(1, by_memory, round(0.001 / demonstration.period))
+
+
+def _url(path: Path) -> str:
+    """A file as ELAN writes links to it, which it compares as texts: nothing is escaped."""
+    return f"file:///{path.resolve().as_posix().lstrip('/')}"
+
+
+def _now() -> str:
+    return datetime.now(timezone.utc).isoformat(timespec="seconds")
+
+
+def _written(root: ET.Element) -> bytes:
     ET.indent(root)
     written: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
     return written
@@ -116,3 +229,163 @@ def _plain(text: str) -> str:
     if _UNPRINTABLE.search(text):
         raise InputError(f"The name {text!a} holds a character that ELAN files cannot; rename it.")
     return text
+
+
+#: Bytes of the longest file that is read: a million annotations.
+LONGEST = 128_000_000
+_TIME = re.compile(r"-?\d{1,12}")
+
+
+def sniff_labels(_path: Path, head: bytes) -> bool:
+    """Whether a file is one of ELAN."""
+    return b"<ANNOTATION_DOCUMENT" in head.replace(b"\0", b"")
+
+
+def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
+    """Read the tiers of an ELAN file whose annotations have times of their own.
+
+    Times of files that this program wrote are seconds of the force clock, whatever the media.
+    """
+    if path.stat().st_size > LONGEST:
+        raise InputError(f"'{path}' is larger than any ELAN file of labels; check what it is.")
+    document = _Document(path)
+    tracks, remarks = tracks_of_tiers(document.tiers(), options)
+    names = [Path(name).stem for name in document.media if not document.on_force_clock]
+    return [
+        LabelSet(
+            next(filter(None, names), own_stem(path)),
+            tracks,
+            remarks=(*document.remarks, *remarks),
+            media={} if document.on_force_clock else document.media,
+            resolution=0.001,
+        )
+    ]
+
+
+@dataclass(slots=True)
+class _TierElement:
+    """A tier as it stands in the file: its annotations lie between time slots."""
+
+    name: str
+    annotator: str
+    #: first and last time slot, text, entry of a controlled vocabulary
+    annotations: list[tuple[str, str, str, str]] = field(default_factory=list)
+    references: int = 0
+
+
+class _Document:
+    """What an ELAN file holds, read element by element: no entity is ever expanded."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.media: dict[str, float] = {}
+        self.on_force_clock = False
+        self.remarks: list[str] = []
+        self._root = False
+        self._slots: dict[str, float | None] = {}
+        self._tiers: list[_TierElement] = []
+        self._values: dict[str, str] = {}  # of controlled vocabularies
+        self._entry = ""
+        self._annotation = ("", "", "")  # slots and entry of the one that is being read
+        self._text: list[str] | None = None  # of the value that is being read
+        self._value = ""
+        self._parser = parser = expat.ParserCreate()
+        parser.buffer_text = True
+        parser.StartDoctypeDeclHandler = self._refuse_doctype
+        parser.StartElementHandler = self._start
+        parser.EndElementHandler = self._end
+        parser.CharacterDataHandler = self._add_text
+        try:
+            with path.open("rb") as file:
+                parser.ParseFile(file)
+        except expat.ExpatError as error:
+            why = expat.ErrorString(error.code)
+            raise self._error(f"it is not well-formed XML ({why})") from error
+        except (LookupError, ValueError) as error:  # of an encoding that it claims to have
+            raise self._error("it is not in the encoding that it states") from error
+
+    def tiers(self) -> list[Tier]:
+        """The tiers, with the annotations that have times of their own."""
+        return [
+            Tier(tier.name.strip(), tuple(self._annotations(tier)), tier.annotator.strip())
+            for tier in self._tiers
+        ]
+
+    def _annotations(self, tier: _TierElement) -> Iterator[Annotation]:
+        timeless = tier.references
+        for first, last, text, entry in tier.annotations:
+            for slot in (first, last):
+                if slot not in self._slots:
+                    raise InputError(
+                        f"'{self._path}': an annotation of tier '{tier.name}' is at the time slot "
+                        f"{slot[:40]!a}, which does not exist; open it in ELAN and save it anew."
+                    )
+            start, end = self._slots[first], self._slots[last]
+            if start is None or end is None:
+                timeless += 1
+                continue
+            if end < start:
+                raise InputError(
+                    f"'{self._path}': an annotation of tier '{tier.name}' goes from {start:g} back "
+                    f"to {end:g} s; open it in ELAN and save it anew."
+                )
+            yield Annotation(start, end, text if text.strip() else self._values.get(entry, ""))
+        if timeless:
+            was = "has no time of its own and was" if timeless == 1 else "have no times and were"
+            self.remarks.append(
+                f"{counted(timeless, 'annotation')} of tier '{tier.name}' {was} left out."
+            )
+
+    def _error(self, why: str) -> InputError:
+        line = self._parser.CurrentLineNumber
+        return InputError(f"'{self._path}', line {line}: {why}; open it in ELAN and save it anew.")
+
+    def _refuse_doctype(self, *_: object) -> None:
+        raise self._error("it declares a document type, as no ELAN file does")
+
+    def _start(self, name: str, attributes: dict[str, str]) -> None:
+        get = attributes.get
+        if not self._root:
+            if name != "ANNOTATION_DOCUMENT":
+                raise self._error(f"it is XML of another kind ('{name[:40]}')")
+            self._root = True
+            self.on_force_clock = get("AUTHOR") == AUTHOR
+        elif name == "HEADER":
+            if (unit := get("TIME_UNITS", "milliseconds")) != "milliseconds":
+                raise self._error(f"its times are {unit[:40]}, not milliseconds")
+        elif name == "MEDIA_DESCRIPTOR":
+            url = get("RELATIVE_MEDIA_URL") or get("MEDIA_URL", "")
+            media = unquote(url).replace("\\", "/").rpartition("/")[2]
+            self.media.setdefault(media, self._seconds(get("TIME_ORIGIN", "0")))
+        elif name == "TIME_SLOT":
+            value = get("TIME_VALUE")
+            self._slots[get("TIME_SLOT_ID", "")] = None if value is None else self._seconds(value)
+        elif name == "TIER":
+            self._tiers.append(_TierElement(get("TIER_ID", ""), get("ANNOTATOR", "")))
+        elif name == "ALIGNABLE_ANNOTATION":
+            slots = get("TIME_SLOT_REF1", ""), get("TIME_SLOT_REF2", "")
+            self._annotation, self._value = (*slots, get("CVE_REF", "")), ""
+        elif name == "REF_ANNOTATION" and self._tiers:
+            self._tiers[-1].references += 1
+        elif name == "CV_ENTRY_ML":
+            self._entry = get("CVE_ID", "")
+        elif name in {"ANNOTATION_VALUE", "CVE_VALUE"}:
+            self._text = []
+
+    def _end(self, name: str) -> None:
+        if name in {"ANNOTATION_VALUE", "CVE_VALUE"}:
+            self._value, self._text = "".join(self._text or ()), None
+        if name == "CVE_VALUE":
+            self._values.setdefault(self._entry, self._value)
+        elif name == "ALIGNABLE_ANNOTATION" and self._tiers:
+            first, last, entry = self._annotation
+            self._tiers[-1].annotations.append((first, last, self._value, entry))
+
+    def _add_text(self, text: str) -> None:
+        if self._text is not None:
+            self._text.append(text)
+
+    def _seconds(self, milliseconds: str) -> float:
+        if not _TIME.fullmatch(milliseconds):
+            raise self._error(f"{milliseconds[:40]!a} is no whole number of milliseconds")
+        return int(milliseconds) / 1000

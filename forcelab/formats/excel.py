@@ -18,9 +18,9 @@ from typing import Any, Final
 
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
-from forcelab.formats.label_tables import sniff_labels
-from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.formats.table import ColumnUse, make_recording, preview_layout, read_rows
+from forcelab.formats.label_tables import is_label_table
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.formats.table import make_recording, preview_layout, read_rows
 from forcelab.formats.table_columns import choose_roles
 from forcelab.formats.table_sniff import HEAD, Layout, Line, find_layout, is_comment
 
@@ -118,7 +118,7 @@ def _tables(path: Path, book: Any) -> tuple[dict[str, Layout], list[str]]:
     for sheet in book.worksheets:
         lines = list(islice(_lines(sheet, min(sheet.max_column or 0, _MOST_COLUMNS)), _SAMPLE_ROWS))
         layout = find_layout(lines, separators=("\t",))
-        if sniff_labels("\n".join(text for _, text in lines).encode()[:HEAD]):
+        if is_label_table("\n".join(text for _, text in lines).encode()[:HEAD]):
             left.append(
                 f"Sheet '{sheet.title}' holds labels (start, end, action) and was left out."
             )

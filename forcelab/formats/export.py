@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
-from collections.abc import Callable, Collection, Generator
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Generator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, BinaryIO, Final, Literal
 
 from forcelab.errors import InputError
 from forcelab.formats.archive import write_archive
 from forcelab.formats.boris import Observation, VideoFile, to_boris
-from forcelab.formats.elan import to_elan
-from forcelab.formats.output_folder import file_names, output_folder
+from forcelab.formats.elan import to_elan, to_time_series, write_time_series
+from forcelab.formats.label_studio import (
+    FilmedTask,
+    forces_task,
+    interface,
+    local_file,
+    video_task,
+)
+from forcelab.formats.lerobot_subtasks import writing_subtasks
+from forcelab.formats.output_folder import file_names, output_folder, stay_out_of_projects
+from forcelab.formats.samples import Prediction, SampleTable
+from forcelab.formats.textgrid import to_textgrid
 from forcelab.formats.track_text import AnnotatedTrack, to_audacity, to_csv, to_statistics_table
-from forcelab.io import write_atomically
+from forcelab.io import atomic_file, write_atomically
 from forcelab.jobs import Progress
 from forcelab.labels import Track
 from forcelab.project import DemonstrationInfo, Project
@@ -30,8 +41,16 @@ class Part:
     project: Project
     info: DemonstrationInfo
     tracks: tuple[Track, ...]
-    title: str  #: what its file is called, without the suffix
-    folder: Path  #: where that will lie
+    title: str  #: what the demonstration, or the track, is called
+    folder: Path  #: where its file will lie
+    prediction: Prediction | None = None  #: for formats that hold some
+    stem: str = ""  #: the title as the name of a file, which no other part has
+
+
+#: Gives what is predicted in a project, by the demonstrations' ids.
+Predictions = Callable[[Project], Mapping[str, Prediction]]
+#: Writes a file that may be too long for the memory.
+StreamWriter = Callable[[BinaryIO], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,11 +59,17 @@ class ExportFormat:
 
     label: str  #: in the window
     suffix: str
-    per: Literal["demonstration", "track", "project"]  #: what a file is made of
-    #: A file's bytes; of a project's file, items to join; None: the project is archived.
+    #: What a file is made of; "dataset": the labels go into what was imported.
+    per: Literal["demonstration", "track", "project", "dataset"]
+    #: A file's bytes, or a StreamWriter; of a project's file, items to join; None: the project is
+    #: archived.
     convert: Callable[[Part], Any] | None = None
-    join: Callable[[Project, list[Any]], bytes] | None = None
+    #: Of a project's items its file's bytes, or those of several files by what their names end in.
+    join: Callable[[Project, list[Any]], bytes | dict[str, bytes]] | None = None
     prints: bool = True  #: whether a single file may go to standard output
+    #: Further files for each part, by what their names end in.
+    beside: tuple[tuple[str, Callable[[Part], Any]], ...] = ()
+    predictions: bool = False  #: whether it holds what runs predict, too
 
 
 def _statistics_rows(part: Part) -> list[AnnotatedTrack]:
@@ -56,22 +81,45 @@ def _statistics_rows(part: Part) -> list[AnnotatedTrack]:
     ]
 
 
+#: What the names of an ELAN file's time series end in; ELAN knows the second one by it.
+FORCES, SERIES = "_forces.csv", "_tsconf.xml"
+
+
 def _elan(part: Part) -> bytes:
-    return to_elan(part.tracks, part.project.demonstrations.load(part.info.id).video, part.folder)
+    return to_elan(
+        part.tracks,
+        part.project.demonstrations.load(part.info.id).videos,
+        part.folder,
+        part.project.actions.vocabulary(part.info.task).names,
+        (f"{part.stem}{FORCES}", f"{part.stem}{SERIES}"),
+    )
+
+
+def _elan_series(part: Part) -> bytes:
+    demonstration = part.project.demonstrations.load(part.info.id)
+    return to_time_series(demonstration, part.folder / f"{part.stem}{FORCES}")
+
+
+def _elan_forces(part: Part) -> StreamWriter:
+    # Loaded when it is written: the arrays of a demonstration are open files.
+    return lambda stream: write_time_series(part.project.demonstrations.load(part.info.id), stream)
+
+
+def _textgrid(part: Part) -> bytes:
+    return to_textgrid(part.tracks, part.info.duration)
 
 
 def _observations(part: Part) -> list[Observation]:
     """Tracks with what else is known of how they were observed: the video, and when."""
     project, info = part.project, part.info
-    file, video = None, project.demonstrations.load(info.id).video if info.has_video else None
-    if video is not None:
-        file = VideoFile(video.path, video.clock, *stated_rate_and_length(video.path))
+    videos = project.demonstrations.load(info.id).videos if info.has_video else ()
+    files = tuple(VideoFile(v.path, v.clock, *stated_rate_and_length(v.path)) for v in videos)
     return [
         Observation(
             part.title,
             info.task,
             track,
-            file,
+            files,
             next((edit.time for edit in project.tracks.history(info.id, track.author)), None),
         )
         for track in part.tracks
@@ -83,6 +131,79 @@ def _boris(project: Project, observations: list[Observation]) -> bytes:
     tasks = {observation.task for observation in observations}
     own = {task: words for task, words in project.actions.vocabularies().items() if task in tasks}
     return to_boris(project.path.resolve().stem, observations, joined(own))
+
+
+def _tracks_and_prediction(part: Part) -> tuple[list[Track], dict[str, list[float | None]]]:
+    """All tracks, what is predicted as one of them, with how probable its segments are."""
+    prediction = part.prediction
+    if prediction is None:
+        return list(part.tracks), {}
+    tracks = [track for track in part.tracks if track.author != prediction.author]
+    scores: list[float | None] = []
+    for segment in prediction.segments:
+        score = prediction.probability(segment)
+        scores.append(None if score is None else round(score, 4))
+    return [*tracks, Track(prediction.author, prediction.segments)], {prediction.author: scores}
+
+
+def _forces_task(part: Part) -> list[tuple[dict[str, Any], tuple[str, ...]]]:
+    """A task, with the columns of its table of forces."""
+    csv = local_file(part.folder / f"{part.stem}{FORCES_OF_TASK}", part.folder)
+    task = forces_task(part.title, part.info.task, csv, *_tracks_and_prediction(part))
+    demonstration = part.project.demonstrations.load(part.info.id)
+    return [(task, SampleTable(demonstration, (), None).columns[1:])]
+
+
+def _video_task(part: Part) -> list[tuple[dict[str, Any], tuple[str, ...]]]:
+    """A task on the first video; none where there is no video."""
+    videos = part.project.demonstrations.load(part.info.id).videos
+    if not videos:
+        return []
+    video = videos[0]
+    fps, _ = stated_rate_and_length(video.path)
+    if not fps:
+        raise InputError(f"The video '{video.path}' does not say its frame rate; encode it anew.")
+    address = local_file(video.path, part.folder)
+    filmed = FilmedTask(video.path, video.clock, fps)
+    task = video_task(part.title, part.info.task, address, filmed, *_tracks_and_prediction(part))
+    return [(task, ())]
+
+
+#: What the names of the tables end in that tasks of Label Studio show.
+FORCES_OF_TASK = ".forces.csv"
+
+
+def _tasks(
+    project: Project, items: list[tuple[dict[str, Any], tuple[str, ...]]]
+) -> dict[str, bytes]:
+    """The tasks, and the labelling interface to show them in."""
+    if not items:
+        raise InputError("None of the demonstrations has a video; attach one, or export forces.")
+    tasks = [task for task, _ in items]
+    channels = [name for name in items[0][1] if all(name in own for _, own in items)]
+    if items[0][1] and not channels:
+        raise InputError("The demonstrations have no channel in common; export a task at a time.")
+    chosen = {task["data"]["task"] for task in tasks}
+    words = {t: own for t, own in project.actions.vocabularies().items() if t in chosen}
+    return {
+        ".label-studio.json": json.dumps(tasks, indent=1).encode(),
+        ".label-studio.xml": interface(tasks, channels, joined(words)),
+    }
+
+
+def _samples(part: Part, write: Callable[[SampleTable, BinaryIO], None]) -> StreamWriter:
+    """Writes a table of samples, once it is known that it can be."""
+
+    def table() -> SampleTable:
+        demonstration = part.project.demonstrations.load(part.info.id)
+        return SampleTable(demonstration, part.tracks, part.prediction)
+
+    table()  # made again when it is written: its arrays are open files
+    return lambda stream: write(table(), stream)
+
+
+def _forces_table(part: Part) -> StreamWriter:
+    return _samples(replace(part, tracks=(), prediction=None), SampleTable.write_csv)
 
 
 FORMATS: Final[dict[str, ExportFormat]] = {
@@ -100,11 +221,18 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         lambda _project, rows: to_statistics_table(rows).encode(),
     ),
     "elan": ExportFormat(
-        "ELAN: one file per demonstration, one tier per coder, with the video",
+        "ELAN: one file per demonstration, one tier per coder, with videos and forces",
         ".eaf",
         "demonstration",
         _elan,
-        prints=False,  # the link to the video starts from the file's folder
+        prints=False,  # the links to videos start from the file's folder
+        beside=((FORCES, _elan_forces), (SERIES, _elan_series)),
+    ),
+    "textgrid": ExportFormat(
+        "TextGrid of Praat: one file per demonstration, one tier per coder",
+        ".TextGrid",
+        "demonstration",
+        _textgrid,
     ),
     "boris": ExportFormat(
         "BORIS: one project, one observation per coder and demonstration",
@@ -113,11 +241,51 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         _observations,
         _boris,
     ),
+    "label-studio": ExportFormat(
+        "Label Studio: forces as time series, one task per demonstration",
+        ".label-studio.json",
+        "project",
+        _forces_task,
+        _tasks,
+        prints=False,
+        beside=((FORCES_OF_TASK, _forces_table),),
+        predictions=True,
+    ),
+    "label-studio-video": ExportFormat(
+        "Label Studio: videos with timelines, one task per demonstration",
+        ".label-studio.json",
+        "project",
+        _video_task,
+        _tasks,
+        prints=False,
+        predictions=True,
+    ),
     "audacity": ExportFormat(
         "Audacity: one label track per coder and demonstration",
         ".txt",
         "track",
         lambda part: to_audacity(part.tracks[0]).encode(),
+    ),
+    "samples": ExportFormat(
+        "Samples: CSV, forces, labels and predictions; one row per sample",
+        ".samples.csv",
+        "demonstration",
+        lambda part: _samples(part, SampleTable.write_csv),
+        predictions=True,
+    ),
+    "parquet": ExportFormat(
+        "Samples: Parquet, forces, labels and predictions; one row per sample",
+        ".samples.parquet",
+        "demonstration",
+        lambda part: _samples(part, SampleTable.write_parquet),
+        prints=False,
+        predictions=True,
+    ),
+    "lerobot": ExportFormat(
+        "LeRobot: subtasks of all frames, into the dataset that was imported",
+        "",
+        "dataset",
+        prints=False,
     ),
     "archive": ExportFormat(
         "Archive: the whole project as one file, to be imported again",
@@ -136,24 +304,31 @@ def exporting(
     viewer: str | None = None,
     replacing: bool = True,
     authors: Collection[str] | None = None,
+    predictions: Predictions | None = None,
 ) -> Generator[Progress, None, tuple[Path, ...]]:
     """Write labels into a folder, which is made if need be, as a job; gives the files.
 
     Only labels of the demonstrations `ids` and the `authors`, and without tracks that are hidden
     from the coder `viewer`. An archive holds everything, and is refused where anything is hidden.
+    Formats that hold predictions get those that `predictions` gives, unless `authors` are chosen.
     """
     if format_ not in FORMATS:
         raise InputError(unknown_word("format", format_, tuple(FORMATS)))
     chosen = FORMATS[format_]
     with Project.open(path) as project:
-        if chosen.convert is None:
+        if chosen.convert is None and chosen.per == "project":
             file = out / f"{project.path.resolve().stem}{chosen.suffix}"
             return (yield from _archive(project, file, viewer, replacing))
-        parts = _parts(project, out, ids, viewer, authors)
+        predicted: Mapping[str, Prediction] = {}
+        if predictions is not None and chosen.predictions and authors is None:
+            predicted = predictions(project)
+        parts = _parts(project, out, ids, viewer, authors, predicted)
         if not parts:
             if ids is not None or authors is not None:
                 raise InputError("What was chosen has no labels; export more, or label it first.")
             raise InputError(f"'{project.path}' has no labels to export; label something first.")
+        if chosen.per == "dataset":
+            return (yield from _subtasks(project, out, parts, strict=ids is not None))
         return (yield from _labels(project, out, chosen, parts, replacing))
 
 
@@ -172,14 +347,33 @@ def _archive(
     return (file,)
 
 
+def _subtasks(
+    project: Project, dataset: Path, parts: list[Part], *, strict: bool
+) -> Generator[Progress, None, tuple[Path, ...]]:
+    place = dataset.resolve()
+    stay_out_of_projects(dataset, place)
+    if place in project.path.resolve().parents:
+        raise InputError(f"The project lies in '{dataset}', which is replaced; move it elsewhere.")
+    for part in parts:
+        if len(part.tracks) > 1:
+            names = ", ".join(track.author for track in part.tracks)
+            raise InputError(
+                f"'{part.info.name}' was labelled by {names}, and a frame has one subtask; choose "
+                f"one of them (--author)."
+            )
+    labelled = [(part.info, part.tracks[0].segments) for part in parts]
+    return (yield from writing_subtasks(dataset, labelled, strict))
+
+
 def _parts(
     project: Project,
     out: Path,
     ids: Collection[str] | None,
     viewer: str | None,
     authors: Collection[str] | None,
+    predicted: Mapping[str, Prediction],
 ) -> list[Part]:
-    """The tracks to write, by demonstration."""
+    """The tracks to write, and what is predicted, by demonstration."""
     author_names = [author.name for author in project.coding.authors()]
     for name in authors or ():
         if name not in author_names:
@@ -189,7 +383,8 @@ def _parts(
     times = Counter(info.name.casefold() for info in infos)
     parts = []
     for info in infos:
-        if not info.authors or (ids is not None and info.id not in ids):
+        prediction = predicted.get(info.id)
+        if not (info.authors or prediction) or (ids is not None and info.id not in ids):
             continue
         hidden = viewer is not None and project.coding.is_blind(info.id, viewer)
         tracks = tuple(
@@ -201,8 +396,10 @@ def _parts(
         # Its name alone where no other has it: beside its recording, it is read with that.
         unique = not info.task or times[info.name.casefold()] == 1
         title = info.name if unique else f"{info.task} - {info.name}"
-        if tracks:
-            parts.append(Part(project, info, tracks, title, out))
+        if hidden:
+            prediction = None
+        if tracks or prediction:
+            parts.append(Part(project, info, tracks, title, out, prediction))
     return parts
 
 
@@ -216,11 +413,12 @@ def _labels(
             for part in parts
             for track in part.tracks
         ]
-    titles = [part.title for part in parts]
-    if format_.join is not None:
-        titles = [project.path.resolve().stem]
-    files = tuple(out / f"{name}{format_.suffix}" for name in file_names(titles))
-    _check_free(files, replacing)
+    stems = file_names([part.title for part in parts])
+    parts = [replace(part, stem=stem) for part, stem in zip(parts, stems, strict=True)]
+    own = stems if format_.join is None else file_names([project.path.resolve().stem])
+    files = [out / f"{stem}{format_.suffix}" for stem in own]
+    beside = [out / f"{stem}{suffix}" for suffix, _ in format_.beside for stem in stems]
+    _check_free([*files, *beside], replacing)
     contents: list[Any] = []
     convert = format_.convert
     assert convert is not None  # archives are written by _archive
@@ -231,12 +429,24 @@ def _labels(
         except InputError as error:
             raise InputError(f"'{part.info.name}': {error}") from error
     if format_.join is not None:
-        contents = [format_.join(project, [item for items in contents for item in items])]
+        joined_items = format_.join(project, [item for items in contents for item in items])
+        contents = [joined_items]
+        if isinstance(joined_items, dict):
+            contents = list(joined_items.values())
+            files = [out / f"{own[0]}{suffix}" for suffix in joined_items]
+            _check_free(files, replacing)
+    contents += [make(part) for _, make in format_.beside for part in parts]
+    files += beside
     # All were made before: what a format cannot hold leaves no half of an export.
     with output_folder(out, [project.path]):
-        for file, content in zip(files, contents, strict=True):
-            write_atomically(file, content)
-    return files
+        for done, (file, content) in enumerate(zip(files, contents, strict=True)):
+            if not callable(content):
+                write_atomically(file, content)
+                continue
+            yield Progress(done, len(files), file.name)
+            with atomic_file(file) as stream:
+                content(stream)
+    return tuple(files)
 
 
 def _check_free(files: Collection[Path], replacing: bool) -> None:

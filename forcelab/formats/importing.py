@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import tempfile
 from collections import Counter
 from collections.abc import Generator, Iterable, Mapping, Sequence
@@ -27,91 +28,104 @@ from forcelab.project.records import Keepable
 from forcelab.signals.grid import glitch_remarks
 from forcelab.text import listed
 
+#: What parts a recording's name from that of one of its videos.
+_SEPARATOR = re.compile("[._-]")
 _SUFFIXES = frozenset(
     [".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".wmv", ".mts", ".m2ts"]
 )
 
 
-def pair_videos(paths: Sequence[Path]) -> tuple[list[Path], dict[Path, Path]]:
+#: Videos of a recording by what they are called among several; the one of its own name by "".
+Named = Mapping[str, Path]
+
+
+def pair_videos(paths: Sequence[Path]) -> tuple[list[Path], dict[Path, dict[str, Path]]]:
     """Part recordings from the videos that belong to them.
 
-    A video belongs to the recording with the same name but for the suffix: in the same folder, or
-    in another one where only one recording has that name. All other files are recordings, in order.
+    A video belongs to the recording with the same name but for the suffix, or with the beginning of
+    its name up to a dot, dash or underscore, after which it is called: in the same folder, or in
+    another one where only one recording has that name. All other files are recordings, in order.
     """
-    videos_named: dict[str, list[Path]] = {}
-    folders: dict[str, set[Path]] = {}
+    recordings: dict[str, list[Path]] = {}
     for path in paths:
-        if _is_video(path):
-            videos_named.setdefault(_key(path), []).append(path)
-        else:
-            folders.setdefault(_key(path), set()).add(path.parent)
-    video_of = {}
-    for path in (other for other in paths if not _is_video(other)):
-        candidates = videos_named.get(_key(path), [])
-        beside = [film for film in candidates if film.parent == path.parent]
-        matches = beside or (candidates if len(folders[_key(path)]) == 1 else [])
-        if len(matches) == 1:
-            video_of[path] = matches[0]
-    used = set(video_of.values())
+        if not _is_video(path):
+            recordings.setdefault(_key(path), []).append(path)
+    candidates: dict[tuple[Path, str], list[Path]] = {}
+    for video in filter(_is_video, paths):
+        # The longest name that a recording has is that of its own.
+        ends = [len(video.stem), *(m.start() for m in reversed([*_SEPARATOR.finditer(video.stem)]))]
+        for end in ends:
+            named = recordings.get(video.stem[:end].casefold(), [])
+            beside = [path for path in named if path.parent == video.parent]
+            if beside or len({path.parent for path in named}) == 1:
+                for path in beside or named:
+                    candidates.setdefault((path, video.stem[end + 1 :]), []).append(video)
+            if named:
+                break
+    video_of: dict[Path, dict[str, Path]] = {}
+    for (path, name), videos in candidates.items():
+        beside = [video for video in videos if video.parent == path.parent]
+        if len(beside or videos) == 1:
+            video_of.setdefault(path, {})[name] = (beside or videos)[0]
+    used = {video for videos in video_of.values() for video in videos.values()}
     return [path for path in paths if path not in used], video_of
 
 
-def video_beside(path: Path) -> Path | None:
-    """The video in a recording's folder that has its name, if there is exactly one."""
-    try:
-        videos = [
-            video
-            for video in path.parent.iterdir()
-            if _is_video(video) and _key(video) == _key(path)
-        ]
-    except OSError:
-        return None  # what is wrong is told when the recording is read
-    return videos[0] if len(videos) == 1 else None
+def videos_beside(paths: Sequence[Path]) -> dict[Path, dict[str, Path]]:
+    """The videos in the folders of recordings that belong to them."""
+    found: dict[Path, dict[str, Path]] = {}
+    for folder in dict.fromkeys(path.parent for path in paths):
+        with contextlib.suppress(OSError):  # what is wrong is told when the recording is read
+            found |= pair_videos([folder / entry.name for entry in folder.iterdir()])[1]
+    return {path: found[path] for path in paths if path in found}
 
 
 def attach_videos(
-    read_files: Mapping[Path, Sequence[Recording]], videos: Mapping[Path, Path], project: Path
+    read_files: Mapping[Path, Sequence[Recording]], videos: Mapping[Path, Named], project: Path
 ) -> tuple[dict[Path, list[Recording]], dict[Path, InputError]]:
     """Attach videos, which start with the forces until they are synchronised.
 
     A demonstration that has a video in the project keeps that and its clock. Also gives the videos
-    that cannot be read, and why; their recordings stay without one.
+    that cannot be read, and why; their recordings stay without them.
     """
     from forcelab.video.validate import check_video  # OpenCV loads slowly
 
     result = {path: list(recordings) for path, recordings in read_files.items()}
-    with_video = _with_video(project) if videos else frozenset()
+    stored = _stored_videos(project) if videos else {}
     failures: dict[Path, InputError] = {}
-    for path, video in videos.items():
+    for path, named in videos.items():
         recording = result[path][0] if len(result.get(path, ())) == 1 else None
-        if (
-            recording is None
-            or recording.demonstration.video
-            or recording.demonstration.id in with_video
-        ):
+        if recording is None:
             continue
-        try:
-            damage = check_video(video, recording.demonstration.duration)
-        except InputError as error:
-            failures[video] = error
-            continue
-        remark = f"{video.name} was attached; synchronise it unless it starts when the forces do."
-        result[path] = [
-            replace(
-                recording,
-                demonstration=replace(recording.demonstration, video=VideoReference(video)),
-                remarks=(*recording.remarks, remark, *filter(None, [damage])),
+        demonstration, remarks = recording.demonstration, list(recording.remarks)
+        attached = list(demonstration.videos)
+        present = {*stored.get(demonstration.id, ()), *(video.name for video in attached)}
+        for name, video in sorted(named.items()):
+            if name in present or (present and not name):
+                continue
+            try:
+                damage = check_video(video, demonstration.duration)
+            except InputError as error:
+                failures[video] = error
+                continue
+            attached.append(VideoReference(video, name=name))
+            title = f" as '{name}'" if name else ""
+            remarks.append(
+                f"{video.name} was attached{title}; synchronise it unless it starts when the "
+                f"forces do."
             )
-        ]
+            remarks += filter(None, [damage])
+        demonstration = replace(demonstration, videos=tuple(attached))
+        result[path] = [replace(recording, demonstration=demonstration, remarks=tuple(remarks))]
     return result, failures
 
 
-def _with_video(project: Path) -> frozenset[str]:
-    """Ids of the project's demonstrations that have a video."""
+def _stored_videos(project: Path) -> dict[str, tuple[str, ...]]:
+    """The names of the videos that the project's demonstrations have, by their ids."""
     if Project.vacant(project):
-        return frozenset()
+        return {}
     with Project.open(project) as opened:
-        return frozenset(info.id for info in opened.demonstrations.infos() if info.has_video)
+        return {info.id: info.videos for info in opened.demonstrations.infos()}
 
 
 def _is_video(path: Path) -> bool:
@@ -269,8 +283,8 @@ def importing(
         if failures and (options.strict or not read_files):
             raise _refusal(failures, len(paths))
         if options.videos:
-            beside = {path: video for path in paths if (video := video_beside(path)) is not None}
-            videos = beside | videos
+            beside = videos_beside(paths)
+            videos = {path: beside.get(path, {}) | videos.get(path, {}) for path in beside | videos}
         read_files, bad_videos = attach_videos(read_files, videos, project)
         if bad_videos and options.strict:
             raise _refusal(bad_videos, len(paths) + len(bad_videos))
@@ -310,7 +324,7 @@ def _unpacking(
 def _formats_of(files: Iterable[str | os.PathLike[str]]) -> dict[Path, str | None]:
     """The files in order, each once, and which format each has by its content, if any.
 
-    Labels files that are read with their recording, a table or bag, are left out.
+    Labels files that are read with their recording, which has columns, are left out.
     """
     paths = {os.path.realpath(file): Path(file) for file in reversed(list(files))}
     formats: dict[str, str | None] = {}
@@ -318,8 +332,9 @@ def _formats_of(files: Iterable[str | os.PathLike[str]]) -> dict[Path, str | Non
     for key, path in reversed(paths.items()):
         formats[key] = None
         with contextlib.suppress(InputError, OSError):  # told when the file is read
-            formats[key] = identify(path).name
-            several = len(paths) > 1 and formats[key] in {"table", "rosbag"}
+            format_ = identify(path)
+            formats[key] = format_.name
+            several = len(paths) > 1 and format_.columns
             if several and (labels := has_labels_beside(path)) is not None:
                 beside.add(os.path.realpath(labels))
     return {paths[key]: name for key, name in formats.items() if key not in beside}
@@ -348,6 +363,7 @@ def _checked(path: Path, recordings: list[Recording]) -> list[Recording]:
         if len(set(authors)) < len(authors):
             raise InputError(f"'{path}' has two tracks of one author; rename one.")
         texts = [demonstration.name, demonstration.task]
+        texts += [video.name for video in demonstration.videos]
         texts += [text for c in demonstration.channels for text in (c.name, c.unit)]
         texts += [text for track in recording.tracks for text in (track.author, *track.actions)]
         texts += [text for note in recording.notes for text in (note.author, note.text)]

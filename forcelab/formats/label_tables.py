@@ -5,7 +5,8 @@ from __future__ import annotations
 import errno
 import re
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
+from forcelab.formats.label_files import LabelOptions, LabelSet, own_stem
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table_sniff import (
     HEAD,
@@ -33,6 +35,7 @@ from forcelab.formats.table_sniff import (
 from forcelab.formats.timestamps import YEAR_2001, TimestampReader
 from forcelab.formats.track_text import on_samples, plain_text
 from forcelab.labels import Segment, Track, first_beyond, means_unlabelled
+from forcelab.text import counted
 
 _STARTS = frozenset(["start", "begin", "onset", "from"])
 #: An offset is an end where no other column is: BORIS tells the "Time offset" of the media, too.
@@ -84,7 +87,7 @@ def _columns(layout: Layout, *, requested: bool = False) -> tuple[int, int, int,
     return places if (starts <= ends).all() and apart else None
 
 
-def sniff_labels(head: bytes) -> bool:
+def is_label_table(head: bytes) -> bool:
     """Whether a file's first 64 KiB are a labels file.
 
     It is one if its header names a start, an end and an action, or if it has no header and each row
@@ -125,7 +128,7 @@ def _is_file(path: Path) -> bool:
         return False
 
 
-def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
+def read_tracks(path: Path, options: ReadOptions) -> tuple[Track, ...]:
     """Read a labels file: start, end, action and perhaps author, with a header or in this order.
 
     Audacity's label tracks and aggregated events of BORIS are such files. A row whose action is
@@ -133,19 +136,81 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
     file's own, in seconds from the start of the recording, or since 1970 where they are dates.
     Errors name the line.
     """
+    rows = _read_rows(path)
+    if rows is None:
+        return ()
+    observers = _observers(path, rows) if rows.places[3] is None else {}
+    return _tracks(path, rows, range(len(rows.at)), observers, options.author)
+
+
+def sniff_labels(_path: Path, head: bytes) -> bool:
+    """Whether a file can be read as a labels file, although its labels may overlap."""
+    text = _rows(head_lines(head[:HEAD]))
+    layout = find_layout(text)
+    if layout is None:
+        return _is_header_alone(text)
+    return _columns(layout) is not None or (
+        _columns(layout, requested=True) is not None and CellType.NUMBER not in layout.kinds[2:]
+    )
+
+
+def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
+    """Read a labels file: of one demonstration, or of all that a column of this name names."""
+    rows = _read_rows(path)
+    if rows is None:
+        return []
+    names = [column.name.lower() for column in rows.layout.columns]
+    if "demonstration" not in names:
+        observers = _observers(path, rows) if rows.places[3] is None else {}
+        tracks = _tracks(path, rows, range(len(rows.at)), observers, options.author)
+        return [LabelSet(own_stem(path), tracks)]
+    demonstrations: dict[tuple[str, ...], list[int]] = defaultdict(list)
+    keys = [names.index(name) for name in ("task", "demonstration") if name in names]
+    for index, row in enumerate(rows.cells):
+        demonstrations[tuple(plain_text(row[key].strip()) for key in keys)].append(index)
+    predicted = names.index("kind") if "kind" in names else None
+    sets = []
+    for key, indices in demonstrations.items():
+        coded = [i for i in indices if predicted is None or rows.cells[i][predicted] != "model"]
+        left = len(indices) - len(coded)
+        remarks = (f"{counted(left, 'segment')} that models predicted were left out.",)
+        sets.append(
+            LabelSet(
+                " - ".join(filter(None, key)),
+                _tracks(path, rows, coded, {}, options.author),
+                _length(rows, names, indices[0]),
+                remarks if left else (),
+            )
+        )
+    return sets
+
+
+@dataclass(frozen=True, slots=True)
+class _Rows:
+    """The rows of a labels file."""
+
+    layout: Layout
+    places: tuple[int, int, int, int | None]  #: columns of start, end, action and author
+    at: list[int]  #: the line of each
+    cells: list[list[str]]
+    starts: NDArray[np.float64]
+    ends: NDArray[np.float64]
+
+
+def _read_rows(path: Path) -> _Rows | None:
+    """All rows; None where there is a header alone."""
     encoding = encoding_of(path)
     with path.open("rb") as file:
         rows = _rows(head_lines(file.read(HEAD)))
     layout = find_layout(rows)
     if layout is None and _is_header_alone(rows):
-        return ()
+        return None
     places = _columns(layout, requested=True) if layout is not None else None
     if layout is None or places is None:
         raise InputError(
             f"{path} is not a labels file; write one row a segment: start, end, action, and the "
             "author if there are several."
         )
-    start_at, end_at, action_at, author_at = places
     at: list[int] = []
     table: list[list[str]] = []
     # Without a header nothing tells a preamble from a segment with a slip in it.
@@ -154,20 +219,28 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
         for number, text in _rows(list(zip(line_numbers, texts, strict=True))):
             at.append(number)
             table.append(_cells(path, number, text, layout))
-    starts, ends = _seconds(path, layout, at, table, (start_at, end_at))
-    observers = _observers(path, layout, at, table) if author_at is None else {}
+    starts, ends = _seconds(path, layout, at, table, places[:2])
+    return _Rows(layout, places, at, table, starts, ends)
+
+
+def _tracks(
+    path: Path, rows: _Rows, indices: Iterable[int], observers: Mapping[int, str], unsigned: str
+) -> tuple[Track, ...]:
+    """The tracks that some of the rows make; what no author has is by `unsigned`."""
+    _, _, action_at, author_at = rows.places
     segments_by_author: dict[str, list[tuple[Segment, int]]] = defaultdict(list)
-    for number, row, start, end in zip(at, table, starts, ends, strict=True):
+    for index in indices:
+        row, number = rows.cells[index], rows.at[index]
         action = plain_text(row[action_at].strip())
         author = plain_text(row[author_at].strip()) if author_at is not None else ""
         author = author or observers.get(number, "")
         if not action or means_unlabelled(action):
             continue
         try:
-            segment = Segment(float(start), float(end), action)
+            segment = Segment(float(rows.starts[index]), float(rows.ends[index]), action)
         except InputError as error:
             raise InputError(f"{path}, line {number}: {error}") from error
-        segments_by_author[author or options.author].append((segment, number))
+        segments_by_author[author or unsigned].append((segment, number))
     for author, segments in segments_by_author.items():
         for (left, _), (right, number) in pairwise(sorted(segments)):
             if right.start < left.end:
@@ -181,20 +254,33 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
     )
 
 
-def _observers(
-    path: Path, layout: Layout, at: Sequence[int], table: Sequence[Sequence[str]]
-) -> dict[int, str]:
+def _length(rows: _Rows, names: Sequence[str], index: int) -> float | None:
+    """The length of the demonstration of a row, if its table tells it."""
+    if "seconds" not in names:
+        return None
+    try:
+        (length,) = numbers(
+            [rows.cells[index][names.index("seconds")]], rows.layout.dialect.decimal
+        )
+    except NotANumberError:
+        return None
+    return float(length) if np.isfinite(length) else None
+
+
+def _observers(path: Path, rows: _Rows) -> dict[int, str]:
     """The coder of each line, as far as BORIS's observations tell: they are called NAME - CODER.
 
     A single observation may have any name.
     """
-    names = [column.name.lower() for column in layout.columns]
+    names = [column.name.lower() for column in rows.layout.columns]
     if "observation id" not in names:
         return {}
     index = names.index("observation id")
     ending = next((suffix for suffix in _PLACES if path.name.endswith(suffix)), path.suffix)
     prefix = f"{path.name.removesuffix(ending)} - "
-    observations = {number: row[index].strip() for number, row in zip(at, table, strict=True)}
+    observations = {
+        number: row[index].strip() for number, row in zip(rows.at, rows.cells, strict=True)
+    }
     several = len(set(observations.values())) > 1
     for number, observation in observations.items():
         if several and not observation.startswith(prefix):
@@ -280,7 +366,7 @@ def own_or_beside_tracks(
         return tracks, []
     authors = {track.author for track in tracks}
     try:
-        read = read_labels(beside, options)
+        read = read_tracks(beside, options)
         others = tuple(track for track in read if track.author not in authors)
         if tracks and not others:
             return tracks, [f"{beside.name} was not read, as the recording has labels of its own."]

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
-from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.formats.table import BodyReader, ColumnUse, make_recording, preview_layout
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.formats.table import BodyReader, make_recording, preview_layout
 from forcelab.formats.table_columns import ColumnRoles, choose_roles
 from forcelab.formats.table_sniff import (
     CellType,

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import Track
 from forcelab.project import Note
 
-__all__ = ["ReadOptions", "Recording"]
+__all__ = ["ANY_USE", "ColumnUse", "ReadOptions", "Recording", "Use", "parse_episodes"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,11 +39,12 @@ class ReadOptions:
         Name or 1-based number of the column in which a device counts its samples, `rate` of them a
         second, in place of stamps; one that is plain to see is found by itself.
     leave_out : tuple of str
-        Names or 1-based numbers of columns that become no channels.
+        Names or 1-based numbers of columns that become no channels; of a bag fields and topics.
     signals : tuple of str
         Names or 1-based numbers of columns that are channels, whatever they look like.
     videos : bool
-        Whether a video that lies beside a recording and is called as it is attached to it.
+        Whether videos that lie beside a recording are attached to it: the one that is called as
+        it is, and further ones by what follows its name, as ``pull.left.mp4`` is of ``pull.csv``.
     strict : bool
         Refuse what would otherwise be repaired and reported.
     jitter : float
@@ -51,9 +53,11 @@ class ReadOptions:
         Short name of the files' format, where their content is not to decide it.
     calibration : Path, optional
         A calibration file, for formats that hold counts of a device.
+    episodes : tuple of int
+        The episodes of a dataset that are read, by number; all by default.
     unpack : Path, optional
-        Folder for videos that are packed inside a file, there as long as they are needed; without
-        one they are left out.
+        Folder for videos that are packed inside a file, or written of its pictures, there as long
+        as they are needed; without one they are left out.
 
     Raises
     ------
@@ -74,6 +78,7 @@ class ReadOptions:
     jitter: float = 0.0
     format: str | None = None
     calibration: Path | None = None
+    episodes: tuple[int, ...] = ()
     unpack: Path | None = None
 
     def __post_init__(self) -> None:
@@ -81,6 +86,31 @@ class ReadOptions:
             raise InputError(f"The rate must be positive, not {self.rate} Hz.")
         if not 0 <= self.jitter < math.inf:
             raise InputError(f"The jitter must be 0 s or more, not {self.jitter:g} s.")
+
+
+#: More episodes than any dataset has.
+_MOST_EPISODES = 1_000_000
+
+
+def parse_episodes(text: str) -> tuple[int, ...]:
+    """Numbers of episodes as people write them: ``"0-9, 12"``; none of an empty text.
+
+    Raises
+    ------
+    InputError
+        If it says anything else.
+    """
+    numbers: list[int] = []
+    for part in filter(None, (part.strip() for part in text.split(","))):
+        first, dash, last = part.partition("-")
+        if not all(re.fullmatch(r"\d{1,6}", edge, re.ASCII) for edge in (first, last or first)) or (
+            dash and not int(first) <= int(last or -1)
+        ):
+            raise InputError(f"'{part}' names no episodes; write such as 0-9,12.")
+        numbers.extend(range(int(first), int(last or first) + 1))
+        if len(numbers) > _MOST_EPISODES:
+            raise InputError(f"'{text[:30]}' names more than {_MOST_EPISODES:,} episodes.")
+    return tuple(numbers)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,3 +145,19 @@ class Recording:
     statistics: Mapping[str, int] = field(default_factory=dict)
     not_imported: str = ""
     notes: tuple[Note, ...] = ()
+
+
+Use = Literal["signal", "times", "counter", "labels", "video", "left out"]
+#: What any column of a table can be made, besides what it is taken for.
+ANY_USE: tuple[Use, ...] = ("signal", "times", "counter", "labels", "left out")
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnUse:
+    """A column and what it is read as."""
+
+    name: str
+    unit: str
+    use: Use  #: a counter is no signal; where there are no times it stands in for them
+    cells: tuple[str, ...]  #: the first ones, as they stand in the file
+    choices: tuple[Use, ...] = ANY_USE  #: what it can be made

@@ -2,7 +2,8 @@
 
 What the messages hold is told by the definitions in the bag, so that custom messages are read as
 the common ones are. Which of their numbers are forces, and how several topics come onto one clock,
-is in :mod:`~forcelab.formats.rosbag_topics`.
+is in :mod:`~forcelab.formats.rosbag_topics`, what becomes of pictures in
+:mod:`~forcelab.formats.rosbag_pictures`.
 """
 
 from __future__ import annotations
@@ -19,17 +20,24 @@ from typing import Any, Final
 
 import numpy as np
 
-from forcelab.demonstration import Channel, Demonstration
+from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.label_tables import own_or_beside_tracks
-from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
+from forcelab.formats.rosbag_pictures import (
+    describe_picture,
+    is_picture,
+    video_path,
+    write_video,
+)
 from forcelab.formats.rosbag_topics import (
     AlignedTopics,
     Contents,
     Definitions,
     Field,
     FieldPath,
+    FrameTimes,
     TopicData,
     address_of,
     align_topics,
@@ -39,7 +47,6 @@ from forcelab.formats.rosbag_topics import (
     with_sensors,
 )
 from forcelab.formats.signatures import BAG_METADATA
-from forcelab.formats.table import ColumnUse, Use
 from forcelab.formats.table_columns import MOST_LABELS, is_unlabelled, missing_remark
 from forcelab.labels import UNLABELLED, Track, from_codes
 from forcelab.text import counted, listed
@@ -81,6 +88,39 @@ def select_fields(topics: Sequence[Contents], options: ReadOptions) -> list[Topi
         for topic in topics
         if topic.topic == labelled or any(field_.topic == topic.topic for field_ in chosen)
     ]
+
+
+def select_pictures(
+    topics: Sequence[Contents], options: ReadOptions
+) -> tuple[list[TopicData], dict[str, str]]:
+    """The topics of pictures to make videos of, empty yet, and a sentence on each that is none."""
+    selected: list[TopicData] = []
+    left: dict[str, str] = {}
+    for topic in topics:
+        if not is_picture(topic.first) or _left_out(topic.topic, topics, options):
+            continue
+        kind, trouble = describe_picture(topic.first)
+        pictures = f"Pictures of {topic.topic} ({kind})"
+        if options.unpack is None:
+            left[topic.topic] = f"{pictures} become a video when the bag is imported."
+        elif trouble:
+            left[topic.topic] = f"{pictures} were left out: {trouble}."
+        else:
+            selected.append(TopicData(topic.topic, (), {}, topic.stamp, None))
+    return selected, left
+
+
+def _left_out(topic: str, topics: Sequence[Contents], options: ReadOptions) -> bool:
+    """Whether a topic is to be left out: by its own name, or by that of what it lies in.
+
+    The name of another topic stands for that alone: ``/camera/compressed`` lies beside ``/camera``.
+    """
+    names = {other.topic.removeprefix("/") for other in topics} - {topic.removeprefix("/")}
+    return any(
+        values_within(topic, name)
+        for name in options.leave_out
+        if name.removeprefix("/") not in names
+    )
 
 
 def left_numbers(topics: Sequence[Contents], read: Sequence[TopicData]) -> list[str]:
@@ -177,10 +217,12 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
                 f"{shorten_list(unreadable) or 'it is empty'}."
             )
         data = select_fields(topics, options)
-        _fill(data, bag)
+        pictures, left_pictures = select_pictures(topics, options)
+        _fill([*data, *pictures], bag)
         names = _constants(topics, data, bag)
         types = {c.topic: c.msgtype.replace("/msg/", "/") for c in bag.connections}
-    aligned = align_topics(data, str(path), strict=options.strict)
+        aligned = align_topics(data, str(path), strict=options.strict, pictures=pictures)
+        videos, video_remarks = _write_videos(bag, aligned.frames, options)
     fields = [field_ for topic in data for field_ in topic.fields]
     channels = tuple(
         Channel(name, unit)
@@ -193,18 +235,21 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
         aligned.times,
         aligned.signals,
         channels,
+        videos=tuple(videos),
         grid_rate=options.rate,
     )
     tracks, label_remarks = _tracks(data, aligned, names, options)
     tracks, beside_remarks = own_or_beside_tracks(
         bag_path, tracks, options, aligned.start, demonstration
     )
-    read_topics = {topic.topic for topic in data}
+    read_topics = {topic.topic for topic in (*data, *pictures)} | left_pictures.keys()
     others = [topic.topic for topic in topics if topic.topic not in read_topics]
     unread = [f"{name} ({types[name]})" for name in others]
     remarks = [
         f"Channels were read from {shorten_list([field_.address for field_ in fields])}.",
         *aligned.remarks,
+        *video_remarks,
+        *left_pictures.values(),
         *label_remarks,
         *beside_remarks,
         *missing_remark(aligned.signals, channels),
@@ -488,6 +533,28 @@ def _fill(data: Sequence[TopicData], bag: Any) -> None:
             topic.add(arrived, message)
 
 
+def _write_videos(
+    bag: Any, frames: Sequence[FrameTimes], options: ReadOptions
+) -> tuple[list[VideoReference], list[str]]:
+    """Write the pictures of each topic into a video; with remarks."""
+    videos: list[VideoReference] = []
+    remarks: list[str] = []
+    if not frames or options.unpack is None:
+        return videos, remarks
+    folder = Path(tempfile.mkdtemp(dir=options.unpack))
+    for times in frames:
+        if not times.rows.size:
+            remarks += times.remarks
+            continue
+        connections = [c for c in bag.connections if c.topic == times.topic]
+        messages = _messages(bag, connections)
+        path = video_path(folder, times.topic)
+        video, video_remarks = write_video(messages, times, path, strict=options.strict)
+        videos += [video] if video is not None else []
+        remarks += video_remarks
+    return videos, remarks
+
+
 def _constants(topics: Sequence[Contents], data: Sequence[TopicData], bag: Any) -> dict[str, str]:
     """What the definition of a message calls the values of its label, by the value as a word."""
     labels = {topic_data.topic: topic_data.label for topic_data in data if topic_data.label}
@@ -534,8 +601,6 @@ def _not_imported(
     """Remarks on what of the bag was not read."""
     if unread or unreadable:
         yield f"Nothing was read from {shorten_list([*unread, *unreadable])}."
-    if any("Image)" in topic for topic in unread):
-        yield "Pictures stay in the bag; save them as a video and attach that."
     if numbers:
         yield f"Other numbers can be read as signals (--signal): {shorten_list(numbers)}."
 
@@ -557,7 +622,24 @@ def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
         if options.signals or options.leave_out or options.label:
             raise
         data = []  # no forces; something may be chosen
-    return tuple(row for topic in topics for row in _rows(topic, data))
+    return tuple(
+        row
+        for topic in topics
+        for row in (
+            [_picture_row(topic, topics, options)]
+            if is_picture(topic.first)
+            else _rows(topic, data)
+        )
+    )
+
+
+def _picture_row(topic: Contents, topics: Sequence[Contents], options: ReadOptions) -> ColumnUse:
+    """What the pictures of a topic are read as."""
+    kind, trouble = describe_picture(topic.first)
+    if trouble:
+        return ColumnUse(topic.topic, "", "left out", (kind,), choices=("left out",))
+    use: Use = "left out" if _left_out(topic.topic, topics, options) else "video"
+    return ColumnUse(topic.topic, "", use, (kind,), choices=("video", "left out"))
 
 
 def _rows(topic: Contents, data: Sequence[TopicData]) -> Iterator[ColumnUse]:

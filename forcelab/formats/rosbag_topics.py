@@ -306,6 +306,18 @@ class AlignedTopics:
     start: float  #: the first time in seconds since 1970
     #: a sentence for each thing that was repaired, shifted or interpolated
     remarks: tuple[str, ...]
+    #: of each topic of pictures the times at which they were taken
+    frames: tuple[FrameTimes, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class FrameTimes:
+    """When the pictures of a topic were taken; n of them."""
+
+    topic: str
+    rows: NDArray[np.int64]  #: (n,), the places of their messages in the topic, from 0; rising
+    times: NDArray[np.float64]  #: (n,), in seconds on the clock of the samples; rising
+    remarks: tuple[str, ...]  #: what was repaired, or why there are none
 
 
 def align_topics(
@@ -313,13 +325,14 @@ def align_topics(
     where: str,
     *,
     strict: bool,
+    pictures: Sequence[TopicData] = (),
     topic_word: str = "topic",
     message_word: str = "message",
 ) -> AlignedTopics:
     """Bring topics onto one clock: at least one with fields, at most one with labels.
 
-    `strict` refuses what would be repaired or shifted; `where` is the bag, for errors. What is no
-    bag has other words for topics and messages.
+    `strict` refuses what would be repaired or shifted; `where` is the bag, for errors. Of
+    `pictures` only the times are needed. What is no bag has other words for topics and messages.
     """
     base = max((topic for topic in topics if topic.fields), key=lambda topic: len(topic.arrived))
     stamps, late = _clock(base)
@@ -354,7 +367,24 @@ def align_topics(
                     f"of {base.topic}."
                 )
     start = zero / _SECOND + float(at[0])
-    return AlignedTopics(at - at[0], np.column_stack(columns), words, start, tuple(remarks))
+    frames = tuple(_frame_times(topic, zero, late, at[0], strict=strict) for topic in pictures)
+    return AlignedTopics(at - at[0], np.column_stack(columns), words, start, tuple(remarks), frames)
+
+
+def _frame_times(
+    topic: TopicData, zero: int, usual_lateness: int, start: float, *, strict: bool
+) -> FrameTimes:
+    """The times of pictures; where they cannot be repaired none, unless that is refused."""
+    try:
+        resampling = _resampling(topic, zero, usual_lateness, topic.topic, "picture", strict=strict)
+    except InputError as error:
+        if strict:
+            raise
+        none, reason = np.array([], np.int64), str(error).removeprefix(topic.topic).lstrip(", ")
+        remark = f"Pictures of {topic.topic} were left out: {reason}"
+        return FrameTimes(topic.topic, none, none.astype(np.float64), (remark,))
+    remarks = tuple(f"{topic.topic}: {remark}" for remark in resampling.remarks)
+    return FrameTimes(topic.topic, resampling.rows, resampling.at - start, remarks)
 
 
 @dataclass(frozen=True, slots=True)
@@ -390,6 +420,7 @@ def _resampling(
     topic: TopicData, zero: int, usual_lateness: int, name: str, message: str, *, strict: bool
 ) -> _Resampling:
     """Put a topic on the clock on which messages arrive `usual` nanoseconds late."""
+    pictures = not topic.fields and topic.label is None
     stamps, lateness = _clock(topic)
     repairs = []
     if topic.stamp is not None and not np.array_equal(stamps, topic.stamped):
@@ -403,7 +434,7 @@ def _resampling(
     ticks = np.where(stamps == 0, np.nan, (stamps - zero).astype(np.float64))
     values = np.array(topic.values).reshape(ticks.size, -1)
     remarks = tuple(f"{sentence}." for sentence in repairs)
-    if not topic.fields:  # labels, of which one is enough
+    if topic.label is not None and not topic.fields:  # labels, of which one is enough
         rows = np.flatnonzero(~np.isnan(ticks))
         rows = rows[np.argsort(ticks[rows], kind="stable")]
         return _Resampling(ticks[rows] / _SECOND, rows, values, remarks)
@@ -413,7 +444,8 @@ def _resampling(
         name,
         strict=strict,
         row=message,
-        line=message,
+        line="message" if pictures else message,
+        bursts=not pictures,
     )
     at = np.round(repaired.start + repaired.times, 9)  # the same for messages of one nanosecond
     return _Resampling(at, repaired.rows, values[repaired.rows], (*remarks, *repaired.remarks))

@@ -5,10 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-__all__ = ["BAG_METADATA", "announced_kind", "is_bag_folder", "seems_to_be"]
+__all__ = [
+    "BAG_METADATA",
+    "LEROBOT_INFO",
+    "announced_kind",
+    "is_bag_folder",
+    "is_lerobot_folder",
+    "lerobot_folder",
+    "seems_to_be",
+]
 
 #: What the folder of a ROS 2 bag holds besides its data.
 BAG_METADATA: Final = "metadata.yaml"
+#: What a LeRobot dataset says of itself, in its folder.
+LEROBOT_INFO: Final = "meta/info.json"
 
 #: First bytes and what they announce; the first match counts.
 _STARTS: Final[tuple[tuple[bytes, str], ...]] = (
@@ -48,6 +58,16 @@ _ZIPPED: Final[tuple[tuple[bytes, str], ...]] = (
 def is_bag_folder(path: Path) -> bool:
     """Whether a folder is a ROS 2 bag, which is read as a file is."""
     return (path / BAG_METADATA).is_file()
+
+
+def is_lerobot_folder(path: Path) -> bool:
+    """Whether a folder is a LeRobot dataset, which is read as a file is."""
+    return (path / LEROBOT_INFO).is_file()
+
+
+def lerobot_folder(path: Path) -> Path:
+    """The dataset's folder, which its ``meta/info.json`` stands for."""
+    return path.parent.parent if path.parts[-2:] == ("meta", "info.json") else path
 
 
 def announced_kind(head: bytes) -> str:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.label_tables import own_or_beside_tracks
-from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
 from forcelab.formats.rosbag_topics import (
     Field,
     TopicData,
@@ -29,7 +29,6 @@ from forcelab.formats.rosbag_topics import (
     values_within,
     with_sensors,
 )
-from forcelab.formats.table import ColumnUse, Use
 from forcelab.formats.table_columns import MOST_LABELS, is_unlabelled, missing_remark
 from forcelab.formats.track_text import on_samples
 from forcelab.labels import Segment, Track
@@ -204,7 +203,8 @@ def _topic(stream: Stream, fields: tuple[Field, ...], zero: float) -> TopicData:
     places = {channel.name: i for i, channel in enumerate(stream.channels)}
     chosen = [places[str(leaf[0])] for field_ in fields for leaf in field_.leaves]
     known = np.abs(stream.times - zero) < _ABSURD  # nor is NaN
-    ticks = np.where(known, np.rint((stream.times - zero + _LEAD) * _SECOND), 0).astype(np.int64)
+    seconds = np.where(known, stream.times - zero, -_LEAD)
+    ticks = np.rint((seconds + _LEAD) * _SECOND).astype(np.int64)
     values = np.ascontiguousarray(stream.values[:, chosen], np.float64)
     topic = TopicData(stream.name, fields, {}, None, None)
     topic.arrived.frombytes(ticks.tobytes())

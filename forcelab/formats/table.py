@@ -12,15 +12,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, UnclearRateError
-from forcelab.formats.label_tables import own_or_beside_tracks, sniff_labels
-from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.formats.label_tables import is_label_table, own_or_beside_tracks
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
 from forcelab.formats.table_columns import (
     ColumnRoles,
     TextColumn,
@@ -57,6 +57,7 @@ from forcelab.formats.timestamps import (
     TimestampReader,
     repair_timestamps,
 )
+from forcelab.formats.track_text import plain_text
 from forcelab.labels import UNLABELLED, Track, from_codes
 from forcelab.text import counted, listed
 
@@ -93,10 +94,11 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     """
     layout = sniff_layout(path)
     with path.open("rb") as file:
-        if sniff_labels(file.read(HEAD)):
+        if is_label_table(file.read(HEAD)):
             raise InputError(
                 f"{path} is a labels file (start, end, action), not a recording; put it beside its "
-                "recording NAME.csv as NAME.labels.csv and import that."
+                "recording NAME.csv as NAME.labels.csv and import that, or import it as labels of "
+                "one in a project (forcelab labels; in the window File > Import labels)."
             )
     roles = choose_roles(layout, options)
     rows = lines(path, layout.encoding, layout.skip, sections=layout.sections)
@@ -225,8 +227,8 @@ class BodyReader:
         words = dict(self._words)
         for index, text in self._words.items():
             text.close()
-            missing = layout.kinds[index] is CellType.MISSING and index != self._roles.label
-            if missing and not text.empty:
+            labels = index == self._roles.label or index in self._roles.authors
+            if layout.kinds[index] is CellType.MISSING and not labels and not text.empty:
                 # The head of the table, all that was known so far, left this column empty.
                 with suppress(NotANumberError):
                     values[index] = numbers(text.words, layout.dialect.decimal)[text.codes]
@@ -371,9 +373,6 @@ def _pad_rows(table: list[list[str]], dialect: Dialect) -> NDArray[np.bool_]:
     return ragged
 
 
-Use = Literal["signal", "times", "counter", "labels", "left out"]
-#: What any column of a table can be made, besides what it is taken for.
-ANY_USE: tuple[Use, ...] = ("signal", "times", "counter", "labels", "left out")
 #: Why a column is left out that counts although its name does not say so.
 _GUESSED_NOTE = "by its steps counting samples; if it is a signal, import it as one (--signal)"
 
@@ -401,7 +400,7 @@ class _Table:
         why = ""
         if index == roles.time:
             use = "times"
-        elif index == self.label:
+        elif index == self.label or index in roles.authors:
             use = "labels"
         elif index in roles.signals:
             use = "signal"
@@ -409,8 +408,8 @@ class _Table:
             pass  # what a separator at the end of each row makes
         elif index in roles.left_out:
             why = "not wanted"
-        elif index in roles.other_times:
-            why = "times too"
+        elif index in roles.other_times or index in roles.probabilities:
+            why = "times too" if index in roles.other_times else "a prediction's probability"
         elif index in self.counters:
             use = "counter"
             if index != roles.counter and not (column.named and is_counter_name(column.name)):
@@ -557,29 +556,25 @@ def _channel_columns(table: _Table) -> tuple[list[int], list[str]]:
 def _own_tracks(
     table: _Table, repaired: RepairedTimestamps, options: ReadOptions
 ) -> tuple[Track, ...]:
-    """The label column as a track, if there are labels."""
-    if table.label is None:
-        return ()
-    column = table.body.words[table.label]
-    actions: dict[str, int] = {}
-    numbers = np.full(len(column.words), UNLABELLED, np.int64)
-    for code, word in enumerate(column.words):
-        if not is_unlabelled(word):
-            numbers[code] = actions.setdefault(word, len(actions))
-    codes = numbers[column.codes[repaired.rows]]
-    segments = from_codes(codes, repaired.times, list(actions))
-    return (Track(options.author, segments),) if segments else ()
-
-
-@dataclass(frozen=True, slots=True)
-class ColumnUse:
-    """A column and what it is read as."""
-
-    name: str
-    unit: str
-    use: Use  #: a counter is no signal; where there are no times it stands in for them
-    cells: tuple[str, ...]  #: the first ones, as they stand in the file
-    choices: tuple[Use, ...] = ANY_USE  #: what it can be made
+    """The columns of labels as tracks, as far as there are labels in them."""
+    authors = dict(table.roles.authors)
+    if table.label is not None:
+        authors[table.label] = options.author
+    tracks: dict[str, Track] = {}
+    for index, author in authors.items():
+        column = table.body.words[index]
+        actions: dict[str, int] = {}
+        numbers = np.full(len(column.words), UNLABELLED, np.int64)
+        for code, word in enumerate(column.words):
+            # Of exported samples it is known that what is unlabelled is empty.
+            unlabelled = not word if index in table.roles.authors else is_unlabelled(word)
+            if not unlabelled:
+                action = plain_text(word) if index in table.roles.authors else word
+                numbers[code] = actions.setdefault(action, len(actions))
+        codes = numbers[column.codes[repaired.rows]]
+        if segments := from_codes(codes, repaired.times, list(actions)):
+            tracks.setdefault(author, Track(author, segments))
+    return tuple(tracks.values())
 
 
 def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import LARGEST, Channel
 from forcelab.errors import InputError, UnclearRateError
 from forcelab.formats.recording import ReadOptions
+from forcelab.formats.samples import LABELS_OF, PROBABILITY_OF
 from forcelab.formats.table_sniff import (
     MISSING,
     SECONDS_IN,
@@ -32,6 +33,7 @@ from forcelab.formats.table_sniff import (
     numbers,
 )
 from forcelab.formats.timestamps import epoch_unit
+from forcelab.formats.track_text import plain_text
 from forcelab.labels import means_unlabelled
 from forcelab.text import counted
 
@@ -219,6 +221,9 @@ class ColumnRoles:
     counter: int | None = None  #: requested to stand in for times, as it counts the samples
     left_out: frozenset[int] = frozenset()
     signals: frozenset[int] = frozenset()  #: requested as signals, whatever they look like
+    #: whose labels columns hold that are named so, as those of exported samples are
+    authors: Mapping[int, str] = field(default_factory=dict)
+    probabilities: frozenset[int] = frozenset()  #: how sure predictions among these are
 
 
 def choose_roles(layout: Layout, options: ReadOptions) -> ColumnRoles:
@@ -241,7 +246,13 @@ def choose_roles(layout: Layout, options: ReadOptions) -> ColumnRoles:
         label = _find_label(layout, taken)
     else:
         label = column_of(options.label, "labels")
-    taken_or_label = taken | {label}
+    authors = {} if options.label is not None else _find_authors(layout, taken)
+    probabilities = frozenset(
+        index
+        for index, column in enumerate(layout.columns)
+        if column.name.removeprefix(PROBABILITY_OF) in authors.values() and index not in taken
+    )
+    taken_or_label = taken | {label} | authors.keys() | probabilities
     named = [index for index in _time_columns(layout) if index not in taken_or_label]
     if options.time is None:
         time = _find_time(layout, named, taken_or_label, required=options.rate is None)
@@ -259,10 +270,23 @@ def choose_roles(layout: Layout, options: ReadOptions) -> ColumnRoles:
     numeric = tuple(
         index
         for index, kind in enumerate(layout.kinds)
-        if kind is CellType.NUMBER and index not in (time, label)
+        if kind is CellType.NUMBER and index not in (time, label) and index not in authors
     )
     other_times = tuple(index for index in named if index not in (time, counter))
-    return ColumnRoles(time, label, numeric, other_times, counter, left_out, signals)
+    return ColumnRoles(
+        time, label, numeric, other_times, counter, left_out, signals, authors, probabilities
+    )
+
+
+def _find_authors(layout: Layout, taken: Collection[int]) -> dict[int, str]:
+    """The columns whose names say whose labels they hold."""
+    return {
+        index: plain_text(author)
+        for index, column in enumerate(layout.columns)
+        if index not in taken
+        and column.name.startswith(LABELS_OF)
+        and (author := column.name.removeprefix(LABELS_OF).strip())
+    }
 
 
 def _find_label(layout: Layout, taken: Collection[int]) -> int | None:
@@ -408,14 +432,16 @@ def label_column(layout: Layout, roles: ColumnRoles, words: Mapping[int, TextCol
         return roles.label
     candidates = []
     for index, column in words.items():
-        if index in roles.left_out or layout.kinds[index] is CellType.STAMP:
+        if index in roles.left_out or index in roles.authors:
+            continue
+        if layout.kinds[index] is CellType.STAMP:
             continue
         actions = {word for word in column.words if not is_unlabelled(word)}
         most = min(max(1, column.codes.size // 2), _MOST_ACTIONS)
         dates = any(_DATE.fullmatch(word) for word in actions)
         if not dates and len(column.words) > 1 and 0 < len(actions) <= most:
             candidates.append(index)
-    return candidates[0] if len(candidates) == 1 else None
+    return candidates[0] if len(candidates) == 1 and not roles.authors else None
 
 
 def missing_remark(signals: NDArray[np.float64], channels: Sequence[Channel]) -> list[str]:

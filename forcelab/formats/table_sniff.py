@@ -29,7 +29,7 @@ MISSING = (
     | {"1.#ind", "-1.#ind", "1.#inf", "-1.#inf"}
 )
 
-_POINT_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
+_POINT_NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 _COMMA_NUMBER = re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 
 #: ISO 8601 date and time, one with its day first and points (31.05.2024 12:00:00), or a time of the

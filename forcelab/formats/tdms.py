@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError, UnclearRateError
 from forcelab.extras import load_extra
-from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.streams import Events, Stream, make_recording, preview_streams, unique_names
-from forcelab.formats.table import ColumnUse
 from forcelab.formats.table_sniff import Column, is_time_name, unit_of_time
 from forcelab.formats.timestamps import TimestampReader
 from forcelab.text import listed

@@ -288,12 +288,14 @@ def repair_timestamps(
     jitter: float = 0.0,
     row: str = "row",
     line: str = "line",
+    bursts: bool = True,
 ) -> RepairedTimestamps:
     """Make stamps increase by the rules of this module; `strict` refuses instead of repairing.
 
     Values come in the order of the file, NaN where a row has none; `lines` are 1-based and `where`
     names the file, for errors. Stamps are moved by at most `jitter` seconds. `row` and `line` are
-    what has a stamp and what its number counts, in the words of the file.
+    what has a stamp and what its number counts, in the words of the file. Without `bursts` rule 4
+    only keeps the first row of each run.
     """
     rows = _Rows(where, lines, strict, np.arange(raw.values.size), raw.values, row, line)
     rows.drop(np.isnan(rows.values), "{rows} without a usable stamp {were} dropped")
@@ -301,7 +303,7 @@ def repair_timestamps(
         late = raw.seconds(rows.values) > YEAR_2100
         rows.drop(late, "{rows} stamped after 2100 {were} dropped")
     _drop_far(rows)
-    _treat_repeats(rows, jitter)
+    _treat_repeats(rows, jitter, bursts)
     if jitter > 0:
         _sort_backward(rows, raw.per_second, jitter)
     _drop_backward(rows)
@@ -331,7 +333,7 @@ def _drop_far(rows: _Rows) -> None:
         )
 
 
-def _treat_repeats(rows: _Rows, jitter: float) -> None:
+def _treat_repeats(rows: _Rows, jitter: float, bursts: bool) -> None:
     """Rule 4."""
     repeats = np.concatenate([[False], np.diff(rows.values) == 0])
     if not repeats.any():
@@ -341,7 +343,7 @@ def _treat_repeats(rows: _Rows, jitter: float) -> None:
     usual = int(np.median(lengths))
     inner = lengths[1:-1]
     slack = max(1.0, _BURST_SLACK * usual)
-    regular = (np.abs(inner - usual) <= slack) & (inner >= 2)
+    regular = bursts & (np.abs(inner - usual) <= slack) & (inner >= 2)
     steps = np.diff(rows.values[firsts])
     if usual < 2 or inner.size < 2 or regular.mean() < _BURST_SHARE or (steps <= 0).any():
         if jitter > 0:

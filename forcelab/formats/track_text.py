@@ -64,7 +64,7 @@ COLUMNS = ("start", "end", "action", "author")
 #: Texts that spreadsheets take for formulas, and run; with what is quoted already, so that
 #: :func:`plain_text` undoes exactly one quote.
 _FORMULA = re.compile(r"'*[=+\-@\t\r\n]")
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
+_NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 
 
 def to_csv(tracks: Iterable[Track]) -> str:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
-from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.streams import (
     Events,
     Stream,
@@ -32,7 +32,6 @@ from forcelab.formats.streams import (
     preview_streams,
     unique_names,
 )
-from forcelab.formats.table import ColumnUse
 from forcelab.text import listed
 
 _MAGIC: Final = b"XDF:"
@@ -267,7 +266,8 @@ def _naming_damage(path: Path) -> Iterator[None]:
     logger.propagate = False  # its warnings are of clocks and rates, of which remarks tell
     broken = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, struct.error)
     try:
-        yield
+        with np.errstate(invalid="ignore", over="ignore"):
+            yield
     except (*broken, np.linalg.LinAlgError, ParseError, EOFError, MemoryError) as error:
         text = " ".join(str(error).split())[:160] or type(error).__name__
         raise InputError(f"'{path}' is not a whole XDF file ({text}); {_CURE}.") from error

@@ -58,6 +58,7 @@ _FILE = _group(
     ("open_project", "Open project…", "Ctrl+O"),
     (),
     ("import", "Import demonstrations…", "Ctrl+I", "write"),
+    ("import_labels", "Import labels…", "", "write"),
     ("export_labels", "Export labels…", "", "listed"),
     ("save", "Save (automatic)", "Ctrl+S", "project"),
     (),
@@ -133,7 +134,8 @@ _PLAYBACK = _group(
     ("faster", "Faster", "+ >", "view"),
     ("normal_speed", "Normal speed", "0 Backspace", "view"),
     (),
-    ("next_camera", "Show the next camera", "F7", "view"),
+    ("next_camera", "Show the next video", "F7", "view"),
+    ("side_by_side", "Show all videos side by side", "Shift+F7", "view"),
 )
 _LABELS = _group(
     "Labels",

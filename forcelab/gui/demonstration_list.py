@@ -85,7 +85,7 @@ from forcelab.gui.item_views import (
 )
 from forcelab.gui.label.track_spans import track_spans
 from forcelab.gui.layout import dialog_buttons, page_layout, set_enabled_with_reason
-from forcelab.gui.text import escape_ampersands, settle_name
+from forcelab.gui.text import ask, escape_ampersands, settle_name
 from forcelab.gui.theme import Colours, colours, themes
 from forcelab.gui.widgets import ENTER_KEYS, ElidedComboBox, ElidedLabel
 from forcelab.project import DemonstrationInfo, Project
@@ -491,8 +491,11 @@ class DemonstrationMenu(QObject):
         """Remove demonstrations for good: by id, the track heads the coder has agreed to lose."""
         return self._do(heads, lambda project: project.demonstrations.remove_all(heads))
 
-    def attach_video(self, id_: str, path: Path) -> bool:
-        """Copy a video into the project; its clock is set by synchronising."""
+    def attach_video(self, id_: str, path: Path, name: str | None = None) -> bool:
+        """Copy a video into the project, in place of the one of that name; by default the first.
+
+        Its clock is set by synchronising.
+        """
         from forcelab.video.validate import check_video
 
         damage = ""
@@ -501,7 +504,7 @@ class DemonstrationMenu(QObject):
             nonlocal damage
             # What is no video is not copied, and takes no video's place.
             damage = check_video(path, project.demonstrations.info(id_).duration)
-            project.media.attach_video(id_, path)
+            project.media.attach_video(id_, path, name=name)
 
         done = self._each([id_], attach)
         if done and damage:
@@ -528,8 +531,22 @@ class DemonstrationMenu(QObject):
         menu.addSeparator()
         menu.addAction("Note…", lambda: self.ask_note(row))
         menu.addAction("Rename…", lambda: self.ask_name(row))
-        video = "Replace video…" if info.has_video else "Attach video…"
-        menu.addAction(video, lambda: self.ask_video(info))
+        if len(info.videos) < 2:
+            video = "Replace video…" if info.has_video else "Attach video…"
+            menu.addAction(video, lambda: self.ask_video(info, *info.videos))
+        else:
+            replacing = menu.addMenu("Replace video")
+            for name in info.videos:
+                replacing.addAction(
+                    escape_ampersands(name) + "…", partial(self.ask_video, info, name)
+                )
+        if info.has_video:
+            menu.addAction("Add another video…", lambda: self.ask_video(info))
+            removing = menu.addMenu("Remove video")
+            for name in info.videos:
+                removing.addAction(
+                    escape_ampersands(name) + "…", partial(self._ask_remove_video, info, name)
+                )
         menu.addAction("Move to another task…", lambda: self.ask_task([row]))
         before = self._left.get(info.id, info.task)
         if before != info.task:
@@ -691,14 +708,40 @@ class DemonstrationMenu(QObject):
                 message = f"{len(rows)} demonstrations were removed."
             self._document.show_message(message)
 
-    def ask_video(self, info: DemonstrationInfo) -> None:
+    def _ask_remove_video(self, info: DemonstrationInfo, name: str) -> None:
+        answers = "Remove", "Cancel"
+        answer = ask(
+            self._window,
+            "Remove video",
+            f"Remove the video '{name}' of '{info.name}' for good?",
+            "The file that it was attached from stays, and so do all labels.",
+            answers,
+            default=1,
+            escape=1,
+        )
+        if answer == answers[0]:
+            self._each([info.id], lambda project, id_: project.media.remove_video(id_, name))
+
+    def ask_video(self, info: DemonstrationInfo, name: str | None = None) -> None:
+        """Attach a video in place of the one of that name; a further one is asked for its name."""
         path = ask_file(
             self._window,
             f"Video of {info.name}",
             "video",
             "Videos ({});;All files (*)".format("*.mp4 *.avi *.mkv *.mov *.webm *.m4v"),
         )
-        if path is not None and self.attach_video(info.id, path):
+        if path is not None and name is None and info.has_video:
+            own = path.stem.removeprefix(info.name).strip("._- ") or path.stem
+            name, agreed = QInputDialog.getItem(
+                self._window,
+                f"Add another video to {info.name}",
+                "A video of the same name is replaced.\nName:",
+                list(dict.fromkeys([own, *info.videos])),
+                0,
+                True,
+            )
+            path = path if agreed else None
+        if path is not None and self.attach_video(info.id, path, name):
             self._document.show_message(
                 f"'{info.name}' has its video; Demonstration > Synchronise the video puts it in "
                 "time."

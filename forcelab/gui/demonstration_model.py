@@ -353,7 +353,9 @@ def _facts(item: DemonstrationRow | TaskGroup, open_: bool) -> list[str]:
     for assignment in item.assigned_to:
         sentence = "Assigned to {0}" if assignment.done is None else "Done by {0}"
         facts.append(sentence.format(assignment.author))
-    facts.append("With video" if item.info.has_video else "No video")
+    videos = item.info.videos
+    several = f"With {len(videos)} videos"
+    facts.append(several if len(videos) > 1 else "With video" if videos else "No video")
     return facts
 
 

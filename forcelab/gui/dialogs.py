@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QDialog, QWidget
 
+from forcelab.demonstration import VideoReference
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.shortcuts import keys
@@ -26,17 +27,18 @@ def handlers(
     window: QWidget,
     commands: Callable[[], Mapping[str, QAction]],
     shown: Callable[[], Iterable[str]],
+    video: Callable[[], VideoReference | None],
 ) -> dict[str, Callable[[], object]]:
     """The handlers of the commands that open a dialog, by command id.
 
     `commands` returns the window's actions by command id, `shown` the ids of the listed
-    demonstrations.
+    demonstrations, `video` what is shown of the open one.
     """
     return {
         "export_labels": lambda: _export(document, jobs, window, tuple(shown())),
         "save": partial(_report_stored, document),
         "done": partial(_toggle_done, document, window),
-        "synchronise": partial(_synchronise, document, jobs, window),
+        "synchronise": lambda: _synchronise(document, jobs, window, video()),
         "help": lambda: _help(document, window, commands()),
         "manual": lambda: show_manual(document, window),
         "about": lambda: _about(window),
@@ -84,11 +86,13 @@ def _export(document: Document, jobs: Jobs, window: QWidget, shown: Sequence[str
     _run(ExportDialog(document, jobs, shown, window))
 
 
-def _synchronise(document: Document, jobs: Jobs, window: QWidget) -> None:
+def _synchronise(
+    document: Document, jobs: Jobs, window: QWidget, video: VideoReference | None
+) -> None:
     """Synchronise video and forces, with the panels at hand."""
     from forcelab.gui.label.video_sync import SynchroniseDialog
 
-    SynchroniseDialog(document, jobs, window).show()
+    SynchroniseDialog(document, jobs, window, video).show()
 
 
 def show_preferences(

@@ -302,19 +302,19 @@ class Document(QObject):
             return False
         self._show_labels(labels)
         self._hide_examined()
-        if (old.name, old.task, old.video) != (new.name, new.task, new.video):
+        if (old.name, old.task, old.videos) != (new.name, new.task, new.videos):
             self.view.demonstration = new
             self.demonstration_changed.emit()
         self.vocabulary_changed.emit()
         self.tracks_changed.emit()
         return listed
 
-    def set_video_clock(self, clock: ClockMap) -> bool:
-        """Map the video's clock onto the force clock anew."""
+    def set_video_clock(self, clock: ClockMap, name: str | None = None) -> bool:
+        """Map a video's clock onto the force clock anew, by default the first one's."""
         if self.project is None or self.demonstration is None:
             return False
         with self._reporting_errors(tried=True) as errors:
-            self.project.media.set_video_clock(self.id, clock)
+            self.project.media.set_video_clock(self.id, clock, name)
             self.view.demonstration = self.project.demonstrations.load(self.id)
         if not errors:
             self.demonstration_changed.emit()

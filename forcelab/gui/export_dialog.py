@@ -21,6 +21,7 @@ from forcelab.gui.file_dialogs import ask_folder
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import ProgressBar, copyable, set_enabled_with_reason
 from forcelab.gui.widgets import ElidedComboBox
+from forcelab.review.run_result import latest_predictions
 from forcelab.text import counted
 
 
@@ -48,6 +49,10 @@ class ExportDialog(QDialog):
         if len(shown) < len(document.infos):  # the list is searched or narrowed
             all_ = f"The whole project ({len(document.infos)})"
             self.which.addItem(all_, tuple(info.id for info in document.infos))
+        self.author = ElidedComboBox()
+        self.author.addItem("All coders and models", None)
+        for author in dict.fromkeys(a for info in document.infos for a in info.authors):
+            self.author.addItem(author, (author,))
         self.form = QComboBox()
         for name, format_ in FORMATS.items():
             self.form.addItem(format_.label, name)
@@ -58,6 +63,7 @@ class ExportDialog(QDialog):
         self._bare = 0  # of those chosen, how many have nothing to write
         form = QFormLayout()
         form.addRow("Labels of", self.which)
+        form.addRow("Labels by", self.author)
         form.addRow("Format", self.form)
         form.addRow("", self.replacing)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
@@ -90,6 +96,8 @@ class ExportDialog(QDialog):
             self.which.currentData(),
             self._document.author,
             self.replacing.isChecked(),
+            self.author.currentData() if chosen else None,
+            predictions=latest_predictions,
         )
         self._jobs.run(job, self._written, self._failed, self._bar.show_progress, key="export")
 
@@ -99,12 +107,21 @@ class ExportDialog(QDialog):
         super().reject()
 
     def _match(self) -> None:
-        """Disable the choice of demonstrations for an archive, which holds the whole project."""
+        """Disable what does not matter to a format: an archive holds all, a dataset is there."""
         archive = self.form.currentData() == "archive"
-        set_enabled_with_reason(self.which, "An archive holds all labels." if archive else "")
+        for choice in (self.which, self.author):
+            set_enabled_with_reason(choice, "An archive holds all labels." if archive else "")
+        why = "The dataset is replaced as a whole." if self._into_dataset else ""
+        set_enabled_with_reason(self.replacing, why)
+        self.go.setText("Write into dataset…" if self._into_dataset else "Export to folder…")
+
+    @property
+    def _into_dataset(self) -> bool:
+        return FORMATS[self.form.currentData()].per == "dataset"
 
     def _choose(self) -> None:
-        chosen = ask_folder(self, "Folder to write into", "export")
+        what = "Dataset to write into" if self._into_dataset else "Folder to write into"
+        chosen = ask_folder(self, what, "dataset" if self._into_dataset else "export")
         if chosen is not None:
             self.export(chosen)
 
@@ -115,7 +132,8 @@ class ExportDialog(QDialog):
         self._report(f"Written: {files[0]}{more}{rest if self._bare else ''}")
 
     def _failed(self, error: Exception) -> None:
-        self._report(str(error))
+        # What is chosen in a shell with an option is chosen above.
+        self._report(str(error).replace("(--author)", "(Labels by)"))
 
     def _report(self, text: str) -> None:
         self._bar.setVisible(False)

@@ -34,8 +34,10 @@ from PySide6.QtWidgets import (
 from forcelab.errors import InputError
 from forcelab.formats import identify, preview
 from forcelab.formats.importing import ImportReport, importing
-from forcelab.formats.recording import ReadOptions
-from forcelab.formats.table import ColumnUse, Use, rate_in
+from forcelab.formats.lerobot import stated_episodes
+from forcelab.formats.recording import ColumnUse, ReadOptions, Use, parse_episodes
+from forcelab.formats.signatures import is_lerobot_folder, lerobot_folder
+from forcelab.formats.table import rate_in
 from forcelab.formats.table_sniff import is_time_name
 from forcelab.gui import settings
 from forcelab.gui.document import Document
@@ -246,6 +248,7 @@ def _role_name(use: Use) -> str:
         "times": "times",
         "counter": "sample counter",
         "labels": "labels",
+        "video": "video",
         "left out": "left out",
     }
     return words[use]
@@ -257,6 +260,15 @@ def _has_columns(path: Path) -> bool:
         return identify(path).columns
     except (InputError, OSError):
         return False  # what is wrong is told when the file is read
+
+
+def _optional_line(name: str, placeholder: str) -> QLineEdit:
+    """A line that may stay empty, which then means what it says."""
+    line = QLineEdit()
+    line.setClearButtonEnabled(True)
+    line.setPlaceholderText(placeholder)
+    line.setAccessibleName(name)
+    return line
 
 
 _GOES_ON = "Wait until this is imported."
@@ -281,6 +293,7 @@ class ImportDialog(QDialog):
         self.setWindowTitle("Import demonstrations")
         resize_on_screen(self, QSize(680, 560))
         self._document, self._jobs, self._open_project = document, jobs, open_project
+        self._only_datasets = False
         self._files = QListWidget()
         self._files.setAccessibleName("Files to import")
         # The end of a path tells files apart.
@@ -313,8 +326,9 @@ class ImportDialog(QDialog):
         self._pick = QPushButton("Choose files…")
         self._pick.clicked.connect(self._choose)
         kinds = (
-            "Recordings, chosen or dropped here: tables (CSV, TSV, Parquet, Excel), ROS bags, "
-            "XDF, C3D, TDMS, raw OptoForce dumps, *.pdl, archives of projects"
+            "Recordings, chosen or dropped here: tables (CSV, TSV, Parquet, Excel), arrays (NumPy, "
+            "MATLAB, HDF5), ROS bags, LeRobot datasets (the folder, or its meta/info.json), XDF, "
+            "C3D, TDMS, raw OptoForce dumps, *.pdl, archives of projects"
         )
         label = QLabel(kinds)
         label.setWordWrap(True)
@@ -351,16 +365,16 @@ class ImportDialog(QDialog):
         self.jitter.setSuffix(" ms")
         self.jitter.setSpecialValueText("none")
         self.jitter.setAccessibleName("Timestamps may jitter by")
-        self.calibration = QLineEdit()
-        self.calibration.setClearButtonEnabled(True)
-        self.calibration.setPlaceholderText("none: forces stay in counts")
-        self.calibration.setAccessibleName("Calibration file of raw OptoForce dumps")
+        self.calibration = _optional_line(
+            "Calibration file of raw OptoForce dumps", "none: forces stay in counts"
+        )
         choose = QPushButton("Choose…")
         choose.setAccessibleName("Choose the calibration file")
         choose.clicked.connect(self._ask_calibration)
         calibration = QHBoxLayout()
         calibration.addWidget(self.calibration, 1)
         calibration.addWidget(choose)
+        self.episodes = _optional_line("Episodes of a dataset", "")
         self.videos = QCheckBox("Attach videos beside them that have the same name")
         self.videos.setChecked(True)
         self._taskless = toned_label(
@@ -372,6 +386,7 @@ class ImportDialog(QDialog):
         self._taskless.setSizePolicy(keeping)
         self._layout = form = QFormLayout()
         form.addRow("New project", self._new_project_row())
+        form.addRow("Episodes of a dataset", self.episodes)
         form.addRow("Task", self._task)
         form.addRow("Coder for unsigned labels", self._author)
         form.addRow("Sample rate, where files have no times", self._rate)
@@ -439,6 +454,9 @@ class ImportDialog(QDialog):
 
     def add_files(self, files: Sequence[Path]) -> None:
         listed = set(self._chosen())
+        files = [
+            f if not is_lerobot_folder(lerobot_folder(f)) else lerobot_folder(f) for f in files
+        ]
         self._files.addItems([str(path) for path in files if str(path) not in listed])
         for row in range(len(listed), self._files.count()):
             self._files.item(row).setToolTip(self._files.item(row).text())
@@ -450,8 +468,8 @@ class ImportDialog(QDialog):
         super().reject()
 
     def _warn(self) -> None:
-        """Warn of recordings without a task, which are allowed."""
-        missing = not self._task.currentText().strip()
+        """Warn of recordings without a task, which are allowed; datasets name theirs."""
+        missing = not self._task.currentText().strip() and not self._only_datasets
         self._taskless.setVisible(missing and self._files.count() > 0)
         self._go.setText("Import without a task" if missing else "Import")
 
@@ -498,6 +516,14 @@ class ImportDialog(QDialog):
         reason = "" if files else "Add files first."
         set_enabled_with_reason(self._go, reason if self._bar.isHidden() else _GOES_ON)
         self._show_report("")  # it was of files that were in the list before
+        datasets = [Path(name) for name in files if is_lerobot_folder(Path(name))]
+        self._only_datasets = bool(files) and len(datasets) == len(files)
+        self._layout.setRowVisible(self.episodes, bool(datasets))
+        count = stated_episodes(datasets[0]) if len(datasets) == 1 else ""
+        self.episodes.setPlaceholderText(" ".join(f"all {count}".split()) + ", or such as 0-9, 12")
+        task = self._task.lineEdit()
+        if task is not None:
+            task.setPlaceholderText("as the dataset says" if self._only_datasets else "")
         self._warn()
         self.columns.show_first([Path(name) for name in files])
 
@@ -506,7 +532,13 @@ class ImportDialog(QDialog):
         path, project = self._project_path(), self._document.project
         tasks = () if project is None else project.demonstrations.tasks()
         calibration = self.calibration.text().strip()
+        try:
+            episodes = parse_episodes(self.episodes.text())
+        except InputError as error:
+            self._failed(error)
+            return
         options = ReadOptions(
+            episodes=episodes,
             task=settle_name(self, self._task.currentText(), tasks) or None,
             author=settle_name(self, self._author.currentText(), self._coders())
             or ReadOptions().author,
@@ -586,6 +618,7 @@ class ImportDialog(QDialog):
         """Show all of the report: what was repaired must be known."""
         # What is read from a shell with an option is chosen above here.
         text = text.replace("(--signal)", "(Read as: signal)")
+        text = text.replace("(--episodes 0-99)", "(Episodes: 0-99)")
         self._report_label.setText(text.replace(" (--jitter)", " (Timestamps may jitter by)"))
         self._report_label.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
         self._report.setVisible(bool(text))

@@ -201,6 +201,14 @@ class ProjectActions(QObject):
         if new and self._document.project is not None:
             self.begun.emit()
 
+    def ask_labels(self) -> None:
+        """Let the user choose label files, and import them onto the demonstrations they are of."""
+        from forcelab.gui.label_import_dialog import LabelImportDialog
+
+        dialog = LabelImportDialog(self._document, self._jobs, self._window)
+        dialog.exec()
+        dialog.deleteLater()
+
 
 def _not_found(path: Path) -> str:
     return (

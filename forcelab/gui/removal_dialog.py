@@ -110,7 +110,10 @@ def _author_counts(rows: Sequence[DemonstrationRow], author: str) -> str:
 def _losses(row: DemonstrationRow, author: str) -> list[str]:
     """What is lost with one demonstration."""
     losses = [f"the recording ({row.info.duration:.2f} s)"]
-    if row.info.has_video:
+    videos = row.info.videos
+    if len(videos) > 1:
+        losses.append("its videos {}".format(", ".join(f"'{name}'" for name in videos)))
+    elif videos:
         losses.append("its video")
     if row.share:
         losses.append(f"your labels ({percent(row.share)} %)")
@@ -133,7 +136,7 @@ def _common_losses(rows: Sequence[DemonstrationRow], author: str) -> list[str]:
     """What is lost with several demonstrations, with counts."""
     seconds = sum(row.info.duration for row in rows)
     losses = [f"the recordings ({seconds:.0f} s)"]
-    videos = sum(row.info.has_video for row in rows)
+    videos = sum(len(row.info.videos) for row in rows)
     if videos:
         losses.append(f"videos ({videos})")
     own_count = sum(bool(row.share) or author in row.info.labelled for row in rows)

@@ -314,6 +314,7 @@ class Window(DockedWindow):
             "new_project": opening.ask_new,
             "open_project": opening.ask_open,
             "import": opening.ask_import,
+            "import_labels": opening.ask_labels,
             "attach_video": self.demonstrations.ask_video,
             "note": self.demonstrations.ask_note,
             "rename": self.demonstrations.ask_name,
@@ -332,7 +333,8 @@ class Window(DockedWindow):
             ),
             "toolbar": self._switch_toolbar,
             "reset_layout": self._reset_layout,
-            "next_camera": self.label.cameras.show_next,
+            "next_camera": self.label.videos.show_next,
+            "side_by_side": self.label.videos.switch_side_by_side,
         }
         for command, panel in PANEL_KEYS.items():
             handlers[command] = self.label.toggles[panel].toggle
@@ -344,7 +346,14 @@ class Window(DockedWindow):
             handlers[f"theme_{choice}"] = partial(THEME.set_value, choice)
         label = commands.handlers(document, self.label.tracks, self.label.player, self)
         shown = self.demonstrations.model.ids
-        dialog_handlers = dialogs.handlers(document, self.jobs, self, lambda: self.commands, shown)
+        dialog_handlers = dialogs.handlers(
+            document,
+            self.jobs,
+            self,
+            lambda: self.commands,
+            shown,
+            lambda: self.label.videos.video,
+        )
         # What was begun last is taken back where it can be seen.
         cancel = {"cancel": lambda: self.capture.cancel() or label["cancel"]()}
         handlers |= label | cancel | dialog_handlers
@@ -353,7 +362,7 @@ class Window(DockedWindow):
 
     def _obstacles(self) -> Obstacles:
         """What stands in the way of each command."""
-        checks = {"next_camera": self.label.cameras.obstacle}
+        checks = dict.fromkeys(("next_camera", "side_by_side"), self.label.videos.obstacle)
         for part in (self.demonstrations, self.review, self.capture):
             checks |= part.obstacles()
         return Obstacles(self.document, self._in_view, checks)

@@ -20,6 +20,7 @@ from forcelab.capture.save import SavedRecording
 from forcelab.capture.stream_merger import StreamMerger
 from forcelab.demonstration import GAP_PERIODS, Channel
 from forcelab.labels import UNLABELLED, Segment, model_author
+from forcelab.live.label_outlet import LabelOutlet
 from forcelab.project import Project
 from forcelab.recognition.live import EarlyScale, LiveLabels, OnlineRecogniser
 from forcelab.recognition.live_model import needs_live_model
@@ -247,7 +248,8 @@ class LiveRecognition:
     Made when the devices are open; :meth:`begin` it with the recording, and :meth:`look` every now
     and then. Not thread-safe but for :attr:`snapshot`, the latest labels. `remarks` say that the
     recogniser learnt other units, or at a rate at which it saw more. An InputError says that the
-    recogniser looks at a channel that no device has, or the latency is negative.
+    recogniser looks at a channel that no device has, or the latency is negative. All labels go to
+    the `outlet` as well, if there is one.
     """
 
     def __init__(
@@ -257,7 +259,9 @@ class LiveRecognition:
         latency: float,
         recorder: Recorder,
         devices: Sequence[Device],
+        outlet: LabelOutlet | None = None,
     ) -> None:
+        self._outlet = outlet
         self.author, self.latency, self.recogniser = model_author(name), latency, recogniser
         self._name, self._recorder, self._devices = name, recorder, devices
         self._following = StreamMerger(devices, recorder.since)
@@ -280,7 +284,12 @@ class LiveRecognition:
     def renewed(self) -> LiveRecognition:
         """A new one of the same recogniser, in its initial state."""
         return LiveRecognition(
-            self.recogniser, self._name, self.latency, self._recorder, self._devices
+            self.recogniser,
+            self._name,
+            self.latency,
+            self._recorder,
+            self._devices,
+            self._outlet,
         )
 
     def begin(
@@ -337,8 +346,7 @@ class LiveRecognition:
         worked = time.thread_time()
         times, values = self._following.read()
         labels = self._online.push(times, values)
-        closed = self._segments.take(labels)
-        self._recent.take(labels, closed)
+        closed = self._take(labels)
         if self._keeping:
             self._closed_segments += closed
         if len(labels):
@@ -360,14 +368,20 @@ class LiveRecognition:
             self._online.push(*self._following.read(self._recorder.ends)),
             self._online.finish(),
         ):
-            ended = self._segments.take(last)
-            self._recent.take(last, ended)
-            closed += ended
+            closed += self._take(last)
         self._recent.end(self._segments)
         closed += self._segments.finish()
         self._closed_segments += closed
         self._cpu += time.thread_time() - worked
         self._ended = time.monotonic()
+        return closed
+
+    def _take(self, labels: LiveLabels) -> list[ClosedSegment]:
+        """Take labels that are decided; gives the segments that they end."""
+        closed = self._segments.take(labels)
+        self._recent.take(labels, closed)
+        if self._outlet is not None:
+            self._outlet.push(labels)
         return closed
 
     def keep(self, path: Path, saved: SavedRecording) -> dict[str, Any]:

@@ -12,6 +12,7 @@ import time
 import tracemalloc
 from collections import Counter
 from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
 from dataclasses import asdict, dataclass, field, replace
 from datetime import datetime
 from functools import partial
@@ -20,10 +21,12 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from forcelab.cluster import current_cluster
 from forcelab.errors import InputError
-from forcelab.jobs import Progress
+from forcelab.jobs import Progress, finish
 from forcelab.labels import is_model
 from forcelab.measure.rows import Row, Table, with_front
+from forcelab.parallel import share_work
 from forcelab.process import interruptible
 from forcelab.project import LabelsUsed, Project, Provenance, StoredRun
 from forcelab.recognition.cross_validation import held_out_prediction
@@ -288,19 +291,47 @@ def measure_variants(
     """
     used = require_labelled(labelled)
     parts = fold_groups([item.demonstration for item in used], folds)
+    groups = sharing_features(variants)
     watch = _Watch(variants, len(parts))
-    spent: dict[int, Spent] = {id(variant): Spent() for variant in variants}
-    for alike in sharing_features(variants):
-        try:
-            prepared = yield from _compute_features(used, alike[0], watch)
-        except InputError as error:
-            _refuse(alike, spent, error)
-            continue
-        for group in sharing_fit(alike):
-            yield from _measure_folds(prepared, group, parts, spent, watch)
-        del prepared  # before the next features are computed
+    spent: dict[int, Spent] = {}
+    if current_cluster() is None:
+        for alike in groups:
+            found = yield from _measure_alike(alike, used, parts, watch)
+            spent |= zip(map(id, alike), found, strict=True)
+    else:
+        work = partial(_measure_alike_remotely, labelled=used, parts=parts)
+        with closing(share_work(work, groups, 1)) as coming:
+            for number, (alike, found) in enumerate(zip(groups, coming, strict=True), 1):
+                spent |= zip(map(id, alike), found, strict=True)
+                yield Progress(number, len(groups), "measuring")
     reference = reference_text(len(used), len(parts))
     return with_front([row_of(v.name, v.setting, spent[id(v)], size, reference) for v in variants])
+
+
+def _measure_alike(
+    alike: Sequence[Variant],
+    labelled: Sequence[LabelledDemonstration],
+    parts: Sequence[Sequence[int]],
+    watch: _Watch,
+) -> Generator[Progress, None, list[Spent]]:
+    """What variants that share their features spend, one after the other."""
+    spent = {id(variant): Spent() for variant in alike}
+    try:
+        prepared = yield from _compute_features(labelled, alike[0], watch)
+    except InputError as error:
+        _refuse(alike, spent, error)
+    else:
+        for group in sharing_fit(alike):
+            yield from _measure_folds(prepared, group, parts, spent, watch)
+    return [spent[id(variant)] for variant in alike]
+
+
+def _measure_alike_remotely(
+    alike: Sequence[Variant],
+    labelled: Sequence[LabelledDemonstration],
+    parts: Sequence[Sequence[int]],
+) -> list[Spent]:
+    return finish(_measure_alike(alike, labelled, parts, _Watch(alike, len(parts))))
 
 
 class _Watch:

@@ -286,10 +286,11 @@ def _check_values(connection: sqlite3.Connection, folder: Path) -> None:
         violation = " OR ".join(conditions)
         if connection.execute(f"SELECT 1 FROM {table} WHERE {violation} LIMIT 1").fetchone():
             raise InputError(_damaged(folder, f"the table '{table}' holds what cannot be"))
-    for row in connection.execute("SELECT id, video FROM demonstration"):
+    for row in connection.execute("SELECT id FROM demonstration"):
         if not STORED_ID.fullmatch(row["id"]):
             raise InputError(_damaged(folder, "a demonstration's id is none"))
-        if row["video"] is not None and not STORED_VIDEO.fullmatch(row["video"]):
+    for row in connection.execute("SELECT file FROM video"):
+        if not STORED_VIDEO.fullmatch(row["file"]):
             raise InputError(_damaged(folder, "a video has a name that forcelab does not give"))
     for row in connection.execute("SELECT id FROM recogniser"):
         if not STORED_ID.fullmatch(row["id"]):
@@ -317,12 +318,19 @@ _WRONG = {
         _of_other_kind("text", "id", "name", "task", "channels", "source"),
         _of_other_kind("integer", "samples"),
         _of_other_kind("real", "period", "duration"),
-        _beyond("samples", "period", "duration", "grid_rate", "video_offset", "video_rate"),
-        "period < 1e-12 OR duration <= 0 OR grid_rate <= 1e-12 OR video_rate <= 1e-12",
+        _beyond("samples", "period", "duration", "grid_rate"),
+        "period < 1e-12 OR duration <= 0 OR grid_rate <= 1e-12",
         "samples < 2",
         "typeof(grid_rate) NOT IN ('real', 'null')",
-        "video IS NOT NULL AND (typeof(video) <> 'text' OR typeof(video_offset) <> 'real' "
-        "OR typeof(video_rate) <> 'real')",
+        "coalesce(video, video_offset, video_rate) IS NOT NULL",
+    ),
+    "video": (
+        _of_other_kind("text", "demonstration", "name", "file"),
+        _of_other_kind("integer", "position"),
+        _of_other_kind("real", "offset", "rate"),
+        _beyond("position", "offset", "rate"),
+        "position < 0 OR rate <= 1e-12",
+        "demonstration NOT IN (SELECT id FROM demonstration)",
     ),
     "author": (_of_other_kind("text", "name", "kind"), "kind NOT IN ('coder', 'model')"),
     "track": (

@@ -39,7 +39,14 @@ from forcelab.project.database import (
     without_trigger,
 )
 from forcelab.project.files import DEMONSTRATIONS
-from forcelab.project.records import AddResult, DemonstrationInfo, NewDemonstration, check_length
+from forcelab.project.media import remove_unused_videos, video_rows, write_video
+from forcelab.project.records import (
+    AddResult,
+    DemonstrationInfo,
+    LabelImport,
+    NewDemonstration,
+    check_length,
+)
 from forcelab.project.tracks import TrackStore, undo_state
 from forcelab.text import natural_order, unknown_word
 from forcelab.vocabulary import Vocabulary
@@ -74,10 +81,13 @@ class DemonstrationStore:
         tracks: dict[str, list[sqlite3.Row]] = defaultdict(list)
         for row in self._db.all(f"{_LABELLED} ORDER BY author.id"):
             tracks[row["id"]].append(row)
+        videos: dict[str, list[sqlite3.Row]] = defaultdict(list)
+        for row in self._db.all("SELECT * FROM video ORDER BY position"):
+            videos[row["demonstration"]].append(row)
         rows = self._db.all("SELECT * FROM demonstration")
         rows.sort(key=lambda row: (natural_order(row["task"]), natural_order(row["name"])))
         return tuple(
-            _info(row, tracks.get(row["id"], ()))
+            _info(row, tracks.get(row["id"], ()), videos.get(row["id"], ()))
             for row in rows
             if task is None or row["task"] == task
         )
@@ -91,7 +101,11 @@ class DemonstrationStore:
             If there is no such demonstration.
         """
         query = f"{_LABELLED} WHERE track.demonstration = ? ORDER BY author.id"
-        return _info(self._db.demonstration(demonstration), self._db.all(query, demonstration))
+        return _info(
+            self._db.demonstration(demonstration),
+            self._db.all(query, demonstration),
+            video_rows(self._db, demonstration),
+        )
 
     def tasks(self) -> tuple[str, ...]:
         """The tasks of all demonstrations, sorted."""
@@ -148,18 +162,19 @@ class DemonstrationStore:
             raise InputError(
                 f"'{row['name']}' cannot be read: {why[0].lower()}{why[1:]}"
             ) from error
-        video = None
-        if row["video"] is not None:
-            files.check_file(home / row["video"])
-            clock = ClockMap(row["video_offset"], row["video_rate"])
-            video = VideoReference(home / row["video"], clock)
+        videos = video_rows(self._db, row["id"])
+        for video in videos:
+            files.check_file(home / video["file"])
         demonstration = Demonstration(
             name=row["name"],
             task=row["task"],
             times=times,
             signals=signals,
             channels=_channels_of(row),
-            video=video,
+            videos=tuple(
+                VideoReference(home / v["file"], ClockMap(v["offset"], v["rate"]), v["name"])
+                for v in videos
+            ),
             grid_rate=row["grid_rate"],
         )
         # Both take most of a second for ten million samples. And whatever becomes of its files, it
@@ -193,11 +208,11 @@ class DemonstrationStore:
     def add_all(self, demonstrations: Iterable[NewDemonstration]) -> tuple[AddResult, ...]:
         """Add demonstrations, or update those with the same content, all or none of them.
 
-        Name, task, rate and video become those given, but for what is to be kept; without a video,
-        the one there stays. Where another demonstration of the task has the name, a number is put
-        after it. An author's track is imported if there is none or it is as last imported; if it
-        was edited since, it stays. Actions that the task's vocabulary lacks are added to it, with
-        the looks that were given where these are free.
+        Name, task and rate become those given, but for what is to be kept. A video takes the place
+        of the one of its name; others stay. Where another demonstration of the task has the name, a
+        number is put after it. An author's track is imported if there is none or it is as last
+        imported; if it was edited since, it stays. Actions that the task's vocabulary lacks are
+        added to it, with the looks that were given where these are free.
 
         Parameters
         ----------
@@ -219,6 +234,8 @@ class DemonstrationStore:
         for each in incoming:
             check_length(each.demonstration.name, "name")
             check_length(each.demonstration.task, "task")
+            for video in each.demonstration.videos:
+                check_length(video.name, "name of a video")
             authors = [track.author for track in each.tracks]
             if len(set(authors)) < len(authors):
                 name = each.demonstration.name
@@ -254,6 +271,30 @@ class DemonstrationStore:
         for addition in additions:
             addition.tidy()
         return tuple(addition.result() for addition in additions)
+
+    def import_labels(self, imports: Iterable[LabelImport]) -> None:
+        """Store labels from files on demonstrations that are there, one edit a track, all or none.
+
+        Actions that a task's vocabulary lacks are added to it.
+
+        Raises
+        ------
+        StaleTrackError
+            If a track is not what it was when the import was prepared.
+        InputError
+            If there is no such demonstration, labels lie beyond it by more than a second and 5 %
+            of it, or the author is a model.
+        """
+        with self._db.writing():
+            for each in imports:
+                # What a coder had labelled stays the coder's: importing the recording anew may
+                # replace an import, but not these.
+                kind: Literal["paint", "import"] = "paint" if each.before else "import"
+                id_, track = each.demonstration, each.track
+                self._tracks.edit(
+                    id_, track.author, each.before, track.segments, each.what, kind=kind
+                )
+                self._actions.extend(self._db.demonstration(id_)["task"], id_, Vocabulary())
 
     def set_task(self, demonstration: str, task: str) -> None:
         """Put a demonstration into another task; its vocabulary gets the actions it lacks.
@@ -438,6 +479,7 @@ class DemonstrationStore:
             with without_trigger(self._db, f"{table}_is_not_deleted"):
                 self._db.execute(f"DELETE FROM {table} WHERE {condition}", id_)
         self._db.execute("DELETE FROM track WHERE demonstration = ?", id_)
+        self._db.execute("DELETE FROM video WHERE demonstration = ?", id_)
         for author in authors:
             self._db.execute(
                 "DELETE FROM author WHERE id = ? AND id NOT IN (SELECT author FROM track)", author
@@ -455,12 +497,13 @@ class _Addition:
     coding: CodingStore
     incoming: NewDemonstration
     staged: Path
-    video: str | None = None
+    files: list[str] = field(default_factory=list)  #: of its videos
     name: str = ""
     damaged: bool = False
     created_home: bool = False
     changed: bool = False
     old: sqlite3.Row | None = None
+    old_videos: Sequence[sqlite3.Row] = ()
     remarks: list[str] = field(default_factory=list)
 
     @property
@@ -488,14 +531,14 @@ class _Addition:
         if row is None or self.damaged:
             files.write_array(self.staged / "times.npy", d.times)
             files.write_array(self.staged / "signals.npy", d.signals)
-        if d.video is not None:
-            self.video = files.copy_named(d.video.path, self.staged, "video-").name
+        self.files = [files.copy_named(v.path, self.staged, "video-").name for v in d.videos]
         if self.incoming.truth is not None:
             files.write_json(self.staged / _TRUTH, self.incoming.truth)
 
     def write(self) -> None:
         """Move the files to their place and write the rows, inside a transaction."""
         self.old = self.row()
+        self.old_videos = video_rows(self.database, self.id)
         self.changed = self.old is None or self.damaged
         if self.old is None and not self.home.exists():
             # In one step: a folder without its mark would never be known for a leftover.
@@ -508,6 +551,9 @@ class _Addition:
             self.changed |= not files.same_content(self.staged / _TRUTH, self.home / _TRUTH)
         files.move_into(self.home, self.staged)
         self._write_row()
+        for video, file in zip(self.incoming.demonstration.videos, self.files, strict=True):
+            write_video(self.database, self.id, video.name, file, video.clock)
+        self.changed |= video_rows(self.database, self.id) != self.old_videos
         for track in self.incoming.tracks:
             self._write_track(track)
         self.changed |= self.coding.add_notes(self.id, self.incoming.notes)
@@ -528,11 +574,9 @@ class _Addition:
 
     def tidy(self) -> None:
         """Remove what is not needed any more, after the transaction."""
-        row = self.row()
         with contextlib.suppress(OSError):  # it only takes up room, and is perhaps in use
             (self.home / files.UNCOMMITTED).unlink(missing_ok=True)
-            if self.old and row and self.old["video"] not in (None, row["video"]):
-                files.remove_video(self.home, self.old["video"])
+            remove_unused_videos(self.database, self.id, self.old_videos)
 
     def result(self) -> AddResult:
         status: Literal["new", "updated", "unchanged"]
@@ -550,13 +594,6 @@ class _Addition:
         values: dict[str, Value] = {"name": self.name, "task": task}
         if old is None or "grid_rate" not in self.incoming.keep:
             values["grid_rate"] = d.grid_rate
-        if d.video is not None:
-            clock = d.video.clock
-            values |= {
-                "video": self.video,
-                "video_offset": float(clock.offset),
-                "video_rate": float(clock.rate),
-            }
         if old is None:
             channels = json.dumps([[c.name, c.unit] for c in d.channels], ensure_ascii=False)
             values |= {
@@ -685,7 +722,9 @@ def _read_signals(home: Path, row: sqlite3.Row) -> tuple[NDArray[np.float64], ND
     return times, files.read_array(home / "signals.npy", (n, c))
 
 
-def _info(row: sqlite3.Row, tracks: Sequence[sqlite3.Row]) -> DemonstrationInfo:
+def _info(
+    row: sqlite3.Row, tracks: Sequence[sqlite3.Row], videos: Sequence[sqlite3.Row]
+) -> DemonstrationInfo:
     return DemonstrationInfo(
         id=row["id"],
         name=row["name"],
@@ -696,7 +735,7 @@ def _info(row: sqlite3.Row, tracks: Sequence[sqlite3.Row]) -> DemonstrationInfo:
         duration=row["duration"],
         labelled={track["author"]: track["seconds"] for track in tracks},
         edited={track["author"]: track["edit"] for track in tracks},
-        has_video=row["video"] is not None,
+        videos=tuple(video["name"] for video in videos),
         source=row["source"],
     )
 

@@ -7,6 +7,7 @@ while the store is locked for writing, is it moved to its place.
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import errno
 import hashlib
 import json
@@ -17,7 +18,9 @@ import secrets
 import shutil
 import stat
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping
+import zipfile
+import zlib
+from collections.abc import Callable, Collection, Container, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -40,13 +43,20 @@ _CURES = (
     ((errno.ENAMETOOLONG,), "choose a shorter name"),
 )
 #: What the store may call a demonstration or a recogniser, and a video: no separators, no leading
-#: dots.
+#: dots. Until a demonstration could have several videos, those of further cameras were "beside".
 STORED_ID = re.compile(r"[0-9a-f]{32}")
-STORED_VIDEO = re.compile(r"video-[0-9a-f]{16}(\.[a-z0-9]{1,8})?")
+STORED_VIDEO = re.compile(r"(video|beside)-[0-9a-f]{16}(\.[a-z0-9]{1,8})?")
+
+#: Name of the file of raw stamps in a demonstration's folder.
+STAMPS = "stamps.npz"
+#: Bytes of stamps, unpacked, that are always read, and those for each sample of a demonstration.
+_LARGEST, _EACH = 1 << 30, 1 << 10
 
 _STAGING = ".incoming-"
 _STAGED = re.compile(r"\.incoming-[0-9a-z]{1,32}")
 _PART = re.compile(r"\.forcelab-[0-9a-f]{16}\.part")
+#: As the C library calls the working folder and the exchange of two names.
+_HERE, _EXCHANGE = -100, 2
 _ABANDONED = 3600.0  # seconds without a byte written, after which nobody is at work any more
 
 
@@ -172,6 +182,40 @@ def read_json(path: Path) -> dict[str, Any] | None:
     return value
 
 
+def read_stamps(
+    home: Path, samples: int, names: Container[str] | None = None
+) -> dict[str, NDArray[Any]] | None:
+    """The raw stamps, or those of some names, of a recording of so many samples, if it has any."""
+    path = home / STAMPS
+    check_file(path)
+    try:
+        # Given a path, NumPy leaves a file open that is no archive.
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
+            if sum(member.file_size for member in archive.zip.infolist()) > max(
+                _LARGEST, _EACH * samples
+            ):
+                raise ValueError("too large")
+            requested = (name for name in archive.files if names is None or name in names)
+            return {name: archive[name] for name in requested}
+    except FileNotFoundError:
+        return None
+    except (
+        OSError,
+        ValueError,
+        EOFError,
+        KeyError,
+        AttributeError,
+        TypeError,
+        MemoryError,
+        RuntimeError,  # an unknown compression, or a password
+        zipfile.BadZipFile,
+        zlib.error,
+    ) as error:
+        raise InputError(
+            f"The file '{path}' is damaged; delete it, the demonstration itself is whole."
+        ) from error
+
+
 def same_content(new: Path, stored: Path) -> bool:
     """Whether two small files have the same content; a missing one has none."""
     check_file(stored)
@@ -191,7 +235,7 @@ def copy_named(source: Path, folder: Path, prefix: str) -> Path:
     suffix = source.suffix.lower()
     if not re.fullmatch(r"\.[a-z0-9]{1,8}", suffix):
         suffix = ""
-    return part.rename(folder / f"{prefix}{digest.hexdigest()[:16]}{suffix}")
+    return part.replace(folder / f"{prefix}{digest.hexdigest()[:16]}{suffix}")
 
 
 def move_into(home: Path, staged: Path) -> None:
@@ -255,11 +299,7 @@ def leftovers(parent: Path, known: Collection[str]) -> list[Path]:
 @contextlib.contextmanager
 def appearing(path: Path) -> Iterator[Path]:
     """A folder to fill, which takes the name `path` at the end; nothing is left if that fails."""
-    for old in path.parent.glob(".forcelab-*.part"):
-        with contextlib.suppress(OSError):  # another's, who may be just ending it
-            if _PART.fullmatch(old.name) and old.is_dir() and _abandoned(old):
-                shutil.rmtree(old, ignore_errors=True)
-    part = path.with_name(f".forcelab-{secrets.token_hex(8)}.part")
+    part = _part_beside(path)
     try:
         part.mkdir()
     except OSError as error:  # in the name that the user knows
@@ -273,6 +313,68 @@ def appearing(path: Path) -> Iterator[Path]:
         sync_folder(path.parent)
     finally:
         shutil.rmtree(part, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def replacing_folder(path: Path) -> Iterator[Path]:
+    """A copy of a folder, which takes its place at the end; nothing is left if that fails.
+
+    Killed at any moment, the old or the new folder has the name. The files in the copy are the old
+    ones under a second name: remove one and write it anew, but never write into it.
+    """
+    part = _part_beside(path)
+    try:
+        shutil.copytree(path, part, symlinks=True, copy_function=_link)
+        os.utime(part)  # its folder's old time would make it look abandoned
+        yield part
+        for folder, _, _ in os.walk(part):
+            sync_folder(Path(folder))
+        _swap(part, path)
+        sync_folder(path.parent)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+
+
+def _part_beside(path: Path) -> Path:
+    """A free name beside a folder for what will replace it; what killed processes left goes."""
+    for old in path.parent.glob(".forcelab-*.part"):
+        with contextlib.suppress(OSError):  # another's, who may be just ending it
+            if _PART.fullmatch(old.name) and old.is_dir() and _abandoned(old):
+                shutil.rmtree(old, ignore_errors=True)
+    return path.with_name(f".forcelab-{secrets.token_hex(8)}.part")
+
+
+def _link(source: str, target: str) -> None:
+    """Give a file a second name; copy it where the file system has none or it is a link itself."""
+    try:
+        os.link(source, target, follow_symlinks=False)
+    except OSError as error:
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        shutil.copy2(source, target, follow_symlinks=False)
+
+
+def _swap(first: Path, second: Path) -> None:
+    """Exchange the names of two folders, in one step where the system can."""
+    if os.name == "posix":
+        libc = ctypes.CDLL(None, use_errno=True)
+        names = os.fsencode(first), os.fsencode(second)
+        if hasattr(libc, "renameat2"):  # Linux
+            done = libc.renameat2(_HERE, names[0], _HERE, names[1], _EXCHANGE)
+        elif hasattr(libc, "renamex_np"):  # macOS
+            done = libc.renamex_np(*names, _EXCHANGE)
+        else:
+            done = -1
+        if done == 0:
+            return
+    aside = second.with_name(f"{second.name} (old)")
+    second.rename(aside)
+    try:
+        first.rename(second)
+    except BaseException:
+        aside.rename(second)
+        raise
+    aside.rename(first)
 
 
 def _clear(path: Path) -> None:

@@ -1,11 +1,11 @@
-"""Videos, cameras and raw time stamps beside a demonstration."""
+"""Videos and raw time stamps beside a demonstration."""
 
 from __future__ import annotations
 
 import re
+import sqlite3
 import zipfile
 from collections.abc import Container, Mapping, Sequence
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -19,29 +19,45 @@ from forcelab.errors import InputError
 from forcelab.io import atomic_file
 from forcelab.project import files
 from forcelab.project.database import Database
-from forcelab.project.files import DEMONSTRATIONS
+from forcelab.project.files import DEMONSTRATIONS, STAMPS
+from forcelab.project.records import check_length
+from forcelab.text import unknown_word
 
-#: Name of the file of raw stamps in a demonstration's folder.
-STAMPS = "stamps.npz"
-#: Prefix of further files in it, such as the video of a second camera.
-_BESIDE = "beside-"
-#: Bytes of stamps, unpacked, that are always read, and those for each sample of a demonstration.
-_LARGEST, _EACH = 1 << 30, 1 << 10
-_NAMES, _FILES, _CLOCKS = "video_names", "video_files", "video_clocks"
-#: Stamps of every recording: when time 0 was, and of each camera when its frames arrived.
-_START, _FRAMES = "start", "frames_"
-#: Cameras that are looked for.
-MOST_CAMERAS = 8
 #: Names of files that are named after their content.
 _STORED = re.compile(r"[a-z]+-[0-9a-f]{16}(\.[a-z0-9]{1,8})?")
 
 
-@dataclass(frozen=True, slots=True)
-class Camera:
-    """A camera's name, and its video of one recording."""
+def video_rows(database: Database, demonstration: str) -> list[sqlite3.Row]:
+    """The rows of a demonstration's videos, in order."""
+    return database.all(
+        "SELECT * FROM video WHERE demonstration = ? ORDER BY position", demonstration
+    )
 
-    name: str
-    video: VideoReference
+
+def write_video(
+    database: Database, demonstration: str, name: str, file: str, clock: ClockMap
+) -> None:
+    """Write a video's row in place of the one of its name, or after the others."""
+    database.execute(
+        "INSERT INTO video SELECT ?1, coalesce(max(position) + 1, 0), ?2, ?3, ?4, ?5 FROM video "
+        "WHERE demonstration = ?1 ON CONFLICT (demonstration, name) "
+        "DO UPDATE SET file = excluded.file, offset = excluded.offset, rate = excluded.rate",
+        demonstration,
+        name,
+        file,
+        float(clock.offset),
+        float(clock.rate),
+    )
+
+
+def remove_unused_videos(
+    database: Database, demonstration: str, before: Sequence[sqlite3.Row]
+) -> None:
+    """Delete the files of a demonstration's videos of before that no row names any more."""
+    used = {row["file"] for row in video_rows(database, demonstration)}
+    for row in before:
+        if row["file"] not in used:
+            files.remove_video(database.demonstration_folder(demonstration), row["file"])
 
 
 class MediaStore:
@@ -54,9 +70,13 @@ class MediaStore:
         self._db = database
 
     def attach_video(
-        self, demonstration: str, path: str | PathLike[str], clock: ClockMap | None = None
+        self,
+        demonstration: str,
+        path: str | PathLike[str],
+        clock: ClockMap | None = None,
+        name: str | None = None,
     ) -> None:
-        """Copy a video into the project, in place of the one that the demonstration has.
+        """Copy a video into the project, as a further one or in place of the one of its name.
 
         Parameters
         ----------
@@ -66,6 +86,9 @@ class MediaStore:
             The video; what is in it is not looked at.
         clock : ClockMap, optional
             From the video's own timestamps to force time; by default both are the same.
+        name : str, optional
+            What it is called among the demonstration's videos, such as ``"left"``; by default it
+            takes the place of the first one.
 
         Raises
         ------
@@ -75,35 +98,61 @@ class MediaStore:
         row = self._db.demonstration(demonstration)
         root = self._db.folder / DEMONSTRATIONS
         home = self._db.demonstration_folder(demonstration)
+        name = None if name is None else " ".join(name.split())
+        if name == "":
+            raise InputError("A video needs a name; give one.")
+        check_length(name or "", "name of a video")
         self._db.refuse_read_only()
         with (
             files.file_errors(f"The video was not attached to '{row['name']}'"),
             files.staging(root) as staged,
         ):
-            video = files.copy_named(Path(path), staged, "video-").name
+            file = files.copy_named(Path(path), staged, "video-").name
             with self._db.writing():
-                old = self._db.demonstration(demonstration)["video"]
+                self._db.demonstration(demonstration)  # somebody may have removed it
+                before = video_rows(self._db, demonstration)
                 home.mkdir(exist_ok=True)
                 files.move_into(home, staged)  # under the name of its content: over nothing else
-                self._write_video(demonstration, video, clock or ClockMap())
-        if old not in (None, video):
-            files.remove_video(home, old)
+                name = name or (before[0]["name"] if before else "video 1")
+                write_video(self._db, demonstration, name, file, clock or ClockMap())
+        remove_unused_videos(self._db, demonstration, before)
 
-    def set_video_clock(self, demonstration: str, clock: ClockMap) -> None:
-        """Set how the clock of a demonstration's video maps onto the force clock.
+    def remove_video(self, demonstration: str, name: str) -> None:
+        """Remove one of a demonstration's videos from the project, for good.
 
         Raises
         ------
         InputError
-            If there is no such demonstration or it has no video.
+            If there is no such demonstration or it has no video of that name.
         """
         with self._db.writing():
-            row = self._db.demonstration(demonstration)
-            if row["video"] is None:
-                raise InputError(
-                    f"'{row['name']}' has no video whose clock could be set; attach one first."
-                )
-            self._write_video(demonstration, row["video"], clock)
+            self._video_row(demonstration, name)
+            before = video_rows(self._db, demonstration)
+            self._db.execute(
+                "DELETE FROM video WHERE demonstration = ? AND name = ?", demonstration, name
+            )
+        remove_unused_videos(self._db, demonstration, before)
+
+    def set_video_clock(self, demonstration: str, clock: ClockMap, name: str | None = None) -> None:
+        """Set how the clock of a demonstration's video maps onto the force clock.
+
+        Parameters
+        ----------
+        demonstration : str
+            Its id.
+        clock : ClockMap
+            From the video's own timestamps to force time.
+        name : str, optional
+            Which of several videos it is; by default the first one.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration or it has no such video.
+        """
+        with self._db.writing():
+            video = self._video_row(demonstration, name)
+            write_video(self._db, demonstration, video["name"], video["file"], clock)
 
     def attach_stamps(self, demonstration: str, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Store a recording's raw stamps beside it, in place of those there: numbers and names."""
@@ -131,149 +180,43 @@ class MediaStore:
 
         Only recorded demonstrations have them; archives leave them out.
         """
-        path = self._folder(demonstration) / STAMPS
-        files.check_file(path)
-        largest = max(_LARGEST, _EACH * self._db.demonstration(demonstration)["samples"])
-        try:
-            # Given a path, NumPy leaves a file open that is no archive.
-            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
-                if sum(member.file_size for member in archive.zip.infolist()) > largest:
-                    raise ValueError("too large")
-                requested = (name for name in archive.files if names is None or name in names)
-                return {name: archive[name] for name in requested}
-        except FileNotFoundError:
-            return None
-        except (
-            OSError,
-            ValueError,
-            EOFError,
-            KeyError,
-            AttributeError,
-            TypeError,
-            zipfile.BadZipFile,
-        ) as error:
-            raise InputError(
-                f"The file '{path}' is damaged; delete it, the demonstration itself is whole."
-            ) from error
+        samples = self._db.demonstration(demonstration)["samples"]
+        return files.read_stamps(self._folder(demonstration), samples, names)
 
-    def attach_file(self, demonstration: str, path: str | PathLike[str]) -> Path:
-        """Copy a further file beside a recording, such as a second camera's video; gives the copy.
-
-        Archives leave it out.
-        """
-        home = self._folder(demonstration)
-        self._db.refuse_read_only()
-        with (
-            files.file_errors(f"'{path}' was not copied to '{home}'"),
-            files.staging(home.parent) as staging,
-        ):
-            name = files.copy_named(Path(path), staging, _BESIDE).name
-            files.move_into(home, staging)
-        return home / name
-
-    def attached_files(self, demonstration: str) -> tuple[Path, ...]:
-        """The files that :meth:`attach_file` copied, by their names."""
-        paths = sorted(self._folder(demonstration).glob(f"{_BESIDE}*"))
-        return tuple(path for path in paths if path.is_file() and not path.is_symlink())
-
-    def cameras(self, demonstration: Demonstration) -> tuple[Camera, ...]:
-        """The cameras that filmed a recording; none unless there are several.
-
-        Parameters
-        ----------
-        demonstration : Demonstration
-            As loaded; its video is the first camera's.
-
-        Raises
-        ------
-        InputError
-            If there is no such demonstration or its stamps are damaged.
-        """
-        attached = self.attached_files(demonstration.id)
-        first = demonstration.video
-        if first is None or not attached:
-            return ()
-        arrays = self.stamps(demonstration.id, (_NAMES, _FILES, _CLOCKS)) or {}
-        if _NAMES not in arrays:
-            return self._cameras_by_frames(demonstration.id, first, attached)
-        home = self._folder(demonstration.id)
-        try:
-            stored = [
-                Camera(
-                    str(name),
-                    VideoReference(
-                        home / Path(str(file)).name, ClockMap(float(clock[0]), float(clock[1]))
-                    ),
-                )
-                for name, file, clock in zip(
-                    arrays[_NAMES], arrays[_FILES], arrays[_CLOCKS], strict=True
-                )
-            ]
-        except (KeyError, ValueError, IndexError) as error:
-            raise InputError(
-                f"The stamps of '{demonstration.id}' do not say what its cameras filmed ({error})."
-            ) from error
-        others = [camera for camera in stored[1:] if camera.video.path in attached]
-        return (Camera(stored[0].name, first), *others) if others else ()
-
-    def _cameras_by_frames(
-        self, demonstration: str, first: VideoReference, attached: Sequence[Path]
-    ) -> tuple[Camera, ...]:
-        """The cameras of a recording made before their names were stored.
-
-        Of two cameras the attached video is the second one's, and its time 0 is when its first
-        frame arrived; of more cameras nothing tells which video is whose.
-        """
-        arrays = {_START, *(f"{_FRAMES}{number}" for number in range(MOST_CAMERAS))}
-        stored = self.stamps(demonstration, arrays) or {}
-        frames = [
-            stored.get(f"{_FRAMES}{number}", np.empty((0, 2))) for number in range(MOST_CAMERAS)
-        ]
-        arrived = [each[:, 0] for each in frames if each.ndim == 2 and len(each)]
-        start = stored.get(_START, np.empty(0))
-        if len(attached) != 1 or len(arrived) != 2 or start.shape != ():
-            return ()
-        video = VideoReference(attached[0], ClockMap(float(arrived[1][0] - start)))
-        return Camera("first camera", first), Camera("second camera", video)
+    def _video_row(self, demonstration: str, name: str | None) -> sqlite3.Row:
+        """The row of a video, by default of the first one."""
+        title = self._db.demonstration(demonstration)["name"]
+        rows = {row["name"]: row for row in video_rows(self._db, demonstration)}
+        if not rows:
+            raise InputError(f"'{title}' has no video; attach one first.")
+        if name is None:
+            return next(iter(rows.values()))
+        if name not in rows:
+            raise InputError(unknown_word("video", name, tuple(rows)))
+        return rows[name]
 
     def _folder(self, demonstration: str) -> Path:
         self._db.demonstration(demonstration)
         return self._db.demonstration_folder(demonstration)
 
-    def _write_video(self, demonstration: str, video: str, clock: ClockMap) -> None:
-        self._db.execute(
-            "UPDATE demonstration SET video = ?, video_offset = ?, video_rate = ? WHERE id = ?",
-            video,
-            float(clock.offset),
-            float(clock.rate),
-            demonstration,
-        )
+
+def video_title(video: VideoReference, demonstration: Demonstration) -> str:
+    """What coders know a video by: that of a demonstration, its name only among several."""
+    name = f" '{video.name}'" if len(demonstration.videos) > 1 else ""
+    return f"the video{name} of '{demonstration.name}'"
 
 
-def camera_stamps(cameras: Sequence[Camera]) -> dict[str, NDArray[Any]]:
-    """The arrays of a recording's stamps that tell its cameras apart.
-
-    The first camera's video is the demonstration's; the others are in the folder by now. Gives
-    ``video_names``; ``video_files``, the name of each file (of the first one nothing); and
-    ``video_clocks``, shape (n, 2): offset (s) and rate, from each video's clock to the force's.
-    """
-    return {
-        _NAMES: np.array([camera.name for camera in cameras], dtype=np.str_),
-        _FILES: np.array(["", *(camera.video.path.name for camera in cameras[1:])], dtype=np.str_),
-        _CLOCKS: np.array([(c.video.clock.offset, c.video.clock.rate) for c in cameras]),
-    }
-
-
-def name_video(sentence: str, path: Path, demonstration: str) -> str:
-    """Replace a stored video's name or path in a sentence by that of its demonstration.
+def name_video(sentence: str, video: VideoReference, demonstration: Demonstration) -> str:
+    """Replace a stored video's name or path in a sentence by what coders know it by.
 
     The path stays beside the name; a file that is not in a store keeps its own.
     """
+    path = video.path
     if not _STORED.fullmatch(path.name):
         return sentence
     for quoted, where in ((str(path), f" ('{path}')"), (path.name, "")):
         parts = re.split(rf"(?:The video )?'{re.escape(quoted)}'", sentence)
         if len(parts) > 1:
-            sentence = f"the video of '{demonstration}'{where}".join(parts)
+            sentence = f"{video_title(video, demonstration)}{where}".join(parts)
             return sentence[:1].upper() + sentence[1:]
     return sentence

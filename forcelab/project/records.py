@@ -220,6 +220,28 @@ class NewDemonstration:
 
 
 @dataclass(frozen=True, slots=True)
+class LabelImport:
+    """An author's labels from a file, for a demonstration that is in the project.
+
+    Parameters
+    ----------
+    demonstration : str
+        Its id.
+    track : Track
+        What is stored.
+    before : tuple of Segment
+        What the author's track holds until then.
+    what : str
+        The line of history.
+    """
+
+    demonstration: str
+    track: Track
+    before: Segments
+    what: str
+
+
+@dataclass(frozen=True, slots=True)
 class AddResult:
     """What became of a demonstration that was added.
 
@@ -259,8 +281,8 @@ class DemonstrationInfo:
         Length in seconds.
     labelled : mapping of str to float
         For every author with a track, in order of first appearance: seconds covered by a segment.
-    has_video : bool
-        Whether the project holds its video.
+    videos : tuple of str
+        The names of its videos, the main one first.
     source : str
         Where it was read from, as told when it was added.
     edited : mapping of str to int
@@ -276,7 +298,7 @@ class DemonstrationInfo:
     rate: float
     duration: float
     labelled: Mapping[str, float]
-    has_video: bool
+    videos: tuple[str, ...]
     source: str
     edited: Mapping[str, int] = field(default_factory=dict)
 
@@ -284,6 +306,11 @@ class DemonstrationInfo:
     def authors(self) -> tuple[str, ...]:
         """Every author with a track."""
         return tuple(self.labelled)
+
+    @property
+    def has_video(self) -> bool:
+        """Whether the project holds a video of it."""
+        return bool(self.videos)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,16 +5,23 @@ from __future__ import annotations
 import contextlib
 import functools
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 
+import numpy as np
+
+from forcelab.clock import ClockMap
 from forcelab.errors import InputError
+from forcelab.project import files
+from forcelab.project.records import LONGEST_NAME
 
 __all__ = ["APPLICATION_ID", "MIGRATIONS", "check_version", "migrate", "pragma"]
 
 #: "FLab" in ASCII, in the file's header: tells a project from every other SQLite file.
 APPLICATION_ID = 0x464C6162
 
-Step = tuple[str, ...]
+#: Statements, and what else is done to a project, given its folder.
+Step = tuple[str | Callable[[sqlite3.Connection, Path], None], ...]
 
 
 def _append_only(table: str) -> Step:
@@ -183,8 +190,84 @@ _VERSION_4: Step = (
     *_append_only("note"),
 )
 
+
+def _add_cameras(connection: sqlite3.Connection, folder: Path) -> None:
+    """Make videos of what further cameras filmed, which only the stamps of a recording told."""
+    query = "SELECT id, samples FROM demonstration WHERE id IN (SELECT demonstration FROM video)"
+    for id_, samples in connection.execute(query).fetchall():
+        if not files.STORED_ID.fullmatch(str(id_)):
+            continue
+        # What cannot be read stays in the folder as it is; what went wrong is told with the stamps.
+        with contextlib.suppress(InputError, LookupError, OSError, TypeError, ValueError):
+            for name, file, clock in _cameras_before(folder, id_, samples):
+                if file:
+                    connection.execute(
+                        "INSERT OR IGNORE INTO video SELECT demonstration, max(position) + 1, ?, "
+                        "?, ?, ? FROM video WHERE demonstration = ?",
+                        (name, file, clock.offset, clock.rate, id_),
+                    )
+                else:
+                    connection.execute(
+                        "UPDATE OR IGNORE video SET name = ? WHERE demonstration = ?", (name, id_)
+                    )
+
+
+def _cameras_before(folder: Path, id_: str, samples: int) -> Iterator[tuple[str, str, ClockMap]]:
+    """Name, file and clock of all cameras where there are several; the first one has no file.
+
+    Before names were stored, of two cameras the second one's time 0 is when its first frame came;
+    of more cameras nothing tells which video is whose.
+    """
+    home = folder / files.DEMONSTRATIONS / id_
+    for path in (home.parent, home):
+        files.check_folder(path)
+    beside = [
+        path.name
+        for path in home.glob("beside-*")
+        if files.STORED_VIDEO.fullmatch(path.name) and path.is_file() and not path.is_symlink()
+    ]
+    if not beside:
+        return
+    frames = [f"frames_{number}" for number in range(8)]
+    columns = ("video_names", "video_files", "video_clocks")
+    stamps = files.read_stamps(home, samples, {"start", *frames, *columns}) or {}
+    if "video_names" in stamps:
+        for name, file, clock in zip(*(stamps.get(key, ()) for key in columns), strict=True):
+            if len(name) <= LONGEST_NAME and (not file or str(file) in beside):
+                yield str(name), str(file), ClockMap(float(clock[0]), float(clock[1]))
+        return
+    filmed = [stamps.get(name, np.empty((0, 2))) for name in frames]
+    arrived = [each[:, 0] for each in filmed if each.ndim == 2 and len(each)]
+    if len(beside) == 1 and len(arrived) == 2 and "start" in stamps:
+        yield "first camera", "", ClockMap()
+        yield "second camera", beside[0], ClockMap(float(arrived[1][0] - stamps["start"]))
+
+
+# Any number of videos; the columns of the one that there was before stay empty.
+_VERSION_5: Step = (
+    """
+    CREATE TABLE video (
+        demonstration TEXT NOT NULL REFERENCES demonstration,
+        position      INTEGER NOT NULL CHECK (typeof(position) = 'integer' AND position >= 0),
+        name          TEXT NOT NULL CHECK (trim(name) <> ''),
+        file          TEXT NOT NULL CHECK (file NOT GLOB '*[/\\]*'),
+        offset        REAL NOT NULL CHECK (typeof(offset) = 'real'),
+        rate          REAL NOT NULL CHECK (typeof(rate) = 'real' AND rate > 0),
+        PRIMARY KEY (demonstration, name),
+        UNIQUE (demonstration, position)
+    ) WITHOUT ROWID
+    """,
+    """
+    INSERT INTO video SELECT id, 0, 'video 1', video, video_offset, video_rate
+    FROM demonstration WHERE video IS NOT NULL
+    """,
+    "UPDATE demonstration SET video = NULL, video_offset = NULL, video_rate = NULL "
+    "WHERE video IS NOT NULL",
+    _add_cameras,
+)
+
 #: Step ``i`` brings a project of version ``i`` to version ``i + 1``. Only ever append to this.
-MIGRATIONS: tuple[Step, ...] = (_VERSION_1, _VERSION_2, _VERSION_3, _VERSION_4)
+MIGRATIONS: tuple[Step, ...] = (_VERSION_1, _VERSION_2, _VERSION_3, _VERSION_4, _VERSION_5)
 
 
 def check_version(application_id: int, version: int, newest: int, where: str) -> None:
@@ -208,7 +291,7 @@ def check_version(application_id: int, version: int, newest: int, where: str) ->
 def migrate(connection: sqlite3.Connection, where: str, steps: Sequence[Step] = MIGRATIONS) -> None:
     """Carry out the steps that a project has not seen, each in a transaction of its own.
 
-    The connection is in autocommit mode; `where` names the project in errors.
+    The connection is in autocommit mode; `where` is the project's folder.
     """
     migrated = False
     while True:
@@ -223,11 +306,18 @@ def migrate(connection: sqlite3.Connection, where: str, steps: Sequence[Step] = 
             check_version(pragma(connection, "application_id"), version, len(steps), where)
             if version < len(steps):
                 _check_content(connection, tuple(steps[:version]), where)
-                for statement in steps[version]:
-                    connection.execute(statement)
+                for part in steps[version]:
+                    if isinstance(part, str):
+                        connection.execute(part)
+                    else:
+                        part(connection, Path(where))
                 connection.execute(f"PRAGMA user_version = {version + 1}")
                 migrated = True
             connection.execute("COMMIT")
+        except sqlite3.IntegrityError as error:  # of rows that no forcelab has written
+            raise InputError(
+                f"The store of '{where}' is damaged ({error}); restore it from a copy."
+            ) from error
         finally:
             if connection.in_transaction:
                 connection.execute("ROLLBACK")
@@ -250,7 +340,7 @@ def _content_of(connection: sqlite3.Connection) -> Content:
 def _content_after(steps: tuple[Step, ...]) -> Content:
     """What a store has after these steps and no others."""
     with contextlib.closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
-        for statement in (statement for step in steps for statement in step):
+        for statement in (part for step in steps for part in step if isinstance(part, str)):
             connection.execute(statement)
         return _content_of(connection)
 

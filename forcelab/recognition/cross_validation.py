@@ -15,11 +15,12 @@ from time import perf_counter
 
 import numpy as np
 
+from forcelab.cluster import current_cluster
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import UNLABELLED, to_codes
-from forcelab.parallel import map_in_processes
+from forcelab.parallel import run_job, share_work
 from forcelab.recognition.adaptation import estimate_adaptation
 from forcelab.recognition.copies import find_copies
 from forcelab.recognition.examples import (
@@ -43,14 +44,6 @@ from forcelab.text import counted, there_are
 
 
 @dataclass(frozen=True)
-class Fold:
-    """Examples that are trained on, and those that are left out together."""
-
-    train: Sequence[Examples]  # all the others
-    held_out: Sequence[Examples]  # those that the recogniser will not have seen
-
-
-@dataclass(frozen=True)
 class FoldResult:
     """What the recogniser of a fold predicts for the demonstrations that it has not seen."""
 
@@ -59,48 +52,62 @@ class FoldResult:
     dropped: tuple[DroppedSegment, ...]  # segments of the others that were not trained on
 
 
-def make_folds(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> list[Fold]:
-    """One fold for each group of indices."""
-    return [
-        Fold(
-            [example for i, example in enumerate(examples) if i not in out],
-            [example for i, example in enumerate(examples) if i in out],
-        )
-        for out in map(set, parts)
-    ]
+def split_examples(
+    examples: Sequence[Examples], part: Sequence[int]
+) -> tuple[list[Examples], list[Examples]]:
+    """The examples to train on, and those of a group, which the recogniser will not have seen."""
+    train = [example for i, example in enumerate(examples) if i not in part]
+    return train, [examples[i] for i in sorted(part)]
 
 
 def run_folds(
-    folds: Sequence[Fold], settings: Settings, probability_trace: bool, jobs: int
+    examples: Sequence[Examples],
+    parts: Sequence[Sequence[int]],
+    settings: Settings,
+    probability_trace: bool,
+    jobs: int,
 ) -> Generator[Progress, None, list[FoldResult]]:
-    """Run the folds; every epoch is progress, of several processes every finished fold."""
+    """Leave out each group of indices in turn.
+
+    Every epoch is progress, of several processes and of a cluster every finished fold.
+    """
     results: list[FoldResult] = []
-    if jobs > 1:
-        work = partial(_run_fold_in_process, settings=settings, probability_trace=probability_trace)
-        with closing(map_in_processes(work, folds, jobs)) as coming:
+    if jobs > 1 or current_cluster() is not None:
+        work = partial(
+            _run_fold_in_process,
+            examples=examples,
+            settings=settings,
+            probability_trace=probability_trace,
+        )
+        with closing(share_work(work, parts, jobs)) as coming:
             for result in coming:
                 results.append(result)
-                yield Progress(len(results), len(folds), "recognising")
+                yield Progress(len(results), len(parts), "recognising")
         return results
-    for fold in folds:
-        where = f"{len(results) + 1} of {len(folds)}"
-        results.append((yield from _run_fold(fold, settings, where, probability_trace)))
+    for part in parts:
+        where = f"{len(results) + 1} of {len(parts)}"
+        results.append((yield from _run_fold(part, examples, settings, where, probability_trace)))
     return results
 
 
 def _run_fold(
-    fold: Fold, settings: Settings, position: str, probability_trace: bool
+    part: Sequence[int],
+    examples: Sequence[Examples],
+    settings: Settings,
+    position: str,
+    probability_trace: bool,
 ) -> Generator[Progress, None, FoldResult]:
-    """Train on a fold and recognise what it leaves out; progress gives the fold's position."""
+    """Train on all but a group and recognise that; progress gives the position of its fold."""
+    train, held_out = split_examples(examples, part)
     started = perf_counter()
     try:
-        recogniser = yield from fit_examples(fold.train, settings, text=f"fit {position}")
+        recogniser = yield from fit_examples(train, settings, text=f"fit {position}")
     except InputError as error:
-        more = len(fold.held_out) - 1
-        names = f"'{fold.held_out[0].name}'" + (f" and {more} more" if more else "")
+        more = len(held_out) - 1
+        names = f"'{held_out[0].name}'" + (f" and {more} more" if more else "")
         raise InputError(f"With {names} left out: {error}") from error
     seconds = perf_counter() - started
-    predictions = [predict_held_out(recogniser, e, probability_trace) for e in fold.held_out]
+    predictions = [predict_held_out(recogniser, e, probability_trace) for e in held_out]
     return FoldResult(predictions, seconds, recogniser.dropped)
 
 
@@ -128,9 +135,11 @@ def compare_probabilities(prediction: Prediction, examples: Examples) -> Predict
     return replace(prediction, probabilities=None, reliability=reliability)
 
 
-def _run_fold_in_process(fold: Fold, settings: Settings, probability_trace: bool) -> FoldResult:
+def _run_fold_in_process(
+    part: Sequence[int], examples: Sequence[Examples], settings: Settings, probability_trace: bool
+) -> FoldResult:
     """Run a fold in a worker process, without progress."""
-    return finish(_run_fold(fold, settings, "", probability_trace))
+    return finish(_run_fold(part, examples, settings, "", probability_trace))
 
 
 def select_labelled(
@@ -334,13 +343,13 @@ def leave_one_out(
             for i, place in enumerate(order)
         ]
 
-    results = yield from run_folds(make_folds(examples, parts), settings, probability_trace, jobs)
+    results = yield from run_folds(examples, parts, settings, probability_trace, jobs)
     seconds["fit"] = sum(result.fit_seconds for result in results)
     tested = held_out(results)
     _add_seconds(seconds, tested)
     if added:
-        own_folds = make_folds(examples[: len(used)], parts)
-        alone = held_out((yield from run_folds(own_folds, settings, False, jobs)))
+        own = examples[: len(used)]
+        alone = held_out((yield from run_folds(own, parts, settings, False, jobs)))
         tested = [
             replace(both, ablations=both.ablations | {"alone": own.filtered})
             for both, own in zip(tested, alone, strict=True)
@@ -495,7 +504,7 @@ def train_and_test(
     matched = estimate_adaptation(train_items, tested_items) if adapt else None
     prepared = perf_counter()
     train_examples, test_examples = examples[: len(train_items)], examples[len(train_items) :]
-    recogniser = yield from fit_examples(train_examples, settings)
+    recogniser = yield from run_job(fit_examples, train_examples, settings)
     seconds = {"features": prepared - started, "fit": perf_counter() - prepared}
     seconds.update(predict=0.0, filter=0.0)
     actions = actions_of(examples)
@@ -573,9 +582,8 @@ def leave_one_out_live(
     left_out: list[DroppedSegment] = []
     for part in parts:
         started = perf_counter()
-        recogniser = yield from training_job(
-            [o for i, o in enumerate(used) if i not in part], fixed
-        )
+        others = [item for i, item in enumerate(used) if i not in part]
+        recogniser = yield from run_job(training_job, others, fixed)
         left_out.extend(recogniser.dropped)
         seconds["fit"] += perf_counter() - started
         for i in part:

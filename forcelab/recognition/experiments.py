@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 
 from forcelab.errors import InputError, UnclearAuthorError
 from forcelab.jobs import Progress
+from forcelab.parallel import run_job
 from forcelab.project import LabelsUsed, Project, Provenance
 from forcelab.recognition.cross_validation import (
     Job,
@@ -294,7 +295,7 @@ def train_tasks(
     """
     tasks = selection.joined_tasks(project)
     dataset = selection.load(project, tasks, settings)
-    recogniser = yield from training_job(dataset.labelled, settings)
+    recogniser = yield from run_job(training_job, dataset.labelled, settings)
     content = dump(recogniser)
     if not project.read_only:
         labels = project.runs.existing_labels(

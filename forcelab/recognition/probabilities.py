@@ -117,6 +117,15 @@ class ProbabilityTrace:
         column = values[:, self.actions.index(action)]  # alone: it is asked for in long lists
         return float(column.sum()) / (STEPS * _known_bins(values))
 
+    def at(self, action: str, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Probability of one action at some times (s), shape (n,); NaN where nothing is known."""
+        places = np.floor((times - self.start) * self.rate + ROUNDING).astype(np.int64)
+        places = np.clip(places, 0, len(self.values) - 1)
+        column = np.zeros(len(self.values))
+        if action in self.actions:
+            column = self.values[:, self.actions.index(action)] / STEPS
+        return np.where(self.known, column, np.nan)[places]
+
     def _between(self, start: float, end: float) -> NDArray[np.uint8]:
         """The bins of ``[start, end)``, at least one, shape (m, K)."""
         begin, stop = (start - self.start) * self.rate, (end - self.start) * self.rate

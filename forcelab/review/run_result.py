@@ -9,6 +9,7 @@ from datetime import datetime
 from typing import Any
 
 from forcelab.errors import InputError
+from forcelab.formats.samples import Prediction
 from forcelab.project import LabelsUsed, Project, StoredRun
 from forcelab.recognition.results import STAGES, DemonstrationResult
 from forcelab.recognition.settings import Settings
@@ -157,6 +158,21 @@ def latest_run(project: Project, tasks: Sequence[str] | None = None) -> RunResul
             *trained,
         )
     return load_run(project, runs[0].id) if runs else None
+
+
+def latest_predictions(project: Project) -> dict[str, Prediction]:
+    """What the latest run of each task predicts, by the demonstrations' ids."""
+    predictions: dict[str, Prediction] = {}
+    for task in dict.fromkeys(info.task for info in project.demonstrations.infos()):
+        run = latest_run(project, [task])
+        if run is None:
+            continue
+        for result in (*run.tested, *run.proposals):
+            if result.task == task:
+                trace = result.probability_trace
+                probabilities = None if trace is None else trace.at
+                predictions[result.id] = Prediction(run.proposer, result.predicted, probabilities)
+    return predictions
 
 
 def edits_since(project: Project, run: RunResult) -> int:

@@ -346,18 +346,19 @@ class Proposal:
         return self.confidence < TRUSTED
 
 
-def propose_clock_for(demonstration: Demonstration) -> Generator[Progress, None, Proposal]:
-    """Propose the clock of a demonstration's video; see :func:`propose_clock`.
+def propose_clock_for(
+    demonstration: Demonstration, video: str | None = None
+) -> Generator[Progress, None, Proposal]:
+    """Propose the clock of a demonstration's video, by default its first one.
 
+    See :func:`propose_clock`.
     Channels in newtons are looked at; where there is none, all channels in equal parts.
     """
-    if demonstration.video is None:
-        raise InputError(f"Demonstration '{demonstration.name}' has no video to synchronise.")
-    path = demonstration.video.path
+    reference = demonstration.find_video(video)
     try:
-        motion = yield from measuring_motion(path)
+        motion = yield from measuring_motion(reference.path)
     except InputError as error:
-        raise InputError(name_video(str(error), path, demonstration.name)) from error
+        raise InputError(name_video(str(error), reference, demonstration)) from error
     force = demonstration.signals
     newtons = [channel.unit == "N" for channel in demonstration.channels]
     if any(newtons):

@@ -131,18 +131,18 @@ def _record(part: tuple[Job, Performance, Path]) -> NewDemonstration:
         if coder.name in order.coders
     ]
     truth = _truth(performance, recorded, codings)
-    video = None
+    videos = []
     if order.video:
         path, frames, clock = _film(performance, origin, scratch)
         truth["video"] = frames
-        video = VideoReference(path, clock if order.synchronised else ClockMap())
+        videos.append(VideoReference(path, clock if order.synchronised else ClockMap()))
     demonstration = Demonstration(
         name=origin.name,
         task=origin.task,
         times=recorded.times,
         signals=recorded.signals,
         channels=tuple(Channel(name, "N") for name in CHANNELS),
-        video=video,
+        videos=tuple(videos),
     )
     return NewDemonstration(
         demonstration,

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.video.codecs import opencv
+from forcelab.video.pyav import AV1, PyAvCapture
 
 #: Packets, and frames, between two reports of progress, after which the job can be cancelled.
 STRETCH, DECODED = 500, 50
@@ -88,7 +89,10 @@ def stated_rate_and_length(path: Path) -> tuple[float, float]:
 
 
 def open_video(path: Path, *, packets: bool = False) -> Any:
-    """Open a video, to read its frames or its compressed packets."""
+    """Open a video, to read its frames or its compressed packets, which needs no decoder.
+
+    What is given is OpenCV's `VideoCapture`, or what takes its place where it has no decoder.
+    """
     if not path.is_file():
         raise InputError(
             f"The video '{path}' is not there; put it back or add the demonstration again."
@@ -97,13 +101,25 @@ def open_video(path: Path, *, packets: bool = False) -> Any:
     cv2 = opencv()
     options = [cv2.CAP_PROP_FORMAT, -1] if packets else []
     # With its folder before it no name is taken for an address.
-    capture = cv2.VideoCapture(str(path.absolute()), cv2.CAP_FFMPEG, options)
+    name = str(path.absolute())
+    capture = cv2.VideoCapture(name, cv2.CAP_FFMPEG, options)
     if not capture.isOpened():
         raise InputError(
             f"'{path}' cannot be read as a video: it is damaged, cut short or of another kind; "
             f"copy it again, or convert it to H.264 in mp4."
         )
-    return capture
+    if packets or codec_of(capture).casefold() != AV1:
+        return capture
+    if not capture.grab():
+        return PyAvCapture(path, capture)
+    capture.release()  # of a build of OpenCV that has a decoder
+    return cv2.VideoCapture(name, cv2.CAP_FFMPEG, options)
+
+
+def codec_of(capture: Any) -> str:
+    """The four letters of an open video's codec."""
+    letters = int(capture.get(opencv().CAP_PROP_FOURCC)).to_bytes(4, "little")
+    return letters.decode("ascii", "replace").strip("\0 ")
 
 
 def _refuse_unless_container(path: Path) -> None:
@@ -196,8 +212,7 @@ def _beginning(path: Path) -> tuple[list[float], str]:
     cv2 = opencv()
     capture = open_video(path)
     try:
-        letters = int(capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little")
-        codec = letters.decode("ascii", "replace").strip("\0 ")
+        codec = codec_of(capture)
         stamps: list[float] = []
         while len(stamps) < COMPARED and capture.grab():
             if not stamps and not capture.retrieve()[0]:
@@ -212,7 +227,7 @@ def _refuse(path: Path, codec: str, packets: bool) -> NoReturn:
     """Say why there is no frame."""
     if not packets:
         raise InputError(f"The video '{path}' has no frame; record or copy it again.")
-    kind = "AV1" if codec.casefold() == "av01" else codec or "unknown"
+    kind = "AV1" if codec.casefold() == AV1 else codec or "unknown"
     raise InputError(
         f"The video '{path}' cannot be decoded (codec {kind}); convert it to H.264, for example "
         f"with: ffmpeg -i {path.name} -c:v libx264 {path.stem}-h264.mp4"

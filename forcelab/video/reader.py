@@ -24,6 +24,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.video.codecs import opencv
 from forcelab.video.index import Index, indexing, last_at, open_video
+from forcelab.video.pyav import PyAvCapture
 
 #: OpenCV goes this many frames before the time it is sent to, and decodes up to it: only from
 #: further behind a key frame does it begin at that key frame and not at the one before.
@@ -46,6 +47,11 @@ class Decoder:
         self._capture = open_video(path)
         self.at = -1  # the frame that was decoded last; -1 before the first one
         self.lost = False  # whether it is where no frame is known
+
+    @property
+    def lead(self) -> int:
+        """How many frames before the time it is sent to the decoder begins."""
+        return 0 if isinstance(self._capture, PyAvCapture) else LEAD
 
     def get(self, what: int) -> float:
         """A property of the video, by OpenCV's number of it."""
@@ -109,14 +115,14 @@ class DecoderPool:
 
     def start(self, number: int) -> int:
         """The place among the key frames where one begins that comes out at or before a frame."""
-        return max(bisect_right(self._keys, number - LEAD - 2) - 1, 0)
+        return max(bisect_right(self._keys, number - self._all[0].lead - 2) - 1, 0)
 
     def near(self, number: int, last: Decoder, behind: int) -> Decoder | None:
         """The one that is nearest before a frame; None where its key frame is nearer.
 
         So many of the frames `behind` are wanted, too: another than the `last` has to come by them.
         """
-        first = self._keys[self.start(number)] - LEAD
+        first = self._keys[self.start(number)] - last.lead
         fit = [
             decoder
             for decoder in self._all
@@ -145,7 +151,7 @@ class DecoderPool:
         before = max(places[i - 1] if i else -1, self._keys[place])
         behind = [len(self._index.times), *places[i + 1 : i + 2]]
         if place + 1 < len(self._keys):
-            behind.append(self._keys[place + 1] + LEAD + 2)
+            behind.append(self._keys[place + 1] + self._all[0].lead + 2)
         return max(min(behind) - places[i], 0) * max(places[i] - before, 0)
 
     def _affordable(self, room: int) -> int:
@@ -295,8 +301,9 @@ class VideoReader:
     def _go_before(self, decoder: Decoder, number: int, passed: int) -> Generator[None, None, None]:
         """Bring a decoder to a frame at or before the wanted one, as near as may be."""
         keys = self.index.keys
+        ahead = max(decoder.lead - 0.4, 0.0) * self._period
         for place in range(self._decoders.start(number), 0, -1):
-            if decoder.send(float(self.times[keys[place]]) + (LEAD - 0.4) * self._period):
+            if decoder.send(float(self.times[keys[place]]) + ahead):
                 yield
                 if self._step(decoder, number - passed, number) and decoder.at <= number:
                     return

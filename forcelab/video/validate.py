@@ -32,7 +32,7 @@ def check_video(path: Path, seconds: float) -> str:
     """
     if not path.is_file():
         raise InputError(f"There is no file '{path}'; look at its name.")
-    open_video(path).release()
+    open_video(path, packets=True).release()  # for which no codec has to be there
     until = monotonic() + PATIENCE
     try:
         index = _read_index(path, until)

@@ -232,7 +232,7 @@ HEADROOM = 3
 
 
 def recording(
-    count: int, name: str = "01", video: VideoReference | None = None, seed: int = 0
+    count: int, name: str = "01", videos: tuple[VideoReference, ...] = (), seed: int = 0
 ) -> Demonstration:
     """Six channels of noise, with a grip that comes and goes at all time scales.
 
@@ -246,7 +246,7 @@ def recording(
         for period in (1.7, 23.0, 411.0):
             signals[:, column] += np.sin(2 * np.pi * (times / period + random.random()))
     times.flags.writeable = signals.flags.writeable = False
-    return Demonstration(name, "measured", times, signals, CHANNELS, video=video)
+    return Demonstration(name, "measured", times, signals, CHANNELS, videos=videos)
 
 
 def refusal(folder: Path, count: int) -> str:
@@ -804,7 +804,7 @@ def measuring_video(
     length = int(stamps[-1] * RATE) + 1000
     project = folder / f"{path.stem}.forcelab"
     with Project.create(project) as created:
-        created.demonstrations.add(recording(length, video=VideoReference(path)))
+        created.demonstrations.add(recording(length, videos=(VideoReference(path),)))
     random = np.random.default_rng(4)
     jumps = random.integers(0, frames, times).tolist()
     rows = []

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from forcelab.capture.camera import (
     CameraReader,
     DropCounter,
-    MatroskaWriter,
     OpenCvCamera,
     open_camera,
     open_cameras,
@@ -24,6 +23,7 @@ from forcelab.capture.recorder import Recorder
 from forcelab.capture.save import recover
 from forcelab.errors import InputError
 from forcelab.project import Project
+from forcelab.video.jpeg_writer import JpegVideoWriter
 from forcelab.video.reader import VideoReader
 from tests.capture.helpers import FakeDevice, FullDisk, eventually
 
@@ -135,8 +135,8 @@ def jpeg(number):
 
 
 def test_a_full_disk_costs_only_the_frames_it_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("forcelab.capture.camera.FileIO", FullDisk)
-    writer = MatroskaWriter(tmp_path / "a.mkv", 64, 48)
+    monkeypatch.setattr("forcelab.video.jpeg_writer.FileIO", FullDisk)
+    writer = JpegVideoWriter(tmp_path / "a.mkv", 64, 48)
     for i in range(60):
         if i == 20:
             monkeypatch.setattr(FullDisk, "room", 100)
@@ -158,7 +158,7 @@ def test_a_disk_that_is_full_as_recording_begins_costs_only_the_frames_it_refuse
 ):
     camera = CameraReader(0, FakeCamera(rate=50), "camera 0")
     journal = JournalWriter(tmp_path / "a.journal", {})
-    monkeypatch.setattr("forcelab.capture.camera.FileIO", FullDisk)
+    monkeypatch.setattr("forcelab.video.jpeg_writer.FileIO", FullDisk)
     monkeypatch.setattr(FullDisk, "room", 100)
     try:
         camera.record_to(journal, tmp_path / "a.mkv")
@@ -178,7 +178,7 @@ def test_a_disk_that_is_full_as_recording_begins_costs_only_the_frames_it_refuse
 @given(cut=st.floats(0.02, 1), steps=st.lists(st.floats(0.001, 3.0), min_size=2, max_size=20))
 def test_a_video_cut_anywhere_gives_all_whole_pictures(tmp_path_factory, cut, steps):
     path = tmp_path_factory.mktemp("cut") / "a.mkv"
-    writer = MatroskaWriter(path, 64, 48)
+    writer = JpegVideoWriter(path, 64, 48)
     times, ends = [], []
     for i, time_ in enumerate(np.cumsum([0.0, *steps])):
         times.append(writer.write(jpeg(i), time_))
@@ -240,56 +240,18 @@ def filmed_by_two(project):
         return recorder.stop()
 
 
-def test_of_two_cameras_both_are_kept_and_that_is_said(project):
-    (remark,) = filmed_by_two(project).remarks
-    assert "video of camera 1 lies beside" in remark
+def test_of_two_cameras_both_films_become_videos_on_clocks_of_their_own(project):
+    assert filmed_by_two(project).remarks == ()
     with Project.open(project) as opened:
         d = opened.demonstrations.load("LEGO 01")
         stamps = opened.media.stamps(d.id)
-        (path,) = opened.media.attached_files(d.id)
-        first, other = opened.media.cameras(d)
-        path.rename(path.with_suffix(".away"))
-        assert opened.media.cameras(d) == (), "one is not to be chosen among"
-        path.with_suffix(".away").rename(path)
-    assert [first.name, other.name] == ["camera 0", "camera 1"]
-    assert (first.video, other.video.path) == (d.video, path)
-    with VideoReader(d.video.path) as first:
-        assert len(first) == len(stamps["frames_0"])
-    assert str(path) == remark.split("'")[-2]
-    with VideoReader(path) as second:
-        assert len(second) == len(stamps["frames_1"]) > 12
-        np.testing.assert_allclose(
-            np.diff(second.times), np.diff(stamps["frames_1"][:, 0]), atol=2e-4
-        )
-        at = stamps["frames_1"][:, 0] - stamps["start"]
-        np.testing.assert_allclose(other.video.clock.to_force(second.times), at, atol=2e-4)
-
-
-def test_of_an_old_recording_the_second_camera_is_found_by_when_its_frames_came(project):
-    filmed_by_two(project)
-    with Project.open(project) as opened:
-        d = opened.demonstrations.load("LEGO 01")
-        cameras = opened.media.cameras(d)
-        stamps = opened.media.stamps(d.id)
-        old = {name: values for name, values in stamps.items() if not name.startswith("video_")}
-        opened.media.attach_stamps(d.id, old)
-        without_clocks = opened.media.cameras(d)
-        assert [camera.video.path for camera in without_clocks] == [
-            camera.video.path for camera in cameras
-        ]
-        assert without_clocks[0].video == d.video
-        assert without_clocks[1].video.clock.offset == pytest.approx(
-            cameras[1].video.clock.offset, abs=2e-4
-        )
-        (second,) = opened.media.attached_files(d.id)
-        another = second.with_name("beside-0123456789abcdef.mkv")
-        another.write_bytes(b"of a third one")
-        assert opened.media.cameras(d) == (), "nothing tells which of the two is whose"
-        another.unlink()
-        opened.media.attach_stamps(
-            d.id, {n: k for n, k in old.items() if not n.startswith("frames_1")}
-        )
-        assert opened.media.cameras(d) == (), "no second camera gave frames"
+    assert [video.name for video in d.videos] == ["camera 0", "camera 1"]
+    for number, video in enumerate(d.videos):
+        with VideoReader(video.path) as film:
+            arrived = stamps[f"frames_{number}"][:, 0] - stamps["start"]
+            assert len(film) == len(arrived) > 12
+            np.testing.assert_allclose(np.diff(film.times), np.diff(arrived), atol=2e-4)
+            np.testing.assert_allclose(video.clock.to_force(film.times), arrived, atol=2e-4)
 
 
 @pytest.mark.parametrize("which", ["", "abc", "-1", " 0", "video0", "0?x=1", "\N{SUPERSCRIPT TWO}"])
@@ -320,7 +282,7 @@ def test_a_camera_keeps_its_name_whatever_number_it_gets(tmp_path):
 
 
 def test_a_camera_is_opened_again_from_its_file(tmp_path):
-    writer = MatroskaWriter(tmp_path / "a.mkv", 64, 48)
+    writer = JpegVideoWriter(tmp_path / "a.mkv", 64, 48)
     for i in range(5):
         writer.write(jpeg(i), i / 30)
     writer.close()

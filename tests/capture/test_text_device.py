@@ -232,7 +232,7 @@ def gathered(share, seconds, bursts, tmp_path):
 
 
 @pytest.mark.parametrize("bursts", [(), ((3.0, 0.3), (5.0, 0.3), (6.5, 0.3))])
-@pytest.mark.parametrize("share", [0.0, 0.005, 0.01, 0.05])
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.05])
 def test_every_whole_line_is_stored_at_its_time(share, bursts, tmp_path):
     found, complete = gathered(share, 10.0, bursts, tmp_path)
     d = found.demonstration

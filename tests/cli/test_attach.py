@@ -29,6 +29,25 @@ def test_a_video_comes_to_a_demonstration_with_its_offset(forcelab, project, fil
     assert output.err == ""
 
 
+def test_a_further_video_is_attached_by_its_name(forcelab, project, film):
+    for name, sentence in (
+        (None, f"Attached '{film}' to 'foam-01', offset"),
+        ("left", f"Attached '{film}' to 'foam-01' as 'left', offset"),
+        ("left", f"Replaced the video 'left' of 'foam-01' by '{film}', offset"),
+        (None, f"Replaced the video 'video 1' of 'foam-01' by '{film}', offset"),
+    ):
+        options = () if name is None else ("--name", name)
+        assert forcelab("attach", project, "foam-01", film, *options).out.startswith(sentence)
+    result = forcelab("attach", project, "foam-01", film, "--name", "left", "--json").json
+    assert (result["name"], result["replaced"]) == ("left", True)
+    with Project.open(project) as opened:
+        videos = opened.demonstrations.load("foam-01").videos
+        assert [video.name for video in videos] == ["video 1", "left"]
+        assert opened.demonstrations.load("foam-01").name == "foam-01"
+    loss = forcelab("remove", project, "foam-01").sentence
+    assert "2 videos" in loss
+
+
 def test_a_damaged_video_is_attached_and_told_of(forcelab, project, tmp_path, film):
     content = film.read_bytes()
     half = tmp_path / "half.avi"

@@ -2,8 +2,9 @@
 
 import re
 import sys
+import threading
 import time
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from io import StringIO
 
 import numpy as np
@@ -263,3 +264,38 @@ def test_stamps_increase_when_the_clock_is_set_back_and_no_sample_is_left_out():
     assert len(times) == 200
     assert (np.diff(times) > 0).all()
     assert times[-1] == pytest.approx(0.194)
+
+
+def test_other_programs_hear_the_labels_while_it_records(forcelab, three, file, tmp_path):
+    pylsl = pytest.importorskip("pylsl")
+    heard = []
+
+    def listen():
+        [info] = pylsl.resolve_byprop("name", "spoken", timeout=20.0)
+        inlet = pylsl.StreamInlet(info, recover=False)
+        with suppress(pylsl.util.LostError):  # the recording has ended
+            while True:
+                action, stamp = inlet.pull_sample(20.0)
+                heard.append((action[0], stamp + time.monotonic() - pylsl.local_clock()))
+
+    listener = threading.Thread(target=listen)
+    listener.start()
+    project = tmp_path / "lab.forcelab"
+    words = ["--task", "foam", "--seconds", "2", "--recogniser", file, "--latency", LATENCY]
+    with tongs(three[2][0]) as devices:
+        result = forcelab("capture", project, *devices, *words, "--lsl-out", "spoken")
+    listener.join()
+    assert result.status == 0, result.err
+    with Project.open(project) as opened:
+        d = opened.demonstrations.load("foam 01")
+        (track,) = opened.tracks.of(d.id)
+        start = float(opened.media.stamps(d.id)["start"])
+    starts = {segment.action: [] for segment in track.segments}
+    for segment in track.segments:
+        starts[segment.action].append(segment.start)
+    spoken = [(action, at - start) for action, at in heard if action]
+    assert len(spoken) >= 1
+    for action, at in spoken:
+        assert min(abs(at - begin) for begin in starts[action]) < 0.05
+    result = forcelab("capture", project, "--device", "text:x", "--task", "foam", "--lsl-out", "x")
+    assert "--lsl-out sends what a recogniser says" in result.err

@@ -18,7 +18,7 @@ import pytest
 from factories import FAST_OPTIONS
 
 from forcelab.cli import build_parser, main
-from forcelab.formats.label_tables import read_labels
+from forcelab.formats.label_tables import read_tracks
 from forcelab.formats.output_folder import file_names
 from forcelab.formats.recording import ReadOptions
 from forcelab.gui.qt_check import QtPlatform
@@ -30,8 +30,8 @@ from forcelab.signals.wavelets import WAVELETS
 from forcelab.version import __version__
 
 COMMANDS = [
-    "gui", "demo", "simulate", "import", "list", "runs", "assign", "note", "agree", "attach",
-    "sync", "rename", "remove", "capture", "replay", "evaluate",
+    "gui", "demo", "simulate", "import", "labels", "list", "runs", "assign", "note", "agree",
+    "attach", "sync", "rename", "remove", "capture", "replay", "evaluate",
     "train", "predict", "review", "why", "export", "plan", "actions", "figures", "measure",
     "doctor", "install-launcher",
 ]  # fmt: skip
@@ -211,22 +211,22 @@ def test_list_tells_what_there_is(forcelab, project):
     assert "no project" in forcelab("list", project.parent / "nothing.forcelab").sentence.lower()
 
 
-def test_list_says_where_the_videos_of_further_cameras_lie(forcelab, project, tmp_path):
+def test_list_names_the_videos_where_there_are_several(forcelab, project, tmp_path):
     (film := tmp_path / "second.mkv").write_bytes(b"a film")
     with Project.open(project) as opened:
         info = opened.demonstrations.infos()[0]
-        attached = opened.media.attach_file(info.id, film)
-    assert attached.read_bytes() == b"a film"
-    result = forcelab("list", project).out
-    assert f"Beside the video of '{info.name}', of another camera: {attached}" in result
+        for name in (None, "left"):
+            assert "Videos of" not in forcelab("list", project).out
+            opened.media.attach_video(info.id, film, name=name)
+    assert f"Videos of '{info.name}': video 1, left" in forcelab("list", project).out
     output = forcelab("list", project, "--json").json["demonstrations"]
-    assert [row["beside"] for row in output if row["id"] == info.id] == [[str(attached)]]
+    assert {row["id"]: row["videos"] for row in output}[info.id] == ["video 1", "left"]
 
 
 def test_exported_labels_read_back_as_they_were(forcelab, project, tmp_path):
     result = forcelab("export", project, "--out", tmp_path / "csv", "--json")
     assert len(result.json["written"]) == 6
-    (track,) = read_labels(tmp_path / "csv" / "foam-01.labels.csv", ReadOptions())
+    (track,) = read_tracks(tmp_path / "csv" / "foam-01.labels.csv", ReadOptions())
     with Project.open(project) as opened:
         assert track == opened.tracks.get(opened.demonstrations.load("foam-01").id, "coder")
 
@@ -331,11 +331,12 @@ def test_names_cannot_steer_the_terminal(forcelab_on_terminal, project, recordin
     result = forcelab("import", project, file, "--task", "a\x1b[31m\nb")
     assert r"reading new\x1b[31m.csv" in result.err
     with Project.open(project) as opened:
-        opened.media.attach_file(opened.demonstrations.id_of("new\x1b[31m"), file)
+        for name in ("front", "left\x1b[31m"):
+            opened.media.attach_video(opened.demonstrations.id_of("new\x1b[31m"), file, name=name)
     result = forcelab("list", project)
     assert "\x1b" not in result.out
     assert r"a\x1b[31m\nb" in result.out
-    assert r"Beside the video of 'new\x1b[31m'" in result.out
+    assert r"Videos of 'new\x1b[31m': front, left\x1b[31m" in result.out
 
 
 def test_what_an_encoding_lacks_is_printed_as_json_escapes_it(forcelab, project, monkeypatch):

@@ -44,6 +44,23 @@ def names_of(opened):
     return [info.name for info in opened.demonstrations.infos()]
 
 
+def test_one_of_several_videos_is_removed_alone(forcelab, project, tmp_path):
+    (film := tmp_path / "film.mp4").write_bytes(b"a film")
+    with Project.open(project) as opened:
+        id_ = opened.demonstrations.id_of("foam-01")
+        for name in ("front", "left"):
+            opened.media.attach_video(id_, film, name=name)
+    words = "remove", project, "foam-01", "--video", "left"
+    assert "the video 'left' of 'foam-01' was not removed" in forcelab(*words).sentence
+    result = forcelab(*words, "--yes", "--json").json
+    assert result["videos"] == [{"demonstration": id_, "name": "left"}]
+    assert result["removed"] == []
+    with Project.open(project) as opened:
+        assert opened.demonstrations.info(id_).videos == ("front",)
+    assert "no video 'left'" in forcelab(*words, "--yes").sentence
+    assert forcelab("remove", project, "--run", "1", "--video", "left").status == 2
+
+
 def test_it_is_removed_only_when_that_is_confirmed(forcelab, project):
     forcelab("assign", project, "foam-01", "--author", "Anna")
     with Project.open(project) as opened:

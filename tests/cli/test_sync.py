@@ -60,6 +60,21 @@ def test_a_clock_is_set_by_hand(project, forcelab):
     assert clock_of(project) == ClockMap(2.0, 1.00002)
 
 
+def test_the_video_to_synchronise_is_chosen_by_its_name(project, forcelab):
+    with Project.open(project) as opened:
+        id_ = opened.demonstrations.id_of("filmed 1")
+        film = opened.demonstrations.load(id_).video.path
+        opened.media.attach_video(id_, film, ClockMap(9.0), "left")
+    result = forcelab("sync", project, "filmed 1", "--video", "left", "--accept")
+    assert result.out.startswith("filmed 1, left: the video's clock\n  before      offset +9.0")
+    with Project.open(project) as opened:
+        first, left = opened.demonstrations.load("filmed 1").videos
+    assert first.clock == ClockMap()
+    assert left.clock.offset == pytest.approx(VIDEO_OFFSET, abs=0.04)
+    assert forcelab("sync", project, "filmed 1").out.startswith("filmed 1, video 1: the video's")
+    assert "no video 'lift'" in forcelab("sync", project, "filmed 1", "--video", "lift").sentence
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

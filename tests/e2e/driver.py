@@ -82,6 +82,9 @@ class Answering(QObject):
             "edits": trainer.edits,
             "examined": place and [place.start, place.end, place.human, place.predicted],
             "frame": video.shown_index if video.isVisible() else -1,
+            "frames": [panel.shown_index for panel in video.panels if panel.isVisible()],
+            "video": self.window.label.videos.video and self.window.label.videos.video.name,
+            "decoders": sum(thread.name.startswith("video ") for thread in threading.enumerate()),
             "reviewing": self.window.review.isVisible(),
         }
 

@@ -66,7 +66,7 @@ class Program:
     def press(self, *keys, times=1):
         """Press keys one after the other, each as often as said."""
         for key in keys:
-            code = FUNCTION_KEYS.get(key, key)
+            code = "+".join(FUNCTION_KEYS.get(part, part) for part in key.split("+"))
             self.xdotool("key", "--delay", 8, "--repeat", times, code)
         return self.ask("state")
 

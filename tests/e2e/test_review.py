@@ -37,7 +37,7 @@ def project(tmp_path):
                 replace(s, action="release") if number == 1 and s.action == "hold" else s
                 for s in segments
             ]
-            filmed = replace(demonstration, video=VideoReference(film, ClockMap()))
+            filmed = replace(demonstration, videos=(VideoReference(film, ClockMap()),))
             project.demonstrations.add(filmed, [Track("Ada", tuple(track))])
     return path
 

@@ -1,5 +1,8 @@
 """Small ROS bags: messages are dictionaries, what they leave out is zero or empty."""
 
+from functools import cache
+
+import cv2
 import numpy as np
 import pytest
 
@@ -14,6 +17,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 #: When the bags begin, in nanoseconds since 1970.
 BEGIN = 1_700_000_000 * 10**9
 WRENCH = "geometry_msgs/msg/WrenchStamped"
+IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 
 
 def stamp(seconds):
@@ -36,6 +40,33 @@ def wrenches(count=50, rate=100.0, start=0.0):
     return [(t + 0.005, wrench(t, float(i))) for i, t in enumerate(times)]
 
 
+def image(seconds, picture, encoding="rgb8", padding=0, **fields):
+    """A picture as it is, (height, width, ...), with rows that are so many bytes longer."""
+    height, width = picture.shape[:2]
+    rows = np.ascontiguousarray(picture).reshape(height, -1).view(np.uint8)
+    rows = np.pad(rows, ((0, 0), (0, padding)), constant_values=77)
+    return {
+        "header": {"stamp": stamp(seconds)},
+        "height": height,
+        "width": width,
+        "encoding": encoding,
+        "step": rows.shape[1],
+        "data": rows.ravel(),
+    } | fields
+
+
+def compressed_image(seconds, picture, kind="jpeg"):
+    """A picture of red, green and blue in a file of JPEG or PNG; bytes stay as they are."""
+    data = picture
+    if not isinstance(picture, bytes):
+        data = cv2.imencode(f".{kind}", picture[:, :, ::-1])[1].tobytes()
+    return {
+        "header": {"stamp": stamp(seconds)},
+        "format": kind,
+        "data": np.frombuffer(data, np.uint8),
+    }
+
+
 def write_bag(path, topics, definitions=None, *, ros=1, storage="mcap", compression=None):
     """Write a bag.
 
@@ -50,7 +81,8 @@ def write_bag(path, topics, definitions=None, *, ros=1, storage="mcap", compress
     compression : str, optional
         Of a ROS 1 bag: bz2 or lz4.
     """
-    store = get_typestore(Stores.ROS1_NOETIC if ros == 1 else Stores.ROS2_JAZZY)
+    stores = Stores.ROS1_NOETIC if ros == 1 else Stores.ROS2_JAZZY
+    store = get_typestore(stores) if definitions else _common_types(stores)
     for kind, text in (definitions or {}).items():
         store.register(get_types_from_msg(text, kind))
     plugin = {"mcap": StoragePlugin.MCAP, "db3": StoragePlugin.SQLITE3}[storage]
@@ -65,6 +97,12 @@ def write_bag(path, topics, definitions=None, *, ros=1, storage="mcap", compress
                 data = serialize(_message(store, kind, fields), kind)
                 writer.write(connection, BEGIN + round(seconds * 1e9), data)
     return path
+
+
+@cache
+def _common_types(stores):
+    """A store that keeps what it compiles of messages for the next bag."""
+    return get_typestore(stores)
 
 
 def digest(kind, text):

@@ -65,7 +65,9 @@ def everything(project: Project) -> dict[str, object]:
     return {
         "infos": infos,
         "arrays": [(d.times.tobytes(), d.signals.tobytes()) for d in demonstrations],
-        "videos": [d.video and (d.video.path.read_bytes(), d.video.clock) for d in demonstrations],
+        "videos": [
+            [(v.name, v.path.read_bytes(), v.clock) for v in d.videos] for d in demonstrations
+        ],
         "authors": project.coding.authors(),
         "tracks": [project.tracks.of(info.id) for info in infos],
         "edits": [project.tracks.history(i.id, author) for i in infos for author in i.authors],
@@ -85,12 +87,17 @@ def everything(project: Project) -> dict[str, object]:
 @pytest.fixture
 def project(tmp_path):
     """A project with one of everything."""
-    film = tmp_path / "film.mp4"
-    film.write_bytes(os.urandom(5000))
+    films = [tmp_path / "film.mp4", tmp_path / "left.mp4"]
+    for film in films:
+        film.write_bytes(os.urandom(5000))
     with Project.create(tmp_path / "study.forcelab") as project:
-        video = VideoReference(film, ClockMap(-0.1, 1.00001))
+        videos = (
+            VideoReference(films[0], ClockMap(-0.1, 1.00001)),
+            VideoReference(films[1], ClockMap(0.2), "left"),
+            VideoReference(films[0], ClockMap(), "the same, höher"),
+        )
         id_ = project.demonstrations.add(
-            demonstration(1, video=video), [Track("anna", HOLD)], "a.csv"
+            demonstration(1, videos=videos), [Track("anna", HOLD)], "a.csv"
         ).id
         other = project.demonstrations.add(demonstration(2, grid_rate=250.0)).id
         project.tracks.edit(id_, "mlp 1", (), GRAB, "predicted", kind="predict")
@@ -151,6 +158,20 @@ def repack(path: Path, **members: object) -> Path:
         for name, value in members.items():
             new.writestr(name, value)
     return target
+
+
+def of_version(path: Path, version: int, **members: object) -> Path:
+    """An archive as versions before 4 were, when a demonstration had one video at most."""
+    manifest = {"format": "forcelab archive", "version": version}
+    with zipfile.ZipFile(path) as archive:
+        names = archive.namelist()
+    for name in (name for name in names if name.endswith("/demonstration.json")):
+        record = load_member(path, name)
+        first, *others = record.pop("videos") or [None]  # type: ignore[attr-defined]
+        members[name] = {**record, "video": first and {**first, "name": "unknown then"}}  # type: ignore[dict-item]
+        gone = {video["file"] for video in others} - {first and first["file"]}
+        members |= {name.replace("demonstration.json", file): None for file in gone}
+    return repack(path, **members, **{"forcelab.json": manifest})
 
 
 def member(path: Path, ending: str) -> str:
@@ -355,6 +376,39 @@ def test_a_video_that_nobody_has_a_place_for_stays_in_the_archive(whole):
     assert all(r.demonstration.video is None for r in read(whole, ReadOptions()))
 
 
+def test_an_archive_of_version_3_has_one_video(project, whole, tmp_path):
+    first = project.demonstrations.load("n1").video
+    with read_archive(of_version(whole, 3), tmp_path / "copy.forcelab") as copy:
+        (video,) = copy.demonstrations.load("n1").videos
+        assert (video.name, video.clock) == ("video 1", first.clock)
+        assert video.path.read_bytes() == first.path.read_bytes()
+        assert copy.demonstrations.load("n2").videos == ()
+
+
+def test_videos_of_an_archive_are_read_with_suspicion(project, whole, tmp_path):
+    filmed = project.demonstrations.load("n1").id
+    name = f"demonstrations/{filmed}/demonstration.json"
+    record = load_member(whole, name)
+    for changes, result in (
+        ({"name": "left"}, "has two videos called 'left'"),
+        ({"name": None}, "'name' is missing or wrong"),
+        ({"name": 2000 * "x"}, "is longer than"),
+        ({"file": "../../film.mp4"}, "lacks 'demonstrations/"),
+        ({"file": "signals.npy"}, "does not match its name"),
+        ({"offset": "soon"}, "'offset' is missing or wrong"),
+        ({"offset": 10**400}, "too large"),
+        ({"rate": 0}, "positive rate"),
+    ):
+        videos = [{**record["videos"][0], **changes}, *record["videos"][1:]]  # type: ignore[index]
+        assert result in refusal_of(repack(whole, **{name: {**record, "videos": videos}}), tmp_path)  # type: ignore[dict-item]
+    for videos, result in (
+        ({}, "'videos' is missing or wrong"),
+        (record["videos"][1:2], "for no use"),  # type: ignore[index]
+        ([{**record["videos"][0], "name": str(n)} for n in range(101)], "more than 100 videos"),  # type: ignore[index]
+    ):
+        assert result in refusal_of(repack(whole, **{name: {**record, "videos": videos}}), tmp_path)  # type: ignore[dict-item]
+
+
 def test_assignments_stay_assigned_and_done(project, whole, tmp_path):
     with read_archive(whole, tmp_path / "copy.forcelab") as copy:
         assert copy.coding.assignments() == project.coding.assignments() != ()
@@ -371,9 +425,7 @@ def test_assignments_stay_assigned_and_done(project, whole, tmp_path):
 
 
 def test_an_archive_of_version_1_knows_no_assignments(whole, tmp_path):
-    manifest = {"format": "forcelab archive", "version": 1}
-    members = {"forcelab.json": manifest, "assignments.json": None, "verdicts.json": None}
-    old = repack(whole, **members)
+    old = of_version(whole, 1, **{"assignments.json": None, "verdicts.json": None})
     with read_archive(old, tmp_path / "copy.forcelab") as copy:
         assert len(copy.demonstrations.infos()) == 2
         assert copy.coding.assignments() == ()
@@ -424,7 +476,7 @@ def test_a_program_that_knows_no_notes_reads_the_archive_as_before(project, whol
     with zipfile.ZipFile(whole) as archive:
         members = archive.namelist()
     assert not [member for member in members if "note" in member]
-    assert load_member(whole, "forcelab.json") == {"format": "forcelab archive", "version": 3}
+    assert load_member(whole, "forcelab.json") == {"format": "forcelab archive", "version": 4}
     plain = tmp_path / "plain.zip"
     with Project.create(tmp_path / "plain.forcelab") as other:
         other.demonstrations.add(demonstration(1))
@@ -457,9 +509,7 @@ def test_an_archive_of_version_2_knows_neither_verdicts_nor_who_proposed(whole, 
     assert "'proposed_by' is missing" in refusal_of(
         repack(whole, **{"edits.json": edits}), tmp_path
     )
-    manifest = {"format": "forcelab archive", "version": 2}
-    members = {"forcelab.json": manifest, "edits.json": edits, "verdicts.json": None}
-    old = repack(whole, **members)
+    old = of_version(whole, 2, **{"edits.json": edits, "verdicts.json": None})
     with read_archive(old, tmp_path / "copy.forcelab") as copy:
         id_ = copy.demonstrations.load("n2").id
         assert copy.tracks.get(id_, "cleo").segments == HOLD
@@ -757,7 +807,7 @@ def test_writing_fails_as_a_whole_where_a_file_of_the_project_is_missing(project
     with pytest.raises(InputError, match=r"video-.* is missing"):
         write_archive(project, target)
     project.demonstrations.add(
-        replace(project.demonstrations.load("n1"), video=VideoReference(tmp_path / "film.mp4"))
+        replace(project.demonstrations.load("n1"), videos=(VideoReference(tmp_path / "film.mp4"),))
     )
     array = project.path / "demonstrations" / project.demonstrations.load("n2").id / "signals.npy"
     data = bytearray(array.read_bytes())

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 from dataclasses import replace
 from datetime import datetime, timezone
+from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
+import pympi
 import pytest
 from factories import demonstration_with_video
 
@@ -16,8 +19,9 @@ from forcelab.cli import main
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
+from forcelab.formats import elan
 from forcelab.formats.boris import Observation, to_boris
-from forcelab.formats.elan import to_elan
+from forcelab.formats.elan import to_elan, write_time_series
 from forcelab.formats.export import FORMATS, ExportFormat, exporting
 from forcelab.formats.importing import importing
 from forcelab.formats.recording import ReadOptions
@@ -44,8 +48,8 @@ def project(tmp_path):
 
 
 def export(project, kind, **options):
-    (written,) = finish(exporting(project, project.parent / "out", kind, **options))
-    return written
+    """What was written; of several files the first one."""
+    return finish(exporting(project, project.parent / "out", kind, **options))[0]
 
 
 def test_one_table_holds_every_segment_with_whose_and_of_what_it_is(project):
@@ -169,6 +173,81 @@ def test_elan_finds_the_video_and_the_times_in_it(project):
     }
 
 
+def test_elan_offers_the_actions_and_draws_the_forces_that_lie_beside(project):
+    with Project.open(project) as opened:
+        task = opened.demonstrations.infos()[0].task
+        opened.actions.add(task, ["slip"])
+        demonstration = opened.demonstrations.load(opened.demonstrations.infos()[0].id)
+    files = finish(exporting(project, project.parent / "out", "elan"))
+    written, table, series = files
+    eaf = pympi.Elan.Eaf(str(written))
+    entries = {id_: texts[0][0] for id_, (texts, _) in eaf.get_cv_entries("actions").items()}
+    assert list(entries.values()) == ["slip", "grab", "hold, firmly"]
+    root = ET.parse(written).getroot()
+    for annotation in root.iter("ALIGNABLE_ANNOTATION"):
+        assert entries[annotation.get("CVE_REF")] == annotation[0].text
+    links = {link["RELATIVE_LINK_URL"]: link for link in eaf.linked_file_descriptors}
+    assert list(links) == [f"./{table.name}", f"./{series.name}"]
+    source = ET.parse(series).getroot().find("tracksource")
+    # ELAN compares the two as texts.
+    assert source.get("source-url") == links[f"./{table.name}"].get("LINK_URL")
+    assert Path(source.get("source-url").removeprefix("file://")) == table.resolve()
+    names = [track.get("name") for track in source.iter("track")]
+    assert names == [channel.name for channel in demonstration.channels]
+    drawn = np.loadtxt(table, ndmin=2)
+    np.testing.assert_allclose(drawn[:, 0], demonstration.times, atol=5e-7)
+    for track in source.iter("track"):
+        column = int(track.find("sample-position/pos").get("col"))
+        signal = demonstration.signals[:, names.index(track.get("name"))]
+        np.testing.assert_allclose(drawn[:, column], signal, rtol=1e-5)
+
+
+def test_elan_gets_no_more_samples_than_it_can_tell_apart(monkeypatch):
+    times = np.arange(5000) / 4000
+    signals = np.sin(times)[:, None]
+    signals[8] = np.nan
+    fast = Demonstration("fast", "pen", times, signals, (Channel("f\nz", "N"),))
+    stream = io.BytesIO()
+    write_time_series(fast, stream)
+    rows = np.loadtxt(io.BytesIO(stream.getvalue()))
+    np.testing.assert_allclose(rows[:, 0], times[::4], atol=5e-7)
+    assert np.flatnonzero(np.isnan(rows[:, 1])).tolist() == [2]
+    monkeypatch.setattr(elan, "MOST_SAMPLES", 500)
+    stream = io.BytesIO()
+    write_time_series(fast, stream)
+    assert len(np.loadtxt(io.BytesIO(stream.getvalue()))) == 500
+
+
+@pytest.fixture
+def filmed_twice(project, tmp_path):
+    """The project with a second video, which begins 1.25 s after the first one."""
+    (film := tmp_path / "left.mp4").write_bytes(b"no film, but one of its own")
+    with Project.open(project) as opened:
+        (info,) = opened.demonstrations.infos()
+        opened.media.attach_video(info.id, film, ClockMap(0.85), "left")
+        return [str(video.path) for video in opened.demonstrations.load(info.id).videos]
+
+
+def test_elan_finds_each_of_several_videos_and_the_times_in_it(project, filmed_twice):
+    written = export(project, "elan")
+    media = pympi.Elan.Eaf(str(written)).get_linked_files()
+    assert [link["TIME_ORIGIN"] for link in media] == ["400", "-850"]
+    found = [str((written.parent / link["RELATIVE_MEDIA_URL"]).resolve()) for link in media]
+    assert found == filmed_twice
+
+
+def test_boris_plays_several_videos_beside_each_other(project, filmed_twice):
+    with Project.open(project) as opened:
+        (info,) = opened.demonstrations.infos()
+        opened.media.set_video_clock(info.id, ClockMap(-0.4, 1.25))
+    observation = boris(project)["observations"][f"{info.name} - Ann"]
+    assert [observation["file"][str(n)] for n in (1, 2, 3)] == [*([f] for f in filmed_twice), []]
+    assert observation["time offset"] == -0.4
+    # At time t of the first one the second one is at t - 1.
+    assert observation["media_info"]["offset"] == {"1": 0.0, "2": 1.0}
+    assert set(observation["media_info"]["fps"]) == set(filmed_twice)
+
+
 @pytest.mark.parametrize(
     ("segment", "complaint"),
     [
@@ -178,7 +257,7 @@ def test_elan_finds_the_video_and_the_times_in_it(project):
 )
 def test_what_elan_cannot_hold_is_refused(tmp_path, segment, complaint):
     with pytest.raises(InputError, match=complaint):
-        to_elan([Track("Ann", (segment,))], None, tmp_path)
+        to_elan([Track("Ann", (segment,))], (), tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -194,7 +273,7 @@ def test_one_demonstration_that_cannot_be_written_is_named_and_none_is(
 ):
     with Project.open(project) as opened:
         first = opened.demonstrations.infos()[0].id
-        again = replace(opened.demonstrations.load(first), name="zz last", video=None)
+        again = replace(opened.demonstrations.load(first), name="zz last", videos=())
         again = replace(again, signals=again.signals + 1.0)
         added = opened.demonstrations.add(again)
         opened.tracks.edit(added.id, "Ann", (), (segment,), "painted")
@@ -205,12 +284,12 @@ def test_one_demonstration_that_cannot_be_written_is_named_and_none_is(
 
 def test_a_segment_of_a_millisecond_is_one_for_elan_wherever_it_lies(tmp_path):
     segments = [Segment(k / 2000, (k + 2) / 2000, "tap") for k in range(1, 4000, 2)]
-    root = ET.fromstring(to_elan([Track("Ann", tuple(segments))], None, tmp_path))
+    root = ET.fromstring(to_elan([Track("Ann", tuple(segments))], (), tmp_path))
     times = [int(slot.get("TIME_VALUE")) for slot in root.iter("TIME_SLOT")]
     assert {end - start for start, end in zip(times[::2], times[1::2], strict=True)} == {1}
 
 
-@pytest.mark.parametrize("kind", ["csv", "table", "elan", "boris", "audacity"])
+@pytest.mark.parametrize("kind", ["csv", "table", "elan", "textgrid", "boris", "audacity"])
 def test_only_the_tracks_of_those_asked_for(project, kind):
     text = export(project, kind, authors=["Zoe"]).read_text("utf-8")
     assert "grab" in text

@@ -344,7 +344,7 @@ def archive(tmp_path):
     with Project.create(tmp_path / "old.forcelab") as old:
         times = np.arange(40) / 100
         signals = np.random.default_rng(1).normal(size=(40, 1))
-        d = Demonstration("a", "", times, signals, (Channel("fx"),), VideoReference(film))
+        d = Demonstration("a", "", times, signals, (Channel("fx"),), (VideoReference(film),))
         id_ = old.demonstrations.add(d, [Track("Ada", GRAB)]).id
         old.tracks.edit(id_, "Ada", GRAB, (), "erased")
         old.tracks.undo(id_, "Ada")

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
-from forcelab.formats.label_tables import has_labels_beside, read_labels, sniff_labels
+from forcelab.formats.label_tables import has_labels_beside, is_label_table, read_tracks
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table import read
 from forcelab.formats.track_text import to_audacity, to_csv
@@ -45,16 +45,16 @@ def write(tmp_path):
 )
 def test_start_end_action_is_read_in_many_hands(write, text):
     path = write("a.txt", text)
-    assert sniff_labels(path.read_bytes())
-    assert read_labels(path, ReadOptions(author="Ann")) == (ANN,)
+    assert is_label_table(path.read_bytes())
+    assert read_tracks(path, ReadOptions(author="Ann")) == (ANN,)
 
 
 def test_each_author_has_a_track(write):
     text = "start,end,action,author\n0.5,1.25,grab,Ann\n0.75,1.5,grab,Ben\n"
     text += '1.25,2.0,"hold, firmly",Ann\n'
-    assert read_labels(write("a.csv", text), ReadOptions()) == (ANN, BEN)
+    assert read_tracks(write("a.csv", text), ReadOptions()) == (ANN, BEN)
     without = text.partition("\n")[2]
-    assert read_labels(write("b.csv", without), ReadOptions()) == (ANN, BEN)
+    assert read_tracks(write("b.csv", without), ReadOptions()) == (ANN, BEN)
 
 
 #: Microseconds, as times are written.
@@ -78,13 +78,13 @@ def test_what_the_program_writes_it_reads_back_to_the_bit(edges, names, tmp_path
     segments = [Segment(a, b, n) for a, b, n in zip(edges, edges[1:], names, strict=False)]
     tracks = (Track("Ann", tuple(segments)), BEN)
     (tmp_path / "a.csv").write_bytes(to_csv(tracks).encode())
-    assert read_labels(tmp_path / "a.csv", ReadOptions()) == tracks
+    assert read_tracks(tmp_path / "a.csv", ReadOptions()) == tracks
     (tmp_path / "a.txt").write_bytes(to_audacity(tracks[0]).encode())
-    assert read_labels(tmp_path / "a.txt", ReadOptions(author="Ann")) == tracks[:1]
+    assert read_tracks(tmp_path / "a.txt", ReadOptions(author="Ann")) == tracks[:1]
 
 
 def test_a_header_with_no_segment_is_no_track(write):
-    assert read_labels(write("a.csv", "start,end,action,author\r\n"), ReadOptions()) == ()
+    assert read_tracks(write("a.csv", "start,end,action,author\r\n"), ReadOptions()) == ()
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def test_a_header_with_no_segment_is_no_track(write):
 )
 def test_what_is_wrong_is_said_with_its_line(write, text, words):
     with pytest.raises(InputError) as caught:
-        read_labels(write("a.csv", text), ReadOptions())
+        read_tracks(write("a.csv", text), ReadOptions())
     assert words in str(caught.value)
     assert "a.csv" in str(caught.value)
 
@@ -119,7 +119,7 @@ def test_what_is_wrong_is_said_with_its_line(write, text, words):
     ],
 )
 def test_recordings_are_no_labels_files(text):
-    assert not sniff_labels(text.encode())
+    assert not is_label_table(text.encode())
 
 
 def recording(start: float, factor: int = 1) -> str:
@@ -234,22 +234,22 @@ BORIS = (
 
 def test_the_aggregated_events_of_boris_are_labels(write):
     path = write("a.labels.csv", BORIS)
-    assert sniff_labels(path.read_bytes())
-    assert read_labels(path, ReadOptions()) == (ANN,)
+    assert is_label_table(path.read_bytes())
+    assert read_tracks(path, ReadOptions()) == (ANN,)
     other = write("b.labels.csv", BORIS)  # whose observations are called otherwise
-    assert [track.author for track in read_labels(other, ReadOptions(author="Zoe"))] == ["Zoe"]
+    assert [track.author for track in read_tracks(other, ReadOptions(author="Zoe"))] == ["Zoe"]
 
 
 def test_the_observations_of_several_coders_in_boris_are_their_tracks(write):
     header, grab, _ = BORIS.splitlines()
     ben = grab.replace("a - Ann", "a - Ben").replace("0.500,1.250", "0.750,1.500")
     path = write("a.labels.csv", BORIS + ben + "\n")
-    assert read_labels(path, ReadOptions()) == (ANN, BEN)
+    assert read_tracks(path, ReadOptions()) == (ANN, BEN)
     path = write("a.labels.csv", "\n".join([header, grab, ben.replace("a - Ben", "c - Ben"), ""]))
     with pytest.raises(InputError, match=r"line 3: the observation 'c - Ben' is not called 'a - C"):
-        read_labels(path, ReadOptions())
+        read_tracks(path, ReadOptions())
 
 
 def test_an_offset_is_an_end_where_nothing_else_is(write):
     path = write("a.labels.csv", "onset,time offset,action\n0.75,1.5,grab\n")
-    assert read_labels(path, ReadOptions(author="Ben")) == (BEN,)
+    assert read_tracks(path, ReadOptions(author="Ben")) == (BEN,)

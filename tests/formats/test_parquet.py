@@ -192,6 +192,16 @@ def test_a_file_that_is_cut_off_is_one_sentence(tmp_path, at):
             assert path.suffix == ".arrow"  # a stream may end anywhere between its blocks
 
 
+def test_labels_beside_are_read_with_their_recording(tmp_path, capsys):
+    columns = {"t": np.arange(50) / 100, "fx": forces(50)[:, 0]}
+    files = [write_arrow(tmp_path / "pull.parquet", columns), tmp_path / "pull.labels.csv"]
+    files[1].write_text("start,end,action\n0.1,0.3,grab\n", "utf-8")
+    assert main(["import", str(tmp_path / "p.forcelab"), *map(str, files), "--task", "pull"]) == 0
+    printed = capsys.readouterr().out
+    assert "The labels were read from pull.labels.csv." in printed
+    assert "1 recording: 1 new" in printed
+
+
 def test_a_shell_imports_a_parquet_file(tmp_path, capsys):
     columns = {"t": np.arange(50) / 100, "fx": forces(50)[:, 0], "blob": [b"x"] * 50}
     path = write_arrow(tmp_path / "pull.parquet", columns)

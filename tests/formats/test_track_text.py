@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from forcelab.errors import InputError
 from forcelab.formats import read
-from forcelab.formats.label_tables import read_labels, sniff_labels
+from forcelab.formats.label_tables import is_label_table, read_tracks
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table_columns import is_unlabelled
 from forcelab.formats.track_text import on_samples, plain_text, plain_times, to_audacity, to_csv
@@ -80,7 +80,7 @@ def test_no_spreadsheet_takes_a_name_for_a_formula_and_it_is_read_back(tmp_path)
     assert rows[0]["start"] == "-1.0"  # a number stays one
     path = tmp_path / "a.labels.csv"
     path.write_bytes(text.encode())
-    (track,) = read_labels(path, ReadOptions())
+    (track,) = read_tracks(path, ReadOptions())
     assert (track.author, track.segments) == ("=Ada", segments)
 
 
@@ -92,7 +92,7 @@ def test_what_is_written_is_read_back_onto_the_same_samples(rate, offset, data):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.labels.csv"
         path.write_bytes(to_csv([track]).encode())
-        (read,) = on_samples(read_labels(path, ReadOptions()) or (Track("Ada"),), times)
+        (read,) = on_samples(read_tracks(path, ReadOptions()) or (Track("Ada"),), times)
     assert to_codes(read.segments, times, ACTIONS).tolist() == codes.tolist()
 
 
@@ -150,8 +150,8 @@ def test_csv_is_read_back_as_it_is_written(written):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.labels.csv"
         path.write_bytes(to_csv(written).encode())
-        assert sniff_labels(path.read_bytes())
-        assert read_labels(path, ReadOptions()) == as_written(written)
+        assert is_label_table(path.read_bytes())
+        assert read_tracks(path, ReadOptions()) == as_written(written)
 
 
 @given(tracks(words))
@@ -159,5 +159,5 @@ def test_audacity_is_read_back_as_it_is_written(track):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.txt"
         path.write_bytes(to_audacity(track).encode())
-        assert sniff_labels(path.read_bytes())
-        assert read_labels(path, ReadOptions(author=track.author)) == as_written([track])
+        assert is_label_table(path.read_bytes())
+        assert read_tracks(path, ReadOptions(author=track.author)) == as_written([track])

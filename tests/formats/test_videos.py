@@ -45,18 +45,49 @@ def test_a_video_named_together_with_its_recording_is_attached(lab):
 
 def test_recordings_of_one_name_in_several_folders_get_each_its_own_video():
     files = [Path(f"s{n}/trial.{ending}") for n in (1, 2) for ending in ("csv", "mp4")]
-    assert pair_videos(files) == ([files[0], files[2]], {files[0]: files[1], files[2]: files[3]})
+    first, second = files[0], files[2]
+    assert pair_videos(files) == (
+        [first, second],
+        {first: {"": files[1]}, second: {"": files[3]}},
+    )
     # Only the second one has a video: the first one must not get that.
-    assert pair_videos([files[0], *files[2:]]) == ([files[0], files[2]], {files[2]: files[3]})
+    assert pair_videos([first, *files[2:]]) == ([first, second], {second: {"": files[3]}})
     # A video apart from them may be of either, and so is of none.
     apart = Path("videos/trial.mp4")
-    assert pair_videos([files[0], files[2], apart])[1] == {}
-    assert pair_videos([files[0], apart])[1] == {files[0]: apart}
+    assert pair_videos([first, second, apart])[1] == {}
+    assert pair_videos([first, apart])[1] == {first: {"": apart}}
 
 
 def test_of_two_videos_of_one_name_none_is_taken():
     files = [Path(f"trial.{ending}") for ending in ("csv", "mp4", "avi")]
     assert pair_videos(files) == (files, {})
+
+
+def test_further_videos_are_called_by_what_follows_the_name_of_their_recording():
+    pull, pull_2 = Path("s/pull.csv"), Path("s/pull_2.csv")
+    videos = [Path(f"s/{name}.mp4") for name in ("pull", "Pull.left", "pull_top down", "pull-2")]
+    # What has the name of a recording is of that, however another one's name begins.
+    of_second = [Path("s/pull_2.mp4"), Path("s/pull_2-left.mp4")]
+    others = [Path("s/pulled.mp4"), Path("t/pull_2.left.mkv")]
+    recordings, pairs = pair_videos([*videos, pull, *of_second, pull_2, others[0]])
+    assert recordings == [pull, pull_2, others[0]]
+    assert pairs == {
+        pull: dict(zip(("", "left", "top down", "2"), videos, strict=True)),
+        pull_2: dict(zip(("", "left"), of_second, strict=True)),
+    }
+    assert pair_videos([pull, pull_2, others[1]])[1] == {pull_2: {"left": others[1]}}
+
+
+def test_further_videos_are_attached_when_a_recording_is_imported_again(lab):
+    path, files, options = lab / "p.forcelab", sorted(lab.glob("*.csv")), ReadOptions(videos=True)
+    import_files(path, files, options)
+    shutil.copy(lab / "vp07_2.AVI", lab / "VP07_2.left.avi")
+    report = import_files(path, files, options)
+    assert "VP07_2.left.avi was attached as 'left'" in " ".join(report.remarks[lab / "VP07_2.csv"])
+    with Project.open(path) as project:
+        assert project.demonstrations.load("VP07_1").videos == ()
+        assert [v.name for v in project.demonstrations.load("VP07_2").videos] == ["video 1", "left"]
+    assert import_files(path, files, options).count("unchanged") == 2
 
 
 def test_videos_beside_the_recordings_are_attached_when_asked_for_only(lab):

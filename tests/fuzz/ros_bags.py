@@ -15,6 +15,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
+import numpy as np
 from campaign import Finding, findings, run
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
@@ -22,7 +23,17 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import TypesysError
 
 import forcelab.formats.importing  # noqa: F401 - so that no child has to
-from tests.formats.rosbag_files import BEGIN, WRENCH, digest, wrenches, write_bag
+from tests.formats.rosbag_files import (
+    BEGIN,
+    COMPRESSED,
+    IMAGE,
+    WRENCH,
+    compressed_image,
+    digest,
+    image,
+    wrenches,
+    write_bag,
+)
 
 DEFINITIONS = (
     "odd_msgs/Odd[] inner\nfloat64 force",
@@ -56,17 +67,88 @@ TEXT = (
 
 
 def whole_bags(folder: Path) -> list[Path]:
-    """A ROS 1 bag, plain and packed, and ROS 2 bags of both kinds of data."""
+    """A ROS 1 bag, plain and packed, and ROS 2 bags of both kinds of data; some with pictures."""
     topics = {
         "/wrist": (WRENCH, wrenches(20)),
         "/label": ("std_msgs/msg/String", [(i / 100, {"data": "grab"}) for i in range(20)]),
     }
+    seen = topics | picture_topics()
     return [
         write_bag(folder / "a.bag", topics),
         write_bag(folder / "b.bag", topics, compression="bz2"),
         write_bag(folder / "c", topics, ros=2),
         write_bag(folder / "d", topics, ros=2, storage="db3"),
+        write_bag(folder / "e.bag", seen),
+        write_bag(folder / "f", seen, ros=2),
+        write_bag(folder / "g", seen, ros=2, storage="db3"),
     ]
+
+
+def picture_topics() -> dict[str, tuple[str, list[tuple[float, dict[str, Any]]]]]:
+    """Small pictures of each kind."""
+    shown = np.arange(12 * 16 * 3, dtype=np.uint8).reshape(12, 16, 3)
+    times = [i / 50 for i in range(8)]
+    return {
+        "/raw": (IMAGE, [(t, image(t, shown)) for t in times]),
+        "/jpeg": (COMPRESSED, [(t, compressed_image(t, shown)) for t in times]),
+        "/png": (COMPRESSED, [(t, compressed_image(t, shown, "png")) for t in times]),
+    }
+
+
+ENCODINGS = (
+    "rgb8",
+    "bgra16",
+    "mono16",
+    "bayer_rggb8",
+    "yuv422",
+    "16UC1",
+    "8UC3",
+    "",
+    "x" * 100_000,
+)
+SIZES = (0, 1, 2, 3, 12, 16, 17, 48, 65535, 2**31 - 1, 2**32 - 1)
+NAMES = (
+    "/raw",
+    "/jpeg",
+    "",
+    "/",
+    "//",
+    "/../../canaries/canary",
+    "/a\nb",
+    "/\u00e9",
+    "/" + "x" * 300,
+)
+
+
+def odd_pictures(place: Path, chance: random.Random) -> Path:
+    """A bag whose pictures state what they are not."""
+    topics: dict[str, Any] = {"/wrist": (WRENCH, wrenches(20))}
+    for name, (kind, messages) in picture_topics().items():
+        for _, message in messages:
+            if chance.random() < 0.7:
+                change_picture(message, chance)
+        topics[chance.choice(NAMES) if chance.random() < 0.3 else name] = kind, messages
+    ros = chance.choice((1, 2))
+    return write_bag(place / ("odd.bag" if ros == 1 else "odd"), topics, ros=ros)
+
+
+def change_picture(message: dict[str, Any], chance: random.Random) -> None:
+    """Another size, encoding, stamp or content."""
+    field = chance.choice(list(message))
+    if field == "header":
+        second = chance.choice((0, 1, 2**31 - 1, 1_700_000_000))
+        message["header"] = {"stamp": {"sec": second, "nanosec": chance.choice((0, 999_999_999))}}
+    elif field in ("encoding", "format"):
+        message[field] = chance.choice(ENCODINGS)
+    elif field != "data":
+        message[field] = chance.choice(SIZES)
+    else:
+        content = bytearray(message["data"].tobytes())
+        for _ in range(chance.choice((1, 3))):
+            at = chance.randrange(min(chance.choice((30, 700)), len(content)))
+            content[at : at + 2] = chance.choice((chance.randbytes(2), b"\xff\xff", b"\0\0", b""))
+        del content[chance.choice((0, 4, len(content), len(content))) :]
+        message["data"] = np.frombuffer(bytes(content), np.uint8)
 
 
 def odd_bag(place: Path, chance: random.Random) -> Path:
@@ -166,7 +248,15 @@ def cases(count: int, seed: int, whole: list[Path]) -> Iterator[tuple[str, Any]]
 
         def write(place: Path, number: int = number) -> list[list[str]]:
             chance = random.Random(f"{seed} {number}")
-            if chance.random() < 0.25:
+            project, kind = place / "p.forcelab", chance.random()
+            if kind < 0.3:
+                path = odd_pictures(place, chance)
+                # What was written is decoded, too.
+                return [
+                    ["import", str(project), str(path), "--task", "t"],
+                    ["sync", str(project), "odd"],
+                ]
+            if kind < 0.5:
                 path = odd_bag(place, chance)
             else:
                 source = chance.choice(whole)
@@ -187,7 +277,7 @@ def cases(count: int, seed: int, whole: list[Path]) -> Iterator[tuple[str, Any]]
                     change_bytes(file, chance)
             else:
                 change_bytes(file, chance)
-            return [["import", str(place / "p.forcelab"), str(path), "--task", "t"]]
+            return [["import", str(project), str(path), "--task", "t"]]
 
         yield f"bag {number} of seed {seed}", write
 

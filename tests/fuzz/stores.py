@@ -76,12 +76,12 @@ SCHEMAS = (
     "DROP TRIGGER edit_is_not_deleted",
     "DROP TRIGGER note_is_not_changed",
     "PRAGMA application_id = 7",
-    *(f"PRAGMA user_version = {n}" for n in (-1, -(2**31), 0, 1, 2, 3, 5, 2**31 - 1)),
+    *(f"PRAGMA user_version = {n}" for n in (-1, -(2**31), 0, 1, 2, 3, 4, 6, 2**31 - 1)),
 )
 
 
 def make_project(folder: Path) -> None:
-    """Two demonstrations, one of them filmed and labelled by two coders."""
+    """Two demonstrations, one of them filmed twice and labelled by two coders."""
     film = folder.with_name("film.avi")
     for file, shade in ((film, 0), (film.with_name("other.avi"), 99)):
         writer = cv2.VideoWriter(str(file), cv2.VideoWriter.fourcc(*"MJPG"), 50.0, (32, 32))
@@ -91,9 +91,8 @@ def make_project(folder: Path) -> None:
     times, signals = np.arange(200) / 1000, np.random.default_rng(0).normal(size=(200, 2))
     channels = (Channel("fx", "N"), Channel("fz", "N"))
     with Project.create(folder) as project:
-        first = Demonstration(
-            "01", "LEGO", times, signals, channels, video=VideoReference(film, ClockMap())
-        )
+        videos = (VideoReference(film, ClockMap()), VideoReference(film, ClockMap(0.5), "left"))
+        first = Demonstration("01", "LEGO", times, signals, channels, videos)
         labels = (Segment(0.0, 0.05, "grab"), Segment(0.06, 0.1, "hold"))
         id_ = project.demonstrations.add(
             first, [Track("anna", labels), Track("ben", labels[:1])]

@@ -15,7 +15,7 @@ from PySide6.QtTest import QAbstractItemModelTester, QTest
 from PySide6.QtWidgets import QInputDialog, QLabel, QPushButton
 
 from forcelab.demonstration import Channel, Demonstration
-from forcelab.gui import theme
+from forcelab.gui import demonstration_list, theme
 from forcelab.gui.demonstration_list import DemonstrationList, OrderButton
 from forcelab.gui.demonstration_model import (
     DemonstrationModel,
@@ -74,7 +74,7 @@ def incoming(name: str, task: str, seed: int, **labelled: float) -> NewDemonstra
 
 def info(id_: str, name: str, task: str = "foam", **labelled: float) -> DemonstrationInfo:
     """What the list is told of a demonstration of 9 s; of each author, the seconds labelled."""
-    return DemonstrationInfo(id_, name, task, 9, (), 1.0, 9.0, labelled, True, "")
+    return DemonstrationInfo(id_, name, task, 9, (), 1.0, 9.0, labelled, ("video 1",), "")
 
 
 def study(path):
@@ -534,6 +534,49 @@ def test_what_the_menu_does_is_in_the_project(listing, document, messages, tmp_p
     assert menu.set_done([id_], False)
     assert menu.unassign([id_], "anna")
     assert project.coding.assignments() == ()
+
+
+def test_a_further_video_is_added_and_one_of_several_replaced(
+    listing, document, monkeypatch, tmp_path
+):
+    films = [
+        write_opencv_video(tmp_path / f"{name}.avi", "MJPG", length)
+        for name, length in (("pen-10", 3), ("pen-10.left", 4), ("other", 5))
+    ]
+    names = []
+    monkeypatch.setattr(demonstration_list, "ask_file", lambda *_: films[0])
+    monkeypatch.setattr(
+        QInputDialog, "getItem", lambda *words: names.append(words[3]) or (words[3][0], True)
+    )
+    id_ = id_of(document, "pen-10")
+
+    def menu():
+        return entries(listing, [row(listing, "pen-10")])
+
+    def contents():
+        videos = document.project.demonstrations.load(id_).videos
+        return {video.name: video.path.read_bytes() for video in videos}
+
+    menu()["Attach video…"].trigger()
+    first, films[0] = films[0], films[1]
+    menu()["Add another video…"].trigger()
+    assert names == [["left", "video 1"]]
+    assert contents() == {"video 1": first.read_bytes(), "left": films[1].read_bytes()}
+    films[0] = films[2]
+    (replacing,) = [entry.menu() for text, entry in menu().items() if text == "Replace video"]
+    (left,) = [entry for entry in replacing.actions() if entry.text() == "left…"]
+    left.trigger()
+    assert contents()["left"] == films[2].read_bytes()
+    index = listing.model.index_of(id_)
+    assert index.data(Qt.ItemDataRole.AccessibleTextRole).endswith("; With 2 videos")
+    text = " ".join(
+        label.text() for label in removal_of([row(listing, "pen-10")], "anna").findChildren(QLabel)
+    )
+    assert "its videos 'video 1', 'left'" in text
+    monkeypatch.setattr(demonstration_list, "ask", lambda *words, **_: words[4][0])
+    (removing,) = [entry.menu() for text, entry in menu().items() if text == "Remove video"]
+    removing.actions()[0].trigger()
+    assert list(contents()) == ["left"]
 
 
 def test_a_demonstration_changes_its_task_and_comes_back(listing, document):

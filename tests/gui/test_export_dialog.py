@@ -134,3 +134,28 @@ def test_recent_projects_are_opened_from_the_menu(app, tmp_path):
     assert [action.text() for action in menu.actions()] == ["two", "one"]
     menu.actions()[1].trigger()
     assert opened_ == [tmp_path / "one"]
+
+
+def test_labels_by_one_coder(dialog, document, tmp_path, until):
+    authors = [dialog.author.itemText(i) for i in range(dialog.author.count())]
+    assert authors == ["All coders and models", document.author, "Zoe"]
+    dialog.author.setCurrentIndex(2)
+    dialog.export(tmp_path / "one")
+    until(dialog.go.isEnabled)
+    assert all(
+        "Zoe" in text and document.author not in text for text in written(tmp_path / "one").values()
+    )
+
+
+def test_labels_go_into_the_dataset_that_was_imported(dialog, tmp_path, until):
+    pytest.importorskip("pyarrow")
+    dialog.form.setCurrentIndex(dialog.form.findData("lerobot"))
+    assert dialog.go.text() == "Write into dataset…"
+    assert not dialog.replacing.isEnabled()
+    dialog.export(tmp_path / "none")
+    until(dialog.go.isEnabled)
+    assert "a frame has one subtask; choose one of them (Labels by)" in dialog._report_label.text()
+    dialog.author.setCurrentIndex(1)
+    dialog.export(tmp_path / "none")
+    until(dialog.go.isEnabled)
+    assert "is no LeRobot dataset" in dialog._report_label.text()

@@ -511,3 +511,34 @@ def test_a_repaired_import_takes_its_actions_out_of_the_open_task(
     import_into("stylus", pull)
     assert document.demonstration.name == "block"
     assert document.vocabulary.names == ("squeeze",)
+
+
+def test_episodes_and_features_of_a_dataset_are_chosen(document, open_on, tmp_path, until):
+    pytest.importorskip("pyarrow")
+    from tests.formats.lerobot_datasets import write_dataset
+
+    write_dataset(tmp_path / "pen")
+    assert not open_on(FOAM).episodes.isVisible()
+    # The file dialog chooses files, and one of them stands for the folder.
+    dialog = open_on(tmp_path / "pen/meta/info.json")
+    assert files(dialog) == [str(tmp_path / "pen")]
+    assert dialog.episodes.isVisible()
+    assert dialog.episodes.placeholderText() == "all 4, or such as 0-9, 12"
+    assert not warns_of_no_task(dialog)  # it names them itself
+    uses = read_as(dialog)
+    assert (uses["timestamp"], uses["observation.state"], uses["action"]) == (
+        "times",
+        "signal",
+        "left out",
+    )
+    dialog.columns.wish("action", "signal")
+    dialog.episodes.setText("3-1")
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
+    assert "'3-1' names no episodes; write such as 0-9,12." in report(dialog)
+    dialog.episodes.setText("1-2")
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
+    until(lambda: document.id)
+    assert sorted(info.name for info in document.infos) == ["pen-1", "pen-2"]
+    names = [channel.name for channel in document.demonstration.channels]
+    assert names == ["fx1", "fy1", "fz1", "grip", "lift"]
+    assert {info.task for info in document.infos} == {"pull the pen", "squeeze the foam"}

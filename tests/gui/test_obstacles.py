@@ -104,6 +104,6 @@ def test_labels_are_copied_where_another_coder_has_any_that_may_be_seen(document
 def test_a_video_is_synchronised_where_there_is_one(document):
     obstacles = Obstacles(document)
     assert obstacles("synchronise") == "There is no video to synchronise here."
-    video = VideoReference(Path("no.mp4"), ClockMap())
-    document.view.demonstration = replace(document.demonstration, video=video)
+    videos = (VideoReference(Path("no.mp4"), ClockMap()),)
+    document.view.demonstration = replace(document.demonstration, videos=videos)
     assert obstacles("synchronise") == ""

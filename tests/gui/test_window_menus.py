@@ -232,7 +232,8 @@ def test_the_lists_stay_as_wide_when_there_is_no_video(window, until):
     until(lambda: not lists["video"].isVisible())
     wide = lists["actions"].width()
     assert wide >= 230
-    with_video = replace(document.demonstration, video=VideoReference(Path("no.mp4"), ClockMap()))
+    videos = (VideoReference(Path("no.mp4"), ClockMap()),)
+    with_video = replace(document.demonstration, videos=videos)
     for other in (with_video, document.demonstration):
         document.view.demonstration = other
         document.demonstration_changed.emit()

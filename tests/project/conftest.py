@@ -97,6 +97,11 @@ def older(project: Project, path: Path, tmp_path: Path) -> Callable[[int], Path]
                 store.execute(
                     f"INSERT INTO main.{table} ({columns}) SELECT {columns} FROM new.{table}"
                 )
+            if version < 5:
+                store.execute(
+                    "UPDATE main.demonstration SET (video, video_offset, video_rate) = (SELECT "
+                    "file, offset, rate FROM new.video WHERE demonstration = id AND position = 0)"
+                )
         return old
 
     return build

@@ -58,7 +58,7 @@ def test_an_attached_video_is_copied_and_has_its_clock(project, id_, film, path)
 
 
 def test_a_video_attached_once_more_takes_the_place_of_the_first(project, make, film, tmp_path):
-    id_ = project.demonstrations.add(make(1, video=VideoReference(film, ClockMap(1.0)))).id
+    id_ = project.demonstrations.add(make(1, videos=(VideoReference(film, ClockMap(1.0)),))).id
     home = project.demonstrations.load(id_).video.path.parent
     for _ in range(2):
         other = tmp_path / "other.avi"
@@ -74,7 +74,7 @@ def test_a_video_attached_once_more_takes_the_place_of_the_first(project, make, 
 
 def test_a_video_that_cannot_be_read_changes_nothing(project, make, film, tmp_path, path):
     id_ = project.demonstrations.add(
-        make(1, name="01", video=VideoReference(film, ClockMap(1.0)))
+        make(1, name="01", videos=(VideoReference(film, ClockMap(1.0)),))
     ).id
     before = sorted(path.rglob("*"))
     for wrong in (tmp_path / "missing.mp4", tmp_path):
@@ -86,11 +86,11 @@ def test_a_video_that_cannot_be_read_changes_nothing(project, make, film, tmp_pa
 
 
 def test_a_clock_is_set_where_there_is_a_video(project, make, film):
-    id_ = project.demonstrations.add(make(1, name="01", video=VideoReference(film))).id
+    id_ = project.demonstrations.add(make(1, name="01", videos=(VideoReference(film),))).id
     without = project.demonstrations.add(make(2, name="02")).id
     project.media.set_video_clock(id_, ClockMap(0.125, 0.999))
     assert project.demonstrations.load(id_).video.clock == ClockMap(0.125, 0.999)
-    with pytest.raises(InputError, match="'02' has no video whose clock could be set; attach one"):
+    with pytest.raises(InputError, match="'02' has no video; attach one"):
         project.media.set_video_clock(without, ClockMap())
 
 

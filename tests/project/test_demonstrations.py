@@ -24,7 +24,7 @@ def test_what_was_added_comes_back_bit_for_bit(project, make):
     assert (added.id, added.name, added.status, added.remarks) == (new.id, "Grüße 7", "new", ())
     loaded = project.demonstrations.load(added.id)
     assert (loaded.name, loaded.task, loaded.channels) == (new.name, "LEGO", new.channels)
-    assert (loaded.grid_rate, loaded.video) == (500.0, None)
+    assert (loaded.grid_rate, loaded.video, loaded.videos) == (500.0, None, ())
     assert loaded.times.tobytes() == new.times.tobytes()
     assert loaded.signals.tobytes() == new.signals.tobytes()
     assert isinstance(loaded.signals, np.memmap)
@@ -175,7 +175,7 @@ def test_a_demonstration_is_found_by_id_name_or_the_beginning_of_its_id(project,
 
 def test_a_project_and_its_video_can_be_moved(project, make, film, path):
     clock = ClockMap(-0.25, 1.00002)
-    demonstration = replace(make(1), video=VideoReference(film, clock))
+    demonstration = replace(make(1), videos=(VideoReference(film, clock),))
     project.demonstrations.add(demonstration)
     bytes_ = film.read_bytes()
     film.unlink()
@@ -192,11 +192,11 @@ def test_a_project_and_its_video_can_be_moved(project, make, film, path):
 
 
 def test_a_new_video_replaces_the_old_one_and_no_video_leaves_it(project, make, film, path):
-    project.demonstrations.add(replace(make(1), video=VideoReference(film)))
+    project.demonstrations.add(replace(make(1), videos=(VideoReference(film),)))
     other = film.with_name("other.avi")
     other.write_bytes(b"RIFF")
     assert (
-        project.demonstrations.add(replace(make(1), video=VideoReference(other))).status
+        project.demonstrations.add(replace(make(1), videos=(VideoReference(other),))).status
         == "updated"
     )
     assert project.demonstrations.add(make(1)).status == "unchanged"
@@ -209,7 +209,7 @@ def test_a_new_video_replaces_the_old_one_and_no_video_leaves_it(project, make, 
 def test_a_video_that_cannot_be_read_adds_nothing(project, make, film, path):
     film.unlink()
     with pytest.raises(InputError, match=r"'01' was not added .*No such file.*Take 1\.MP4"):
-        project.demonstrations.add(replace(make(1), video=VideoReference(film)))
+        project.demonstrations.add(replace(make(1), videos=(VideoReference(film),)))
     assert project.demonstrations.infos() == ()
     assert list((path / "demonstrations").iterdir()) == []
 
@@ -362,7 +362,7 @@ def test_the_same_recording_twice_in_one_import_is_one_demonstration(project, ma
 def test_an_import_that_is_stopped_half_way_leaves_everything_as_it_was(
     project, make, path, film, monkeypatch, stop
 ):
-    old = make(1, video=VideoReference(film))
+    old = make(1, videos=(VideoReference(film),))
     project.demonstrations.add(old, [Track("anna", GRAB)])
     before = (project.demonstrations.infos(), project.tracks.history(old.id, "anna"))
     files = sorted(file for file in path.rglob("*") if "sqlite" not in file.name)

@@ -66,7 +66,7 @@ def test_it_is_gone_with_all_that_came_with_it_and_nothing_else_is(project, path
 def test_the_version_of_the_store_stays_and_edits_are_still_kept_for_ever(project, path, added):
     project.demonstrations.discard(*added)
     with closing(sqlite3.connect(path / "project.sqlite")) as store:
-        assert store.execute("PRAGMA user_version").fetchone() == (4,) == (len(MIGRATIONS),)
+        assert store.execute("PRAGMA user_version").fetchone() == (5,) == (len(MIGRATIONS),)
         with pytest.raises(sqlite3.IntegrityError, match="kept for ever"):
             store.execute("DELETE FROM edit")
 

@@ -50,7 +50,7 @@ def contents(folder: Path):
 def stored(path, make, film):
     """A project with one filmed demonstration; gives its id."""
     with Project.create(path) as project:
-        return project.demonstrations.add(make(1, video=VideoReference(film, ClockMap()))).id
+        return project.demonstrations.add(make(1, videos=(VideoReference(film, ClockMap()),))).id
 
 
 def change(path: Path, *statements: str) -> None:
@@ -75,7 +75,7 @@ def assert_refused(path: Path, match: str, capsys) -> None:
 
 @pytest.mark.parametrize("video", ["{}/canary.mp4", "../../../canaries/canary.mp4", "signals.npy"])
 def test_a_video_outside_its_folder_is_refused(path, stored, canaries, video, film, capsys):
-    change(path, f"UPDATE demonstration SET video = '{video.format(canaries)}'")
+    change(path, f"UPDATE video SET file = '{video.format(canaries)}'")
     assert_refused(path, "damaged", capsys)
     assert main(["attach", str(path), "01", str(film)]) == 1
     out = canaries.parent / "out.zip"
@@ -102,7 +102,7 @@ def test_no_export_links_or_carries_a_file_of_elsewhere(
     path, stored, canaries, video, form, capsys
 ):
     out = canaries.parent / "out"
-    change(path, f"UPDATE demonstration SET video = '{video.format(canaries)}'")
+    change(path, f"UPDATE video SET file = '{video.format(canaries)}'")
     assert main(["export", str(path), "--format", form, "--out", str(out)]) == 1
     assert not list(out.rglob("*"))
     assert "canary" not in capsys.readouterr().out
@@ -228,14 +228,30 @@ def test_a_version_below_zero_runs_no_migration_backwards(path, stored, capsys):
         "samples = -5",
         "channels = x'5b5d'",
         "source = x'00'",
-        "video_offset = 9e999",
-        "video_rate = 0.0",
-        "video = x'00'",
-        "video_offset = NULL",
+        "video = 'video-0123456789abcdef'",
+        "video_rate = 1.0",
     ],
 )
 def test_values_that_no_forcelab_writes_are_refused(path, stored, value, capsys):
     change(path, f"UPDATE demonstration SET {value}")
+    assert_refused(path, "damaged", capsys)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        "offset = 9e999",
+        "offset = 'soon'",
+        "rate = 0.0",
+        "file = x'00'",
+        "name = x'00'",
+        "position = -1",
+        "position = 9e999",
+        "demonstration = '" + 32 * "0" + "'",
+    ],
+)
+def test_values_of_a_video_that_no_forcelab_writes_are_refused(path, stored, value, capsys):
+    change(path, f"UPDATE video SET {value}")
     assert_refused(path, "damaged", capsys)
 
 

@@ -14,7 +14,7 @@ from forcelab.labels import Segment
 from forcelab.recognition import ensemble
 from forcelab.recognition import label_noise as trimming_module
 from forcelab.recognition import training as training_module
-from forcelab.recognition.cross_validation import leave_one_out, make_folds
+from forcelab.recognition.cross_validation import leave_one_out, split_examples
 from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.groups import fold_groups
 from forcelab.recognition.label_noise import DroppedSegment, drop_contradicted, dropped_remarks
@@ -206,14 +206,13 @@ def test_labels_that_are_left_out_have_no_say_in_what_is_trimmed(wrong, count):
             else example
             for i, example in enumerate(examples)
         ]
-        at = parts.index(group)
-        clean, other = (make_folds(some, parts)[at] for some in (examples, poisoned))
-        first, second = (finish(fit_examples(fold.train, FAST)) for fold in (clean, other))
+        folds = [split_examples(some, group) for some in (examples, poisoned)]
+        first, second = (finish(fit_examples(train, FAST)) for train, _ in folds)
         assert second.dropped == first.dropped
         assert bool(first.dropped) == (WRONG not in group)
         np.testing.assert_array_equal(
-            second.predict_examples(clean.held_out[0]).probabilities,
-            first.predict_examples(clean.held_out[0]).probabilities,
+            second.predict_examples(folds[0][1][0]).probabilities,
+            first.predict_examples(folds[0][1][0]).probabilities,
         )
 
 

@@ -18,7 +18,7 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Segment
-from forcelab.recognition.cross_validation import make_folds
+from forcelab.recognition.cross_validation import split_examples
 from forcelab.recognition.examples import LabelledDemonstration, gather_features, prepare_examples
 from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import TRUSTED, load_recogniser, pack, save_recogniser
@@ -291,15 +291,13 @@ def test_what_is_left_out_has_no_say_in_where_actions_change(clicks):
     rows, parts = examples[0].features, [[0], [1, 2], [3, 4, 5]]
     # Another change than there was, and features that are none.
     wrong = (Segment(0.2, 2.6, "loose"), Segment(2.7, 4.0, "tight"), Segment(4.0, 4.1, "loose"))
-    for at, part in enumerate(parts):
+    for part in parts:
         poisoned = list(examples)
         for i in part:
             nonsense = np.full_like(examples[i].features, 7.0)
             poisoned[i] = replace(examples[i], features=nonsense, segments=wrong)
         first, second = (
-            finish(fit_examples(make_folds(some, parts)[at].train, QUICK)).boundary_model.ratios(
-                rows
-            )
+            finish(fit_examples(split_examples(some, part)[0], QUICK)).boundary_model.ratios(rows)
             for some in (examples, poisoned)
         )
         np.testing.assert_array_equal(first, second)

@@ -124,7 +124,7 @@ def test_a_glitch_in_a_channel_that_is_hardly_touched_hides_no_tap(monkeypatch):
     channels = tuple(Channel(name, "counts") for name in ("fx", "fy", "fz"))
     film = VideoReference(Path("film.mp4"))
     spoilt, usual = (
-        finish(propose_clock_for(Demonstration("d", "t", t, signals, channels, video=film)))
+        finish(propose_clock_for(Demonstration("d", "t", t, signals, channels, videos=(film,))))
         for signals in (counts, missing)
     )
     assert spoilt.taps == usual.taps

@@ -1,6 +1,7 @@
 """A damaged video is told of before anybody works with it, and a whole one never."""
 
 import re
+import sys
 
 import av
 import pytest
@@ -37,6 +38,13 @@ def film(tmp_path):
 def test_nothing_is_said_of_a_whole_video(tmp_path, name, codec, times, options):
     path = write_video(tmp_path / name, codec, times, options)
     assert check_video(path, float(times[-1] - times[0])) == ""
+
+
+def test_a_video_whose_codec_is_missing_here_can_be_attached_all_the_same(tmp_path, monkeypatch):
+    path = write_video(tmp_path / "a.mp4", "libsvtav1", even_frame_times(3), {"preset": "10"})
+    assert check_video(path, 0.1) == ""
+    monkeypatch.setitem(sys.modules, "av", None)
+    assert "(AV1) needs the package av; install it" in check_video(path, 0.1)
 
 
 def test_a_hole_in_a_video_is_told(film):

@@ -1,10 +1,12 @@
 """Attach a video to a demonstration.
 
-The video is copied into the project and replaces the present one. Where its clock is
-not that of the forces, 'forcelab sync' finds the offset.
+The video is copied into the project. With --name it is a further one, or replaces the
+one of that name; without, it replaces the first one. Where its clock is not that of the
+forces, 'forcelab sync' finds the offset.
 
 for example:
   forcelab attach lab.forcelab pull-03 pull-03.mp4
+  forcelab attach lab.forcelab pull-03 side.mp4 --name left
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from forcelab.cli.options import add_demonstration, add_json, add_project
 from forcelab.cli.output import print_result, printable
 from forcelab.clock import ClockMap
 from forcelab.project import Project
+from forcelab.project.media import video_title
 from forcelab.video.validate import check_video
 
 
@@ -24,6 +27,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_project(parser)
     add_demonstration(parser)
     parser.add_argument("video", metavar="VIDEO", type=Path, help="video file")
+    parser.add_argument(
+        "--name", metavar="NAME", help="what it is called among several, such as left"
+    )
     parser.add_argument(
         "--offset",
         metavar="S",
@@ -40,21 +46,25 @@ def run(arguments: argparse.Namespace) -> None:
     with Project.open(arguments.project) as project:
         demonstration = project.demonstrations.load(arguments.demonstration)
         damage = check_video(arguments.video, demonstration.duration)
-        project.media.attach_video(demonstration.id, arguments.video, clock)
+        project.media.attach_video(demonstration.id, arguments.video, clock, arguments.name)
+        videos = project.demonstrations.info(demonstration.id).videos
+    replaced = len(videos) == len(demonstration.videos)
     content = {
         "demonstration": demonstration.name,
         "id": demonstration.id,
         "video": str(arguments.video),
-        "replaced": demonstration.video is not None,
+        "name": videos[0] if arguments.name is None else arguments.name,
+        "replaced": replaced,
         "offset": clock.offset,
         "remarks": [damage] if damage else [],
     }
     video, name = str(arguments.video), demonstration.name
-    sentence = (
-        f"Attached '{video}' to '{name}'"
-        if demonstration.video is None
-        else f"Replaced the video of '{name}' by '{video}'"
-    )
+    sentence = f"Attached '{video}' to '{name}'"
+    if replaced:
+        title = video_title(demonstration.find_video(arguments.name), demonstration)
+        sentence = f"Replaced {title} by '{video}'"
+    elif len(videos) > 1:
+        sentence += f" as '{videos[-1]}'"
     text = f"{sentence}, offset {clock.offset:+.4f} s; 'forcelab sync' can find the offset."
     print_result(arguments.json, content, printable(text))
     if damage and not arguments.json:

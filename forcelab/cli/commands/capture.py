@@ -3,14 +3,15 @@ r"""Record a demonstration from sensors and cameras.
 All devices are recorded on one clock into a project, which is created if need be, for
 --seconds or until Ctrl+C. Samples are on the disk within 0.2 s: after a crash --recover
 makes demonstrations of them. An unplugged device is waited for, and the time without it
-is a gap. The videos of further cameras lie beside the first one's, each on the same
-clock; 'forcelab list' says where.
+is a gap. Each camera gives a video of its name, on the same clock.
 
 A device is KIND:PORT?OPTION=VALUE&... with the kinds optoforce (rate, filter,
 calibration, serial), text (baud, rate) and encoder (scale, unit, channel, rate,
-reverse); without PORT the only one of its kind. replay:PROJECT (demonstration, loop)
-plays a recording as a device, over and over unless loop=no. In a PORT or VALUE write &
-as %26, ? as %3F and % as %25.
+reverse); without PORT the only one of its kind. netft:ADDRESS is an ATI Net F/T (force,
+torque: counts a N and a Nm, where its page does not say; rate). lsl:NAME (source,
+dejitter) is a stream of the Lab Streaming Layer, by the stamps of its sender.
+replay:PROJECT (demonstration, loop) plays a recording as a device, over and over unless
+loop=no. In a PORT or VALUE write & as %26, ? as %3F and % as %25.
 
 for example:
   forcelab capture --list
@@ -34,8 +35,9 @@ from typing import Any, TextIO, TypeVar
 
 from forcelab.capture.camera import open_cameras
 from forcelab.capture.device import Device
-from forcelab.capture.device_names import parse_devices
+from forcelab.capture.device_names import name_stream, parse_devices
 from forcelab.capture.discovery import find_cameras, find_ports
+from forcelab.capture.lsl import find_streams
 from forcelab.capture.optoforce import sends_raw_counts, uncalibrated_warning
 from forcelab.capture.recorder import Recorder, RecorderState
 from forcelab.capture.save import (
@@ -50,6 +52,7 @@ from forcelab.cli.options import PROJECT, UsageError, add_json, add_task
 from forcelab.cli.output import json_text, printable, table
 from forcelab.cli.project_hints import hint_at_new_names
 from forcelab.errors import InputError
+from forcelab.live.label_outlet import LabelOutlet
 from forcelab.live.recognition import LATENCY, ClosedSegment, LiveRecognition
 from forcelab.project import Project
 from forcelab.recognition.storage import load_recogniser
@@ -59,8 +62,8 @@ NOTHING_FOUND = "No serial port and no camera is plugged in, or this user may no
 
 
 def list_devices(arguments: argparse.Namespace) -> None:
-    """Print the serial ports and cameras, and what they seem to be."""
-    ports, found_cameras = find_ports(), find_cameras()
+    """Print the serial ports, streams and cameras, and what they seem to be."""
+    ports, streams, found_cameras = find_ports(), find_streams(), find_cameras()
     if arguments.json:
         content = {
             "ports": [
@@ -75,6 +78,18 @@ def list_devices(arguments: argparse.Namespace) -> None:
                 }
                 for port in ports
             ],
+            "streams": [
+                {
+                    "stream": stream.name,
+                    "device": name_stream(stream),
+                    "content": stream.content,
+                    "host": stream.host,
+                    "source": stream.source,
+                    "channels": stream.channels,
+                    "rate": stream.rate,
+                }
+                for stream in streams
+            ],
             "cameras": [
                 {"camera": camera.device, "name": camera.name, "usable": camera.usable}
                 for camera in found_cameras
@@ -82,7 +97,7 @@ def list_devices(arguments: argparse.Namespace) -> None:
         }
         print(json_text(content))
         return
-    if not ports and not found_cameras:
+    if not ports and not streams and not found_cameras:
         print(NOTHING_FOUND)
         return
     rows = [["what to say", "what it seems to be", "serial number", ""]]
@@ -94,6 +109,10 @@ def list_devices(arguments: argparse.Namespace) -> None:
             _access_text(port.usable),
         ]
         for port in ports
+    ]
+    rows += [
+        [f"--device {printable(name_stream(stream))}", printable(stream.description), "-", ""]
+        for stream in streams
     ]
     rows += [
         [
@@ -232,6 +251,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=float,
         help="delay of labels behind the forces; the longer, the better they are (0.3)",
     )
+    parser.add_argument(
+        "--lsl-out",
+        metavar="NAME",
+        help="send the labels to the Lab Streaming Layer as well: the stream NAME has the action "
+        "when it changes, 'NAME probabilities' those of all",
+    )
     mode = parser.add_mutually_exclusive_group()
     mode.add_argument("--list", action="store_true", help="show what is plugged in")
     mode.add_argument(
@@ -267,6 +292,8 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--seconds must be positive, not {arguments.seconds:g}.")
     if arguments.latency is not None and arguments.recogniser is None:
         raise UsageError("--latency is that of a recogniser; name one with --recogniser FILE.")
+    if arguments.lsl_out is not None and arguments.recogniser is None:
+        raise UsageError("--lsl-out sends what a recogniser says; name one with --recogniser FILE.")
 
 
 def _record(arguments: argparse.Namespace) -> int:
@@ -278,8 +305,9 @@ def _record(arguments: argparse.Namespace) -> int:
     with _naming_journal(recorder), recorder:
         if recogniser is not None:
             latency = LATENCY if arguments.latency is None else arguments.latency
-            name = arguments.recogniser.stem
-            live = LiveRecognition(recogniser, name, latency, recorder, devices)
+            name, stream = arguments.recogniser.stem, arguments.lsl_out
+            outlet = LabelOutlet(stream, recogniser.actions) if stream else None
+            live = LiveRecognition(recogniser, name, latency, recorder, devices, outlet)
         _ready(arguments.project)
         for sentence in _warnings(devices, live):
             _print_notice(sentence)

@@ -25,7 +25,7 @@ from typing import Any
 from joblib import cpu_count
 
 from forcelab.cli.files import check_outputs
-from forcelab.cli.options import UsageError, add_project, name_of
+from forcelab.cli.options import UsageError, add_project, add_scheduler, join_scheduler, name_of
 from forcelab.cli.output import json_path, percent, printable, progress_bar, report, table
 from forcelab.cli.settings_options import add_settings, choice_from, settings_from
 from forcelab.errors import InputError
@@ -157,6 +157,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--jobs", metavar="N", type=int, help="processes to share the work (default: all cores)"
     )
+    add_scheduler(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -166,14 +167,18 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--jobs is 1 or more, not {arguments.jobs}.")
     if arguments.folds is not None and (arguments.folds < 0 or arguments.folds == 1):
         raise UsageError(f"--folds is 2 or more, or 0, not {arguments.folds}.")
-    # More processes than cores only cost their start.
-    jobs = min(arguments.jobs or cpu_count(), cpu_count())
     figures = [path for path in (arguments.figure, arguments.confusion) if path is not None]
     _check_outputs(arguments, figures)
     _check_suffixes(figures)
     if (path := arguments.table) is not None and path.suffix.lower() != ".csv":
         raise InputError(f"'{path}' is no table that can be written; name it '{path.stem}.csv'.")
-    with Project.open(arguments.project) as project, progress_bar() as watch:
+    # More processes than cores only cost their start.
+    jobs = min(arguments.jobs or cpu_count(), cpu_count())
+    with (
+        Project.open(arguments.project) as project,
+        join_scheduler(arguments.scheduler),
+        progress_bar() as watch,
+    ):
         # Where the filters need probabilities anyway, the review is to have them too.
         certainty = settings.needs_probabilities
         choice = choice_from(arguments)

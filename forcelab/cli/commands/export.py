@@ -1,15 +1,25 @@
 """Write labels for other programs, or a whole project as one archive.
 
 csv: start,end,action,author; one file per demonstration. table: one CSV of all, one row
-per segment, for statistics. elan: one .eaf per demonstration, one tier per coder, video
-linked. boris: one .boris project, one observation per coder and demonstration, video
-linked. audacity: one label track per coder and demonstration. archive: one zip with
-everything; 'forcelab import' reads it back.
+per segment, for statistics. elan: one .eaf per demonstration, one tier per coder, with
+the task's actions as vocabulary, videos linked, and beside it the forces as a time
+series. textgrid: one TextGrid of Praat per demonstration, one tier per coder. boris: one
+.boris project, one observation per coder and demonstration, videos linked.
+label-studio: the tasks to import there, one per demonstration, with its forces as a time
+series (label-studio-video: with its first video), labels of coders as annotations, those
+of models as predictions; and the labelling interface (.xml). Start Label Studio with
+LOCAL_FILES_DOCUMENT_ROOT set to the folder in which DIR lies, the project's, too.
+audacity: one label track per coder and demonstration. samples: a CSV per demonstration,
+one row per sample with its forces, the labels of each coder and, from the task's latest
+run, what was predicted, how probable. parquet: the same as Parquet. lerobot: the subtask
+of each frame, into the LeRobot dataset that was imported (--into; unlabelled frames get a
+subtask of that name). archive: one zip with everything; 'forcelab import' reads it back.
 Times are seconds from the start of the forces (elan: milliseconds).
 
 for example:
   forcelab export lab.forcelab --out labels --format table --task stylus
   forcelab export lab.forcelab --out backup --format archive
+  forcelab export lab.forcelab --format lerobot --into datasets/pull_pen --author Ines
 """
 
 from __future__ import annotations
@@ -17,23 +27,32 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from forcelab.cli.options import UsageError, add_author, add_json, add_project, add_task
 from forcelab.cli.output import print_result
 from forcelab.formats.export import FORMATS, exporting
+from forcelab.formats.samples import Prediction
 from forcelab.jobs import finish
 from forcelab.project import Project
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     add_project(parser)
-    parser.add_argument(
+    places = parser.add_mutually_exclusive_group(required=True)
+    places.add_argument(
         "--out",
         metavar="DIR",
         type=Path,
-        required=True,
         help="folder to write into; - prints the text of a single file",
+    )
+    places.add_argument(
+        "--into",
+        metavar="DATASET",
+        type=Path,
+        help="dataset whose episodes were labelled (with --format lerobot); it is replaced as a "
+        "whole or stays as it is",
     )
     parser.add_argument(
         "--format",
@@ -54,18 +73,33 @@ def run(arguments: argparse.Namespace) -> None:
     chosen = arguments.task or arguments.demo or arguments.author
     if chosen and arguments.format == "archive":
         raise UsageError("An archive holds the whole project; leave out what chooses of it.")
+    if (FORMATS[arguments.format].per == "dataset") != (arguments.into is not None):
+        raise UsageError("Labels go into a dataset (--into) with --format lerobot, and only then.")
     if arguments.out == Path("-"):
         _print(arguments)
         return
-    written = [str(path) for path in _export(arguments, arguments.out)]
+    written = [str(path) for path in _export(arguments, arguments.out or arguments.into)]
     print_result(arguments.json, {"written": written}, "\n".join(written))
 
 
 def _export(arguments: argparse.Namespace, out: Path) -> tuple[Path, ...]:
     ids = _ids(arguments) if arguments.task or arguments.demo else None
     return finish(
-        exporting(arguments.project, out, arguments.format, ids, authors=arguments.author)
+        exporting(
+            arguments.project,
+            out,
+            arguments.format,
+            ids,
+            authors=arguments.author,
+            predictions=_predictions,
+        )
     )
+
+
+def _predictions(project: Project) -> Mapping[str, Prediction]:
+    from forcelab.review.run_result import latest_predictions  # slow, and few formats hold any
+
+    return latest_predictions(project)
 
 
 def _print(arguments: argparse.Namespace) -> None:

@@ -1,17 +1,21 @@
 """Read recordings into a project.
 
 The project is created if need be. The format is recognised by content: tables (CSV,
-TSV, spaces; Parquet and Feather with the package pyarrow, *.xlsx with openpyxl, where
-each sheet is a demonstration), the paper's databases (*.pdl), archives of projects, ROS
-bags (with the package rosbags), XDF (with pyxdf), C3D, TDMS (with nptdms), raw dumps of
-OptoForce sensors. The labels of a table may be one of its columns, or lie beside it in
-NAME.labels.csv (start, end, action) or an Audacity label track NAME.txt. A video named
-with its recording (pull.csv pull.mp4) is attached to it. A recording that the project
-has already is updated, not doubled; read with other columns it is another
-demonstration. A file that cannot be read is reported and left out, and the exit status
-is then 1; with --strict nothing is imported at all. A single archive imported into a
-new project restores everything it holds; into an existing one, the recordings and
-coders' labels that it lacks.
+TSV, spaces); Parquet and Feather (extra parquet); Excel workbooks, where each sheet is a
+demonstration (extra excel); ROS bags, whose pictures become videos (extra rosbag);
+LeRobot datasets, which are folders (extra lerobot); XDF (extra xdf); C3D; TDMS (extra
+tdms); the paper's databases (*.pdl); archives of projects; raw dumps of OptoForce
+sensors.
+
+The labels of a table may be one of its columns, or lie beside it in NAME.labels.csv
+(start, end, action) or an Audacity label track NAME.txt. A video named with its
+recording (pull.csv pull.mp4) is attached to it, and so are further ones by what follows
+its name after a dot, dash or underscore: pull.left.mp4, pull_left.mp4 and pull-left.mp4
+are its video 'left'. A recording that the project has already is updated, not doubled;
+read with other columns it is another demonstration. A file that cannot be read is
+reported and left out, and the exit status is then 1; with --strict nothing is imported
+at all. A single archive imported into a new project restores everything it holds; into
+an existing one, the recordings and coders' labels that it lacks.
 
 for example:
   forcelab import lab.forcelab recordings/*.csv --task stylus --videos
@@ -36,7 +40,7 @@ from forcelab.cli.output import print_result, printable, progress_bar
 from forcelab.cli.project_hints import hint_at_new_names
 from forcelab.formats import format_names
 from forcelab.formats.importing import ImportReport, importing
-from forcelab.formats.recording import ReadOptions
+from forcelab.formats.recording import ReadOptions, parse_episodes
 from forcelab.jobs import finish
 from forcelab.text import counted
 
@@ -66,12 +70,19 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="TOML file that turns an OptoForce dump's counts into newtons",
     )
+    parser.add_argument(
+        "--episodes",
+        metavar="0-9,12",
+        default="",
+        help="episodes to read of a LeRobot dataset (all)",
+    )
     add_column_options(parser)
     parser.add_argument("--label", metavar="COL", help="name or number of the column of labels")
     parser.add_argument(
         "--videos",
         action="store_true",
-        help="attach the video beside each recording that has its name: pull.mp4 to pull.csv",
+        help="attach videos beside each recording that have its name: pull.mp4 and "
+        "pull.left.mp4 to pull.csv",
     )
     parser.add_argument(
         "--strict",
@@ -102,6 +113,7 @@ def run(arguments: argparse.Namespace) -> int:
         jitter=arguments.jitter,
         format=arguments.format,
         calibration=arguments.calibration,
+        episodes=parse_episodes(arguments.episodes),
     )
     with hint_at_new_names(arguments.project), progress_bar() as watch:
         job = importing(arguments.project, arguments.files, options)

@@ -48,14 +48,9 @@ def run(arguments: argparse.Namespace) -> None:
         notes: dict[str, list[Note]] = {info.id: [] for info in infos}
         for note in project.coding.notes(arguments.to_label):
             notes.get(note.demonstration, []).append(note)
-        beside = {
-            info.id: [str(path) for path in project.media.attached_files(info.id)] for info in infos
-        }
     if arguments.json:
         content = {
-            "demonstrations": [
-                _demonstration_json(info, beside[info.id], notes[info.id]) for info in infos
-            ],
+            "demonstrations": [_demonstration_json(info, notes[info.id]) for info in infos],
             "recognisers": [{"id": r.id, "name": r.name, "time": str(r.time)} for r in recognisers],
             "runs": [{"id": r.id, "kind": r.kind, "time": str(r.time)} for r in runs],
         }
@@ -76,8 +71,8 @@ def run(arguments: argparse.Namespace) -> None:
             row.append(shorten(texts, NOTES, placeholder="…"))  # `forcelab note` has them whole
     print(table(rows, right=[2, 3, 4]))
     for info in infos:
-        for path in beside[info.id]:
-            print(printable(f"Beside the video of '{info.name}', of another camera: {path}"))
+        if len(info.videos) > 1:
+            print(printable(f"Videos of '{info.name}': {', '.join(info.videos)}"))
     counts = ((infos, "demonstration"), (recognisers, "recogniser"), (runs, "run"))
     print(f"\n{', '.join(counted(len(items), noun) for items, noun in counts)}.")
 
@@ -115,9 +110,7 @@ def _row(info: DemonstrationInfo) -> list[str]:
     ]
 
 
-def _demonstration_json(
-    info: DemonstrationInfo, beside: list[str], notes: list[Note]
-) -> dict[str, object]:
+def _demonstration_json(info: DemonstrationInfo, notes: list[Note]) -> dict[str, object]:
     return {
         "id": info.id,
         "name": info.name,
@@ -128,7 +121,7 @@ def _demonstration_json(
         "channels": [{"name": c.name, "unit": c.unit} for c in info.channels],
         "labelled_seconds": dict(info.labelled),
         "video": info.has_video,
-        "beside": beside,
+        "videos": list(info.videos),
         "source": info.source,
         "notes": [note_json(note) for note in notes],
     }

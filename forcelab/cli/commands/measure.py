@@ -9,7 +9,8 @@ PyWavelets, ssqueezepy and fCWT where they are installed (extra 'peers').
 recognition: presets, scales, phase, classifiers, filters and decoders on each task of
 PROJECT (the sample project): 1 - F1@50 and the other scores, with demonstrations left
 out of training in four groups in turn, against the CPU time of features, training and
-recognition. The page Accuracy and speed of the Review workspace draws it.
+recognition. The page Accuracy and speed of the Review workspace draws it. With
+--scheduler the variants are measured by the workers of a cluster, each by one alone.
 all: all of these; what cannot be measured here is listed as skipped.
 
 for example:
@@ -26,7 +27,7 @@ from importlib import import_module
 from pathlib import Path
 
 from forcelab.cli.files import check_outputs
-from forcelab.cli.options import UsageError, add_author, add_task
+from forcelab.cli.options import UsageError, add_author, add_task, join_scheduler
 from forcelab.cli.output import json_path, printable, progress_bar, report, table
 from forcelab.errors import ForcelabError
 from forcelab.jobs import Progress, finish
@@ -49,6 +50,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     add_task(parser, "recognition: only this; may be repeated", action="append")
     add_author(parser, "recognition: the coder whose labels to use (the one with the most)")
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="recognition: share the work among the workers of the Dask scheduler that runs there",
+    )
     parser.add_argument(
         "--thorough",
         action="store_true",
@@ -81,16 +87,22 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.extremes:
         _extremes(arguments)
         return
-    if arguments.what == ALL:
-        _measure_all(arguments)
-        return
+    with join_scheduler(arguments.scheduler):
+        if arguments.what == ALL:
+            _measure_all(arguments)
+        else:
+            _measure(arguments)
+
+
+def _measure(arguments: argparse.Namespace) -> None:
+    """Measure one thing."""
     with progress_bar("measuring") as watch:
         measured = finish(_job(arguments.what, arguments), watch)
     report(table_text(measured), measured.to_json(), arguments.json)
-    if figure is not None:
+    if arguments.figure is not None:
         from forcelab.gui.figures.tradeoff import Tradeoff
 
-        Tradeoff(measured).save(figure)
+        Tradeoff(measured).save(arguments.figure)
 
 
 def _check(arguments: argparse.Namespace) -> None:
@@ -107,6 +119,7 @@ def _check(arguments: argparse.Namespace) -> None:
         "--task": arguments.task,
         "--author": arguments.author,
         "--thorough": arguments.thorough,
+        "--scheduler": arguments.scheduler,
     }
     misplaced = [name for name, value in recognition_only.items() if value]
     if misplaced and module not in (RECOGNITION, ALL):

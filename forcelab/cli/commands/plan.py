@@ -110,6 +110,10 @@ def viewing_parts(demonstration: Demonstration, authors: Sequence[str]) -> Itera
     why = "there is no video" if video is None else "there is a video"
     yield Part("OpenCV", video is not None, why, "cv2")
     yield Part("video decoder", video is not None, why, f"{VIDEO}{video.path}" if video else "")
+    for other in demonstration.videos[1:]:
+        yield Part(
+            f"decoder of '{other.name}'", False, "not shown at first", f"{VIDEO}{other.path}"
+        )
     yield Part("video panel", video is not None, why)
     yield Part("timelines", bool(authors), f"labelled by {', '.join(authors) or 'nobody'}")
     names = channel_map(demonstration.channels).names  # in this order the window offers them

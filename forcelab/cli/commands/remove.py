@@ -1,13 +1,15 @@
-"""Remove demonstrations, runs and recognisers.
+"""Remove demonstrations, videos, runs and recognisers.
 
-A demonstration is removed for good, with its video, all labels and their history,
-notes, assignments and verdicts; runs and recognisers stay. A run is removed with its
+A demonstration is removed for good, with its videos, all labels and their history,
+notes, assignments and verdicts; runs and recognisers stay. With --video only that video
+of it goes. A run is removed with its
 predictions and its recogniser, unless another run shares that; labels stay, those
 accepted from it as well, and so do verdicts, which then name no run. 'forcelab runs'
 lists the disk space of each. Without --yes it only says what would be removed.
 
 for example:
   forcelab remove lab.forcelab pull-03 pull-04
+  forcelab remove lab.forcelab pull-03 --video left --yes
   forcelab remove lab.forcelab --run 3 4 --yes
 """
 
@@ -34,6 +36,7 @@ SHORTEST, NAME = 6, 8
 class _Removal:
     """What is to be removed, each once, and texts on what goes with it."""
 
+    videos: dict[str, str] = field(default_factory=dict)  #: names by the demonstration's id
     infos: list[DemonstrationInfo] = field(default_factory=list)
     heads: dict[str, dict[str, int]] = field(default_factory=dict)
     runs: list[int] = field(default_factory=list)
@@ -46,6 +49,7 @@ class _Removal:
 def add_options(parser: argparse.ArgumentParser) -> None:
     add_project(parser)
     parser.add_argument("demonstrations", metavar="DEMO", nargs="*", help="names or ids")
+    parser.add_argument("--video", metavar="NAME", help="only the video of this name")
     parser.add_argument("--run", metavar="N", type=int, nargs="+", help="numbers of runs")
     parser.add_argument(
         "--recogniser", metavar="ID", nargs="+", help="ids of recognisers, or their first digits"
@@ -58,10 +62,15 @@ def run(arguments: argparse.Namespace) -> None:
     """Say what would go with demonstrations, runs and recognisers, or remove them."""
     if not (arguments.demonstrations or arguments.run or arguments.recogniser):
         raise UsageError("Name what is to be removed: demonstrations, --run or --recogniser.")
+    if arguments.video is not None and not arguments.demonstrations:
+        raise UsageError("Name the demonstration whose video is to be removed.")
     with Project.open(arguments.project) as project:
         removal = _Removal()
         with project.snapshot():  # what is asked twice is the same then
-            _ask_demonstrations(project, arguments.demonstrations, removal)
+            if arguments.video is None:
+                _ask_demonstrations(project, arguments.demonstrations, removal)
+            else:
+                _ask_videos(project, arguments.demonstrations, arguments.video, removal)
             _ask_runs(project, arguments.run or (), removal)
             _ask_recognisers(project, arguments.recogniser or (), removal)
         losses = ", ".join(removal.goes)
@@ -73,6 +82,8 @@ def run(arguments: argparse.Namespace) -> None:
                 f"to remove {'it' if single else 'them'}."
             )
         project.refuse_read_only()
+        for id_, name in removal.videos.items():
+            project.media.remove_video(id_, name)
         project.demonstrations.remove_all(removal.heads)
         for number in removal.runs:
             if project.runs.uses(number):  # somebody may have been quicker
@@ -96,9 +107,9 @@ def _ask_demonstrations(project: Project, keys: Sequence[str], removal: _Removal
         return
     single = len(removal.infos) == 1
     removal.goes.append(f"the recording{'' if single else 's'} ({seconds:.2f} s)")
-    videos = sum(info.has_video for info in removal.infos)
+    videos = sum(len(info.videos) for info in removal.infos)
     if videos:
-        removal.goes.append("its video" if single else counted(videos, "video"))
+        removal.goes.append("its video" if single and videos == 1 else counted(videos, "video"))
     labelled: dict[str, float] = {}
     for info in removal.infos:
         for name, duration in info.labelled.items():
@@ -112,6 +123,18 @@ def _ask_demonstrations(project: Project, keys: Sequence[str], removal: _Removal
         removal.goes.append(counted(len(assigned), "assignment"))
     if notes := sum(note.demonstration in removal.heads for note in project.coding.notes()):
         removal.goes.append(counted(notes, "note"))
+
+
+def _ask_videos(project: Project, keys: Sequence[str], name: str, removal: _Removal) -> None:
+    """What goes with the videos of one name."""
+    for key in keys:
+        demonstration = project.demonstrations.load(key)
+        path = demonstration.find_video(name).path
+        removal.videos[demonstration.id] = name
+        removal.named.append(f"the video '{name}' of '{demonstration.name}'")
+        size = path.stat().st_size if path.exists() else 0
+        removal.bytes += size
+        removal.goes.append(f"its file ({amount(size)})")
 
 
 def _ask_runs(project: Project, numbers: Sequence[int], removal: _Removal) -> None:
@@ -185,6 +208,7 @@ def _json_content(removal: _Removal) -> dict[str, object]:
         "removed": [
             {"id": info.id, "name": info.name, "task": info.task} for info in removal.infos
         ],
+        "videos": [{"demonstration": id_, "name": name} for id_, name in removal.videos.items()],
         "runs": removal.runs,
         "recognisers": [{"id": id_, "name": name} for id_, name in removal.recognisers.items()],
         "bytes": removal.bytes,

@@ -18,16 +18,20 @@ from typing import Any
 from forcelab.cli.options import UsageError, add_demonstration, add_json, add_project
 from forcelab.cli.output import print_result, printable, progress_bar
 from forcelab.clock import ClockMap
-from forcelab.demonstration import Demonstration
+from forcelab.demonstration import Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.project import Project
+from forcelab.project.media import video_title
 from forcelab.signals.sync import Proposal, propose_clock_for
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     add_project(parser)
     add_demonstration(parser)
+    parser.add_argument(
+        "--video", metavar="NAME", help="which of several videos, as 'forcelab list' has them"
+    )
     parser.add_argument(
         "--accept",
         action="store_true",
@@ -55,35 +59,31 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError("Give either --accept or a clock by --offset and --rate, not both.")
     with Project.open(arguments.project) as project:
         demonstration = project.demonstrations.load(arguments.demonstration)
-        if demonstration.video is None:
-            raise InputError(
-                f"Demonstration '{demonstration.name}' has no video; there is nothing to "
-                f"synchronise."
-            )
-        before, proposal = demonstration.video.clock, None
+        video = demonstration.find_video(arguments.video)
+        before, proposal = video.clock, None
         if by_hand:
             offset = before.offset if arguments.offset is None else arguments.offset
             rate = before.rate if arguments.rate is None else arguments.rate
             clock = ClockMap(offset, rate)
         else:
             with progress_bar() as watch:
-                proposal = finish(propose_clock_for(demonstration), watch)
+                proposal = finish(propose_clock_for(demonstration, video.name), watch)
             clock = proposal.clock
             if arguments.accept and proposal.doubtful:
-                raise InputError(_refusal(demonstration, before, proposal))
+                raise InputError(_refusal(demonstration, video, proposal))
         stored = bool(by_hand or arguments.accept)
         if stored:
-            project.media.set_video_clock(demonstration.id, clock)
-    result = demonstration, before, clock, proposal, stored
+            project.media.set_video_clock(demonstration.id, clock, video.name)
+    result = demonstration, video, clock, proposal, stored
     print_result(arguments.json, _content(*result), _result_text(*result))
 
 
-def _refusal(demonstration: Demonstration, before: ClockMap, proposal: Proposal) -> str:
+def _refusal(demonstration: Demonstration, video: VideoReference, proposal: Proposal) -> str:
     """Why a clock is not stored unseen, and how it is after a look."""
     return (
-        f"The clock found for the video of '{demonstration.name}' is not stored, as its confidence "
+        f"The clock found for {video_title(video, demonstration)} is not stored, as its confidence "
         f"is only {proposal.confidence:.2f}; compare the frames at a tap, and if they fit give "
-        f"{_options(proposal.clock, before)} instead of --accept."
+        f"{_options(proposal.clock, video.clock)} instead of --accept."
     )
 
 
@@ -95,7 +95,7 @@ def _options(clock: ClockMap, before: ClockMap) -> str:
 
 def _content(
     demonstration: Demonstration,
-    before: ClockMap,
+    video: VideoReference,
     clock: ClockMap,
     proposal: Proposal | None,
     stored: bool,
@@ -103,27 +103,29 @@ def _content(
     content: dict[str, Any] = {
         "demonstration": demonstration.name,
         "id": demonstration.id,
-        "before": {"offset": before.offset, "rate": before.rate},
+        "video": video.name,
+        "before": {"offset": video.clock.offset, "rate": video.clock.rate},
         "clock": {"offset": clock.offset, "rate": clock.rate},
         "stored": stored,
     }
     if proposal is not None:
         content["confidence"] = proposal.confidence
         content["residual"] = proposal.residual
-        content["taps"] = [{"video": video, "force": force} for video, force in proposal.taps]
+        content["taps"] = [{"video": tap, "force": force} for tap, force in proposal.taps]
     return content
 
 
 def _result_text(
     demonstration: Demonstration,
-    before: ClockMap,
+    video: VideoReference,
     clock: ClockMap,
     proposal: Proposal | None,
     stored: bool,
 ) -> str:
+    which = f", {video.name}" if len(demonstration.videos) > 1 else ""
     lines = [
-        f"{printable(demonstration.name)}: the video's clock",
-        f"  before      {_clock(before)}",
+        printable(f"{demonstration.name}{which}: the video's clock"),
+        f"  before      {_clock(video.clock)}",
         f"  {'now' if stored else 'proposed':<10}  {_clock(clock)}",
     ]
     if proposal is not None:
@@ -133,17 +135,17 @@ def _result_text(
             else ""
         )
         lines.append(f"  confidence  {proposal.confidence:.2f}{low}")
-        for video, force in proposal.taps:
-            apart = 1000 * (float(clock.to_force(video)) - force)
+        for tap, force in proposal.taps:
+            apart = 1000 * (float(clock.to_force(tap)) - force)
             lines.append(
-                f"  tap         video {video:.3f} s, force {force:.3f} s, {apart:+.1f} ms apart"
+                f"  tap         video {tap:.3f} s, force {force:.3f} s, {apart:+.1f} ms apart"
             )
         if proposal.taps:
             lines.append(f"  residual    {1000 * proposal.residual:.1f} ms")
         if not stored:
             condition, options = "", "--accept"
             if proposal.doubtful:
-                condition, options = "if the frames at a tap fit, ", _options(clock, before)
+                condition, options = "if the frames at a tap fit, ", _options(clock, video.clock)
             lines.append(f"Nothing is stored; {condition}give {options} to store it.")
     return "\n".join(lines)
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 
 from forcelab.cli.files import check_outputs
-from forcelab.cli.options import add_json, add_project, path_of
+from forcelab.cli.options import add_json, add_project, add_scheduler, join_scheduler, path_of
 from forcelab.cli.output import print_result, printable, progress_bar
 from forcelab.cli.settings_options import add_settings, choice_from, settings_from
 from forcelab.io import write_atomically
@@ -28,6 +28,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--out", metavar="RECOGNISER", type=path_of, required=True, help="file to write (.skops)"
     )
     add_settings(parser)
+    add_scheduler(parser)
     add_json(parser)
 
 
@@ -35,7 +36,11 @@ def run(arguments: argparse.Namespace) -> None:
     """Train and write the recogniser."""
     settings = settings_from(arguments)
     check_outputs([arguments.out], [arguments.project, arguments.merge])
-    with Project.open(arguments.project) as project, progress_bar() as watch:
+    with (
+        Project.open(arguments.project) as project,
+        join_scheduler(arguments.scheduler),
+        progress_bar() as watch,
+    ):
         job = train_tasks(project, settings, choice_from(arguments), arguments.out.stem)
         trained = finish(job, watch)
     write_atomically(arguments.out, trained.content)

@@ -32,6 +32,7 @@ from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
     from forcelab.capture.discovery import FoundCamera, FoundPort
+    from forcelab.capture.lsl import FoundStream
 
 
 #: How a device was found: its name, what it is, and whether it may be opened.
@@ -146,8 +147,8 @@ def found_as(item: QListWidgetItem) -> FoundDevice | None:
     return device
 
 
-#: The key of the job that looks.
-SEARCH_JOB = "capture: what is plugged in"
+#: The keys of the jobs that look.
+SEARCH_JOB, STREAM_JOB = "capture: what is plugged in", "capture: streams in the network"
 #: Where the devices that were ticked last are remembered.
 TICKED, BY_HAND = "capture/ticked", "capture/by hand"
 #: Pixels that devices that are connected need not exceed.
@@ -160,7 +161,9 @@ class DeviceList(QWidget):
     def __init__(self, controller: CaptureController, jobs: Jobs) -> None:
         super().__init__()
         self._controller, self._jobs = controller, jobs
-        self._is_first_search = True
+        self._remembered: set[str] | None = None  # were ticked last, and have not been found yet
+        self._found: tuple[tuple[FoundPort, ...], tuple[FoundCamera, ...]] = (), ()
+        self._streams: tuple[FoundStream, ...] = ()
         self._choosing = True
         self.rows = DeviceRows()
         self.rows.setAccessibleName("Devices and cameras")
@@ -170,8 +173,9 @@ class DeviceList(QWidget):
         self.entry = QLineEdit()
         self.entry.setPlaceholderText("optoforce:PORT?calibration=FILE")
         self.entry.setToolTip(
-            "A device by its name: optoforce:PORT, text:PORT, encoder:PORT or replay:PROJECT "
-            "with options behind a question mark; or camera:NUMBER. Return adds it."
+            "A device by its name: optoforce:PORT, text:PORT, encoder:PORT, netft:ADDRESS, "
+            "lsl:STREAM or replay:PROJECT with options behind a question mark; or camera:NUMBER. "
+            "Return adds it."
         )
         self.entry.setAccessibleName("Add a device by its name")
         self.entry.returnPressed.connect(self._add_entry)
@@ -242,8 +246,9 @@ class DeviceList(QWidget):
         self.rows.setMaximumHeight(UNLIMITED if choosing else height)
 
     def refresh(self) -> None:
-        """Find what is plugged in."""
+        """Find what is plugged in, and the streams in the network."""
         self._jobs.run(_find_devices(), self._show_found, self._failed, key=SEARCH_JOB)
+        self._jobs.run(_find_streams(), self._show_streams, self._failed, key=STREAM_JOB)
 
     def add(self, name: str) -> None:
         """Add a device by its name, and tick it."""
@@ -371,28 +376,43 @@ class DeviceList(QWidget):
         self._controller.add_message(str(error), True)
 
     def _show_found(self, devices: tuple[tuple[FoundPort, ...], tuple[FoundCamera, ...]]) -> None:
+        self._found = devices
+        self._show()
+
+    def _show_streams(self, streams: tuple[FoundStream, ...]) -> None:
+        self._streams = streams
+        self._show()
+
+    def _show(self) -> None:
         """Show what was found, below it what was added by hand; ticks stay."""
-        ports, cameras = devices
+        from forcelab.capture.device_names import name_stream
+
+        ports, cameras = self._found
+        if self._remembered is None:
+            self._remembered = set(settings.strings(TICKED))
         ticked = {*self.devices, *(f"camera:{camera}" for camera in self.cameras)}
-        if self._is_first_search:
-            self._is_first_search = False
-            ticked |= set(settings.strings(TICKED))
+        ticked |= self._remembered
         by_hand, current = self.rows.names(), self.rows.currentRow()
         chosen = by_hand[current] if current >= 0 else ""
         self.rows.clear()
         nothing_ticked = not ticked
         names = dict.fromkeys((*by_hand, *settings.strings(BY_HAND)))
         ticked_first = sorted(names, key=lambda n: (n not in ticked, "?" not in n))
-        for port in ports:
-            if port.device is not None:
-                plugged = port.device, port.description, port.usable
-                # What was said of a device by hand, such as its calibration, holds for it.
-                matching = (n for n in ticked_first if n.partition("?")[0] == port.device)
-                name = next(matching, port.device)
-                item = self.rows.add_row(name, port.description, port.usable, device=plugged)
-                # The tongs are what one comes for: they need no click.
-                if name in ticked or (nothing_ticked and port.kind == "optoforce" and port.usable):
-                    item.setCheckState(Qt.CheckState.Checked)
+        found: list[FoundDevice] = [
+            (port.device, port.description, port.usable)
+            for port in ports
+            if port.device is not None
+        ]
+        found += [(name_stream(stream), stream.description, True) for stream in self._streams]
+        for device in found:
+            plugged, description, usable = device
+            # What was said of a device by hand, such as its calibration, holds for it.
+            matching = (n for n in ticked_first if n.partition("?")[0] == plugged)
+            name = next(matching, plugged)
+            item = self.rows.add_row(name, description, usable, device=device)
+            # The tongs are what one comes for: they need no click.
+            if name in ticked or (nothing_ticked and plugged.startswith("optoforce:") and usable):
+                item.setCheckState(Qt.CheckState.Checked)
         for camera in cameras:
             name = f"camera:{camera.device.removeprefix('/dev/video')}"
             self.rows.add_row(
@@ -407,6 +427,7 @@ class DeviceList(QWidget):
                 item.setCheckState(Qt.CheckState.Checked)
             if self.rows.name_of(item) == chosen:
                 self.rows.setCurrentItem(item)
+        self._remembered -= set(self.rows.names())
         self.set_choosing(self._choosing)  # they may have been connected while it was looked
 
     def _update_notes(self) -> None:
@@ -427,3 +448,13 @@ def _find_devices() -> Generator[None, None, tuple[tuple[FoundPort, ...], tuple[
 
     yield
     return find_ports(), find_cameras()
+
+
+def _find_streams() -> Generator[None, None, tuple[FoundStream, ...]]:
+    from forcelab.capture.lsl import search_streams
+
+    found: tuple[FoundStream, ...] = ()
+    for streams in search_streams():
+        found = streams
+        yield
+    return found

@@ -13,6 +13,7 @@ from collections.abc import Generator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -37,6 +38,8 @@ LOADING, RECOGNISING = "capture: recogniser", "capture: live recognition"
 LATENCIES = (0, 300, 10_000)
 #: Where the latency that was chosen last is remembered.
 LATENCY = "capture/latency"
+#: Where it is remembered whether labels are sent, and what the stream is called.
+SENDING, STREAM = "capture/send labels", "forcelab"
 #: Frames over which the delay to the screen is measured.
 FRAMES = 900
 
@@ -61,6 +64,11 @@ class LoadedRecogniser:
     budget: LatencyBudget
 
 
+def can_send() -> bool:
+    """Whether the package is installed that sends labels to the Lab Streaming Layer."""
+    return find_spec("pylsl") is not None
+
+
 class LiveModelController(QObject):
     """A recogniser on whatever devices are connected."""
 
@@ -78,6 +86,8 @@ class LiveModelController(QObject):
         least, usual, most = LATENCIES
         #: Milliseconds.
         self.latency = round(settings.number(LATENCY, usual, lowest=least, highest=most))
+        #: Whether the labels go to the Lab Streaming Layer as well.
+        self.sending = settings.flag(SENDING)
         #: The selected one, once it is read.
         self.loaded: LoadedRecogniser | None = None
         #: Why nothing is recognised; empty where something is.
@@ -125,6 +135,16 @@ class LiveModelController(QObject):
             loaded, self.loaded = self.loaded, None
             self._stop()
             self._load(None if loaded is None else loaded.recogniser)
+
+    def set_sending(self, sending: bool) -> None:
+        """Send the labels to the Lab Streaming Layer as well, or do not."""
+        if sending == self.sending:
+            return
+        self.sending = sending
+        settings.store(SENDING, sending)
+        if self.loaded is not None:
+            self._stop()
+            self._begin()
 
     def set_connected(self, connected: bool) -> None:
         """Devices were connected or released."""
@@ -175,7 +195,7 @@ class LiveModelController(QObject):
         self._running = True
         self._reset_delays()
         job = self._connection.recognise(
-            partial(_follow_devices, self.loaded), lambda: self.visible
+            partial(_follow_devices, self.loaded, self.sending), lambda: self.visible
         )
         self._jobs.run(job, self._ended, self._recognition_failed, key=RECOGNISING)
 
@@ -201,13 +221,15 @@ class LiveModelController(QObject):
 
 
 def _follow_devices(
-    loaded: LoadedRecogniser, recorder: Recorder, devices: Sequence[Device]
+    loaded: LoadedRecogniser, sending: bool, recorder: Recorder, devices: Sequence[Device]
 ) -> LiveRecognition:
     # Only a window in which something is recognised live loads it.
+    from forcelab.live.label_outlet import LabelOutlet
     from forcelab.live.recognition import LiveRecognition
 
-    latency = loaded.budget.latency
-    return LiveRecognition(loaded.recogniser, loaded.selection.name, latency, recorder, devices)
+    recogniser, latency = loaded.recogniser, loaded.budget.latency
+    outlet = LabelOutlet(STREAM, recogniser.actions) if sending and can_send() else None
+    return LiveRecognition(recogniser, loaded.selection.name, latency, recorder, devices, outlet)
 
 
 def _load_recogniser(

@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette
-from PySide6.QtWidgets import QLabel, QSizePolicy, QSpinBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QLabel, QSizePolicy, QSpinBox, QVBoxLayout, QWidget
 
 from forcelab.gui.capture.controller import CaptureController
 from forcelab.gui.capture.live_model import (
     LATENCIES,
+    STREAM,
     LiveModelController,
     LoadedRecogniser,
     RecogniserSelection,
+    can_send,
 )
 from forcelab.gui.figures import text
 from forcelab.gui.file_dialogs import ask_file
@@ -183,6 +185,13 @@ class RecogniserChoice:
             "How long a label waits for what follows its force: the longer, the surer"
         )
         self.latency.valueChanged.connect(controller.live_model.set_latency)
+        self.send = QCheckBox("Send labels to LSL")
+        self.send.setChecked(controller.live_model.sending)
+        self.send.setToolTip(
+            f"Other programs get the action as the stream '{STREAM}' of the Lab Streaming Layer, "
+            f"and all probabilities as '{STREAM} probabilities'"
+        )
+        self.send.toggled.connect(controller.live_model.set_sending)
         self.nothing = QLabel(
             "No recogniser is trained in this project; train one in Review, or choose a file.",
             parent,  # alone it would be a window for a moment
@@ -216,6 +225,10 @@ class RecogniserChoice:
         set_enabled_with_reason(self.which, obstacle or closed)
         none = self._controller.live_model.selection is None
         set_enabled_with_reason(self.latency, obstacle or none * "Choose a recogniser first.")
+        lacking = "" if can_send() else "Install it first: pip install 'forcelab[lsl]'."
+        set_enabled_with_reason(
+            self.send, lacking or obstacle or none * "Choose a recogniser first."
+        )
         self.nothing.setVisible(has_project and not self._offered)
 
     def _chosen(self, row: int) -> None:

@@ -24,8 +24,14 @@ if TYPE_CHECKING:
 
 __all__ = ["ENDLESS", "CaptureTab"]
 
-#: Keys of jobs that go on for as long as devices are connected.
-ENDLESS = frozenset({"capture: live recognition", "capture: live scalogram"})
+#: Keys of jobs that go on for as long as devices are connected, or wait for the network.
+ENDLESS = frozenset(
+    {
+        "capture: live recognition",
+        "capture: live scalogram",
+        "capture: streams in the network",
+    }
+)
 
 
 class RecordingIndicator(BackgroundIndicator):

@@ -384,6 +384,7 @@ class CaptureWorkspace(QWidget):
         form.addRow("Recogniser", self.recogniser.which)
         form.addRow(self.recogniser.nothing)
         form.addRow("Latency", self.recogniser.latency)
+        form.addRow("", self.recogniser.send)
         form.addRow("Scalogram", self.scalogram_channel)
         ignore_wheel(
             self.next_recording.task,

@@ -69,6 +69,8 @@ class PlotView(pg.GraphicsView):
         self._complete = True
         self._pointer: QPointF | None = None
         self._has_readout = False
+        #: What is being drawn, in pixels of the view; nothing need be drawn beyond it.
+        self.exposed = QRectF()
         self.setCentralItem(None)
         self.centralLayout = None
         self.setRenderHint(QPainter.RenderHint.TextAntialiasing)
@@ -146,10 +148,12 @@ class PlotView(pg.GraphicsView):
             super().render(painter, *area)
 
     def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
+        self.exposed = rect
         painter.fillRect(rect, QColor(getattr(colours(), self.ground)))
         self.paint_background(painter)
 
     def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
+        self.exposed = rect
         painter.setOpacity(1.0 if self.isEnabled() else FAINT)
         painter.setFont(self.font())
         self.paint_foreground(painter)
@@ -552,6 +556,7 @@ class Plot(PlotView):
             painter.drawText(QRectF(self.rect()).adjusted(16, 8, -16, -8), flags, self.sentence)
 
     def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
+        self.exposed = rect
         if self.legend:
             x, y = self.area.left(), self.area.top() - NUMBER
             paint_names(painter, x, y, self.legend, colours())

@@ -43,8 +43,8 @@ class PictureView(QWidget):
 
     fits = Signal(QSize)
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumSize(160, 96)
@@ -73,11 +73,6 @@ class PictureView(QWidget):
         return False
 
     @property
-    def top_margin(self) -> float:
-        """Height in pixels that is kept free above the picture."""
-        return 0.0
-
-    @property
     def image(self) -> QImage | None:
         return self._image
 
@@ -99,9 +94,9 @@ class PictureView(QWidget):
 
     @property
     def _stage(self) -> QRectF:
-        """The area of the picture: all but the caption, and what is above."""
-        below, above = self.fontMetrics().height() + MARGIN, self.top_margin
-        return QRectF(0, above, self.width(), max(self.height() - below - above, 1.0))
+        """The area of the picture: all but the caption."""
+        below = self.fontMetrics().height() + MARGIN
+        return QRectF(0, 0, self.width(), max(self.height() - below, 1.0))
 
     def picture_box(self) -> QRectF:
         """Where the picture lies, beyond the stage when zoomed in."""

@@ -7,7 +7,7 @@ from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPen
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures.colormap import translucent
-from forcelab.gui.kit.time_panel import TimePanel
+from forcelab.gui.kit.time_panel import LINE, TimePanel
 from forcelab.gui.label.track_gestures import (
     Drag,
     EdgeGesture,
@@ -213,20 +213,22 @@ class SignalPanel(SegmentPanel):
         visible = segments[overlapping(segments, view.start, view.end)]
         if not self._tinted or len(visible) > plot.width() / 2:  # a smear tells nothing
             return
+        area, axis = self.exposed.intersected(plot), self.axis
+        stretch = axis.value(area.left() - LINE), axis.value(area.right() + LINE)
         height = STRIP if self.pictured else plot.height()
-        line = QPen(translucent(colours().text, 0.5 if self.pictured else 0.25), 1)
-        for segment in visible:
+        edges = []
+        for segment in visible[overlapping(visible, *stretch)]:
             left, right = (
-                min(max(self.x_at(time), plot.left() - 2), plot.right() + 2)
+                min(max(axis.at(time), plot.left() - 2), plot.right() + 2)
                 for time in (segment.start, segment.end)
             )
             colour = QColor(document.vocabulary[segment.action].colour)
             wash = colour if self.pictured else translucent(colour, TINT)
             painter.fillRect(QRectF(left, plot.top(), right - left, height), wash)
-            painter.setPen(line)
-            for x in (left, right):
-                spot = round(x) + 0.5
-                painter.drawLine(QLineF(spot, plot.top(), spot, plot.bottom()))
+            spots = (round(x) + 0.5 for x in (left, right))
+            edges += [QLineF(spot, plot.top(), spot, plot.bottom()) for spot in spots]
+        painter.setPen(QPen(translucent(colours().text, 0.5 if self.pictured else 0.25), 1))
+        painter.drawLines(edges)
 
     def gesture_at(self, event: QMouseEvent) -> Gesture | None:
         time = self.time_at(event.position().x())

@@ -1,33 +1,31 @@
-"""The video panel, and the choice of its camera."""
+"""The video panels, and the choice of what they show."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, Qt, Signal
-from PySide6.QtGui import QImage, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import (
-    QComboBox,
-    QDockWidget,
-    QWidget,
-)
+from PySide6.QtCore import QObject, QRect, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QComboBox, QWidget
 
 from forcelab.demonstration import VideoReference
-from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES, signed
 from forcelab.gui.label.picture_view import PictureView
 from forcelab.gui.label.video_frames import STOP_TIMEOUT, VideoFrames
+from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ElidedComboBox
-from forcelab.project.media import Camera, name_video
+from forcelab.project.media import name_video
 from forcelab.video.index import last_at
 
 
-class CameraSelection(QObject):
-    """The cameras of the open demonstration, and the shown one.
+class VideoSelection(QObject):
+    """Which of the open demonstration's videos is shown, or all of them side by side.
 
-    `all` is empty unless there are several; the first one's video is the demonstration's. `shown`
-    is an index into it.
+    `all` is empty unless there are several. `shown` is the place in it of the one by whose frames
+    the cursor steps: side by side it is the first one.
     """
 
     changed = Signal()
@@ -35,65 +33,85 @@ class CameraSelection(QObject):
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._document = document
-        self._demonstration_id = ""
-        self.all: tuple[Camera, ...] = ()
+        self._name = ""  # of the one that was chosen last; other demonstrations may have it too
+        self.all: tuple[VideoReference, ...] = ()
         self.shown = 0
+        self.side_by_side = False
         document.demonstration_changed.connect(self._refresh)
         self._refresh()
 
     @property
     def video(self) -> VideoReference | None:
-        """The video of the shown camera."""
+        """The shown video, side by side the first one."""
         demonstration = self._document.demonstration
         if demonstration is None:
             return None
-        return self.all[self.shown].video if self.shown else demonstration.video
+        return self.all[self.shown] if self.all else demonstration.video
+
+    @property
+    def beside(self) -> tuple[VideoReference, ...]:
+        """The videos that are shown beside that one."""
+        return self.all[1:] if self.side_by_side else ()
 
     def show(self, place: int) -> None:
-        if place != self.shown and 0 <= place < len(self.all):
-            self.shown = place
+        """Show one video alone."""
+        if 0 <= place < len(self.all) and (place != self.shown or self.side_by_side):
+            self.shown, self.side_by_side, self._name = place, False, self.all[place].name
+            self.changed.emit()
+
+    def show_all(self) -> None:
+        """Show all videos side by side."""
+        if not self.side_by_side:
+            self.shown, self.side_by_side = 0, True
             self.changed.emit()
 
     def show_next(self) -> None:
-        """Show the next camera, after the last one the first."""
+        """Show the next video alone, after the last one the first."""
         if self.all:
             self.show((self.shown + 1) % len(self.all))
-            self._document.show_message(f"Camera: {self.all[self.shown].name}")
+            self._document.show_message(f"Video: {self.all[self.shown].name}")
+
+    def switch_side_by_side(self) -> None:
+        """Show all videos side by side, or the one again that was shown before."""
+        if self.side_by_side:
+            self.show(self._place_chosen())
+        elif self.all:
+            self.show_all()
 
     def obstacle(self) -> str:
-        """Why there is no next camera; empty where there is one."""
-        return "" if self.all else "No other camera filmed this demonstration."
+        """Why there is no next video; empty where there is one."""
+        return "" if self.all else "This demonstration has no other video."
+
+    def _place_chosen(self) -> int:
+        """The place of the video that was chosen last; the first one where that is not there."""
+        names = [video.name for video in self.all]
+        return names.index(self._name) if self._name in names else 0
 
     def _refresh(self) -> None:
-        """Read the cameras; the shown one stays while the demonstration does."""
-        document = self._document
-        cameras: tuple[Camera, ...] = ()
-        if document.project is not None and document.demonstration is not None:
-            try:
-                cameras = document.project.media.cameras(document.demonstration)
-            except ForcelabError as error:  # its own video can still be shown
-                document.show_message(str(error), True)
-        stays = document.id == self._demonstration_id and len(cameras) == len(self.all)
-        self._demonstration_id, before = document.id, (self.all, self.shown)
-        self.all, self.shown = cameras, self.shown if stays else 0
+        """Read the videos; what was chosen stays, also for other demonstrations that have it."""
+        demonstration = self._document.demonstration
+        videos = () if demonstration is None else demonstration.videos
+        before = self.all, self.shown
+        self.all = videos if len(videos) > 1 else ()
+        self.shown = 0 if self.side_by_side else self._place_chosen()
         if (self.all, self.shown) != before:
             self.changed.emit()
 
 
-class CameraChoice(ElidedComboBox):
-    """Chooses the camera; hidden unless there are several."""
+class VideoChoice(ElidedComboBox):
+    """Chooses the video, or all side by side; hidden unless there are several."""
 
     elide_mode = NAMES
 
-    def __init__(self, cameras: CameraSelection, parent: QWidget | None = None) -> None:
+    def __init__(self, selection: VideoSelection, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._cameras = cameras
-        self.setAccessibleName("Camera")
+        self._selection = selection
+        self.setAccessibleName("Video")
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # a click leaves the keyboard where it is
         self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         self.setMinimumContentsLength(0)
-        self.activated.connect(cameras.show)
-        cameras.changed.connect(self._fill)
+        self.activated.connect(self._choose)
+        selection.changed.connect(self._fill)
         self._fill()
 
     def fit(self, room: int) -> None:
@@ -109,14 +127,23 @@ class CameraChoice(ElidedComboBox):
         popup.setFixedWidth(self.width())
         popup.move(self.mapToGlobal(self.rect().topLeft()).x(), popup.y())
 
+    def _choose(self, place: int) -> None:
+        if place == len(self._selection.all):
+            self._selection.show_all()
+        else:
+            self._selection.show(place)
+
     def _fill(self) -> None:
         self.clear()
-        for place, camera in enumerate(self._cameras.all):
-            self.addItem(camera.name)
-            self.setItemData(place, camera.name, Qt.ItemDataRole.ToolTipRole)
-        self.setCurrentIndex(self._cameras.shown if self._cameras.all else -1)
+        selection = self._selection
+        for place, video in enumerate(selection.all):
+            self.addItem(video.name)
+            self.setItemData(place, video.name, Qt.ItemDataRole.ToolTipRole)
+        if selection.all:
+            self.addItem(ALL)
+            self.setCurrentIndex(len(selection.all) if selection.side_by_side else selection.shown)
         self.setToolTip(self.currentText())
-        self.setVisible(bool(self._cameras.all))
+        self.setVisible(bool(selection.all))
 
 
 #: Steps of at most so many frames predict the direction of the next one.
@@ -125,32 +152,43 @@ LONGEST_STEP = 8
 ENDED_PERIODS = 1.5
 #: How late a video may begin, in seconds, for the cursor to be sent to its first frame at once.
 LATEST_START = 0.5
-#: Space around the choice of a camera, in pixels.
+#: Width to height of most videos.
+USUAL_SHAPE = 4 / 3
+#: Space around the choice of the video and between videos, in pixels.
 CHOICE_MARGIN = 3
+#: The entry below the names.
+ALL = "All side by side"
 
 Array = NDArray[np.float64]
 
 
 class VideoPanel(PictureView):
-    """The frame of the demonstration's video at the cursor, and its number and time below.
+    """The frame of a video at the cursor, and its number and time below.
 
-    `frame_shown` is the number (from 0) of a frame that is on the screen now; -1 for none. After a
-    jump it may come twice: for a coarse picture of the frame, and for the frame itself.
+    That is the selected video, or the one in a `place` of those beside it, of which none has a say
+    in where the cursor is. `frame_shown` is the number (from 0) of a frame that is on the screen
+    now; -1 for none. After a jump it may come twice: for a coarse picture of the frame, and for the
+    frame itself.
     """
 
     frame_shown = Signal(int)
 
-    def __init__(self, document: Document, cameras: CameraSelection) -> None:
-        super().__init__()
+    def __init__(
+        self,
+        document: Document,
+        selection: VideoSelection,
+        place: int | None = None,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
         self.document = document
-        self._cameras = cameras
-        self._camera_choice = CameraChoice(cameras, self)
-        self._camera_choice.move(CHOICE_MARGIN, CHOICE_MARGIN)
+        self._selection = selection
+        self._place = place
         self.setAccessibleName("Video")
         self._frames: VideoFrames | None = None
         self._open: tuple[str, str] | None = None
         self._reset()
-        cameras.changed.connect(self._demonstration_changed)
+        selection.changed.connect(self._demonstration_changed)
         document.demonstration_changed.connect(self._demonstration_changed)
         document.view.cursor_moved.connect(self._request_frame)
         document.view.peek_changed.connect(self._request_frame)
@@ -196,9 +234,10 @@ class VideoPanel(PictureView):
     @property
     def caption(self) -> str:
         times, reference = self._times, self._reference
+        name = [reference.name] if reference is not None and self._selection.beside else []
         if times is None or reference is None or self._shown < 0:
-            return self._progress
-        parts = [f"frame {self._shown + 1} of {len(times)}"]
+            return " · ".join([*name, *filter(None, [self._progress])])
+        parts = [*name, f"frame {self._shown + 1} of {len(times)}"]
         time = signed(f"{float(reference.clock.to_force(times[self._shown])):.3f}")
         parts.append(f"{time} s")
         if self._period:
@@ -218,12 +257,6 @@ class VideoPanel(PictureView):
             start = float(reference.clock.to_force(self._times[0]))
             return f"The video begins at {start:.3f} s"
         return ""
-
-    @property
-    def top_margin(self) -> float:
-        """Room for the choice of a camera, where there are several."""
-        choice = self._camera_choice
-        return 0.0 if choice.isHidden() else choice.height() + 2.0 * CHOICE_MARGIN
 
     @property
     def failed(self) -> bool:
@@ -246,8 +279,11 @@ class VideoPanel(PictureView):
 
     @property
     def _reference(self) -> VideoReference | None:
-        """The video of the shown camera."""
-        return self._cameras.video
+        """The video that is shown here."""
+        if self._place is None:
+            return self._selection.video
+        beside = self._selection.beside
+        return beside[self._place] if self._place < len(beside) else None
 
     @property
     def _video_time(self) -> float:
@@ -261,25 +297,23 @@ class VideoPanel(PictureView):
 
     def _demonstration_changed(self) -> None:
         """Open the video of the demonstration, or follow a new clock of the one that is open."""
-        self._fit_choice()
         reference = self._reference
         if reference is None:
             self._close()
-            if not isinstance(self.parentWidget(), QDockWidget):  # that hides, and keeps its width
-                self.hide()
+            self.hide()
             return
         video = (self.document.id, str(reference.path))
         if video != self._open:
             self._reset()
-            if (
-                self.document.view.frame_times is not None
-            ):  # of another camera: nothing steps by them
+            # Of another video: nothing steps by them.
+            if self._place is None and self.document.view.frame_times is not None:
                 self.document.view.set_frame_times(None)
             self._open = video
             self.fit()
             self._ensure_frames().open(reference.path)
         elif self._times is not None:
-            self._publish_times()
+            if self._place is None:
+                self._publish_times()
             self._request_frame()
         if self.parentWidget() is not None:
             self.show()
@@ -341,8 +375,9 @@ class VideoPanel(PictureView):
         self._times = times
         self._period = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
         self._shown = self._requested = -1
-        self._publish_times()
-        self._to_first_frame()
+        if self._place is None:
+            self._publish_times()
+            self._to_first_frame()
         self._request_frame(again=True)
         self.update()
 
@@ -351,7 +386,7 @@ class VideoPanel(PictureView):
         reference, demonstration = self._reference, self.document.demonstration
         if reference is None or demonstration is None:
             return sentence
-        return name_video(sentence, reference.path, demonstration.name)
+        return name_video(sentence, reference, demonstration)
 
     def _failed(self, sentence: str) -> None:
         self._trouble = self._with_video_name(sentence)
@@ -398,14 +433,87 @@ class VideoPanel(PictureView):
         self.set_image(image, fitted)
         self.frame_shown.emit(number)
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit_choice()
-
-    def _fit_choice(self) -> None:
-        self._camera_choice.fit(self.width() - 2 * CHOICE_MARGIN)
-
     def showEvent(self, event: QShowEvent) -> None:
         """Request the frame at the cursor, which was not followed while hidden."""
         super().showEvent(event)
         self._request_frame(again=True)
+
+
+class VideoPanels(QWidget):
+    """The panels of the videos that are shown, side by side, and the choice among them above."""
+
+    def __init__(self, document: Document, selection: VideoSelection) -> None:
+        super().__init__()
+        self._document = document
+        self._selection = selection
+        self._choice = VideoChoice(selection, self)
+        self._choice.move(CHOICE_MARGIN, CHOICE_MARGIN)
+        #: That of the selected video, then those beside it, as many as there ever were.
+        self.panels = [VideoPanel(document, selection, parent=self)]
+        self.setMinimumSize(self.panels[0].minimumSize())
+        themes().changed.connect(self.update)
+        selection.changed.connect(self._arrange)
+        self._arrange()
+
+    @property
+    def has_video(self) -> bool:
+        """Whether the open demonstration has a video."""
+        return self.panels[0].has_video
+
+    @property
+    def shown_index(self) -> int:
+        """The number of the shown frame of the selected video, from 0; -1 for none."""
+        return self.panels[0].shown_index
+
+    @property
+    def settled(self) -> bool:
+        """Whether all panels show the frame at the cursor, or that there is none."""
+        return all(panel.settled for panel in self.panels)
+
+    @property
+    def prepared(self) -> bool:
+        """Whether a jump shows a frame of the selected video at once."""
+        return self.panels[0].prepared
+
+    def close_video(self, patience: float = STOP_TIMEOUT) -> bool:
+        """Close all videos; gives whether no thread is left after `patience` seconds for each."""
+        closed = [
+            panel.close_video(patience) for panel in self.panels
+        ]  # not only up to the first that is at work
+        return all(closed)
+
+    def sizeHint(self) -> QSize:
+        return self.panels[0].sizeHint()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        with QPainter(self) as painter:
+            painter.fillRect(self.rect(), QColor(colours().panel))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._arrange()
+
+    def _arrange(self) -> None:
+        """Give each panel that shows a video a cell of the grid in which pictures are largest."""
+        count = 1 + len(self._selection.beside)
+        for place in range(len(self.panels) - 1, count - 1):
+            self.panels.append(VideoPanel(self._document, self._selection, place, self))
+        self._choice.fit(self.width() - 2 * CHOICE_MARGIN)
+        top = 0 if self._choice.isHidden() else self._choice.height() + 2 * CHOICE_MARGIN
+        room = self.rect().adjusted(0, top, 0, 0)
+        below = self.fontMetrics().height()
+
+        def picture_width(columns: int) -> float:
+            height = room.height() / math.ceil(count / columns) - below
+            return min(room.width() / columns, height * USUAL_SHAPE)
+
+        columns = max(range(1, count + 1), key=picture_width)
+        rows = math.ceil(count / columns)
+        gap = CHOICE_MARGIN
+        width = (room.width() - gap * (columns - 1)) // columns
+        height = (room.height() - gap * (rows - 1)) // rows
+        for number, panel in enumerate(self.panels[:count]):
+            row, column = divmod(number, columns)
+            left, upper = column * (width + gap), top + row * (height + gap)
+            panel.setMinimumSize(1, 1)
+            panel.setGeometry(QRect(left, upper, width, height))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -33,6 +33,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.clock import ClockMap, fit_clock
+from forcelab.demonstration import Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.gui.document import Document
 from forcelab.gui.figures.colormap import translucent
@@ -43,6 +44,7 @@ from forcelab.gui.label.picture_view import PictureView
 from forcelab.gui.label.video_frames import VideoFrames
 from forcelab.gui.layout import set_enabled_with_reason, whole_rows
 from forcelab.gui.theme import colours
+from forcelab.gui.widgets import ElidedComboBox
 from forcelab.jobs import Progress
 from forcelab.project.media import name_video
 from forcelab.signals.sync import Proposal, propose_clock_for
@@ -143,7 +145,7 @@ class VideoPreview(QWidget):
         self.times: NDArray[np.float64] = np.empty(0)
         self.number = 0
         self._requested_time = 0.0
-        self._film, self._name = Path(), ""
+        self._open: tuple[VideoReference, Demonstration] | None = None
         self.frames = VideoFrames(self)
         self.picture = _FrameView("Opening the video…")
         self.picture.setAccessibleName("Frame of the video")
@@ -178,8 +180,6 @@ class VideoPreview(QWidget):
         column.addWidget(self.picture, 1)
         column.addWidget(self.slider)
         column.addLayout(row)
-        for control in self._controls:
-            set_enabled_with_reason(control, "Wait until the video is open.")
         self.frames.opened.connect(self._opened)
         self.frames.frame_ready.connect(self._shown)
         self.frames.failed.connect(self._show_problem)
@@ -192,10 +192,14 @@ class VideoPreview(QWidget):
         """The chosen frame's own time (s)."""
         return float(self.times[self.number]) if self.times.size else 0.0
 
-    def open(self, path: Path, demonstration: str) -> None:
-        """Show the video of a demonstration."""
-        self._film, self._name = path, demonstration
-        self.frames.open(path)
+    def open(self, video: VideoReference, demonstration: Demonstration) -> None:
+        """Show a video of a demonstration."""
+        self._open = video, demonstration
+        self.times, self.number = np.empty(0), 0
+        for control in self._controls:
+            set_enabled_with_reason(control, "Wait until the video is open.")
+        self.picture.say("")
+        self.frames.open(video.path)
 
     def show_time(self, time: float) -> None:
         """Choose the last frame at or before a time (s) on the video's clock."""
@@ -243,7 +247,7 @@ class VideoPreview(QWidget):
 
     def _show_problem(self, sentence: str) -> None:
         """Show why a frame cannot be shown."""
-        self.picture.say(name_video(sentence, self._film, self._name))
+        self.picture.say(name_video(sentence, *self._open) if self._open else sentence)
 
     def _show_position(self) -> None:
         """Put slider and number where the frame is."""
@@ -309,15 +313,28 @@ class TapRow:
 class SynchroniseDialog(QDialog):
     """Offset and rate of the video's clock, from taps marked by hand or found automatically.
 
-    `rows` are the taps, `candidate` the clock that Accept would store, `proposal` what was found.
+    Of several videos one is chosen, at first that which is given. `rows` are the taps, `candidate`
+    the clock that Accept would store, `proposal` what was found.
     """
 
-    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        document: Document,
+        jobs: Jobs,
+        parent: QWidget | None = None,
+        video: VideoReference | None = None,
+    ) -> None:
         super().__init__(parent)
+        demonstration = document.demonstration
+        assert demonstration is not None
         self.document = document
+        self.video = video or demonstration.find_video()
+        self.choice: ElidedComboBox | None = None
         self.preview = VideoPreview()
         self.plot = AlignmentPlot(document)
         left = QVBoxLayout()
+        if len(demonstration.videos) > 1:
+            left.addLayout(self._choice_row(demonstration.videos))
         left.addWidget(self.preview, 1)
         left.addLayout(self._force_row())
         right = QVBoxLayout()
@@ -331,11 +348,7 @@ class SynchroniseDialog(QDialog):
         column.addWidget(self.plot)
         column.addLayout(self._button_row())
         self.jobs = jobs
-        demonstration = document.demonstration
-        assert demonstration is not None
-        assert demonstration.video is not None
         self._id = document.id
-        self.stored = demonstration.video.clock
         self.rows: tuple[TapRow, ...] = ()
         self.candidate: ClockMap | None = None
         self.residual: float | None = None
@@ -351,18 +364,28 @@ class SynchroniseDialog(QDialog):
             button.clicked.connect(verb)
         self.fit_rate.toggled.connect(lambda: self.set_rows(self.rows))
         self.table.currentCellChanged.connect(self._show_tap)
-        self.preview.show_time(float(self.stored.to_device(document.view.cursor)))
-        self.preview.open(demonstration.video.path, demonstration.name)
         document.view.cursor_moved.connect(self._show_cursor)
         document.demonstration_changed.connect(self._close_if_other)
         self._show_cursor()
-        self._show_hint()
-        self._refresh()
+        self.show_video(self.video)
 
     def sizeHint(self) -> QSize:
         """Large enough to see a fingertip."""
         line = self.fontMetrics().height()
         return QSize(60 * line, 42 * line).expandedTo(super().sizeHint())
+
+    def _choice_row(self, videos: Sequence[VideoReference]) -> QHBoxLayout:
+        self.choice = choice = ElidedComboBox()
+        choice.addItems([video.name for video in videos])
+        choice.setCurrentText(self.video.name)
+        choice.setAccessibleName("Video to synchronise")
+        choice.activated.connect(self._choose)
+        label = QLabel("Vi&deo")
+        label.setBuddy(choice)
+        row = QHBoxLayout()
+        row.addWidget(label)
+        row.addWidget(choice, 1)
+        return row
 
     def _force_row(self) -> QHBoxLayout:
         self.force_time = QDoubleSpinBox()
@@ -451,6 +474,16 @@ class SynchroniseDialog(QDialog):
 
     # Verbs
 
+    def show_video(self, video: VideoReference) -> None:
+        """Synchronise this video of the demonstration."""
+        assert self.document.demonstration is not None
+        self.jobs.cancel(KEY)
+        set_enabled_with_reason(self.propose_button, "")
+        self.video, self.stored = video, video.clock
+        self.preview.open(video, self.document.demonstration)
+        self.preview.show_time(float(self.stored.to_device(self.document.view.cursor)))
+        self.reset()
+
     def mark_frame(self) -> None:
         """Set the video time of the tap that lacks one, or of a new tap, to the chosen frame's."""
         if self.preview.times.size:
@@ -490,7 +523,7 @@ class SynchroniseDialog(QDialog):
             return
         set_enabled_with_reason(self.propose_button, "Wait until the search is over.")
         self.trouble.clear()
-        search = propose_clock_for(demonstration)
+        search = propose_clock_for(demonstration, self.video.name)
         self.jobs.run(search, self._proposed, self._failed, self._progress, KEY)
 
     def reset(self) -> None:
@@ -500,7 +533,7 @@ class SynchroniseDialog(QDialog):
         self.set_rows(())
 
     def accept(self) -> None:
-        if self.candidate is None or self.document.set_video_clock(self.candidate):
+        if self.candidate is None or self.document.set_video_clock(self.candidate, self.video.name):
             super().accept()
 
     def done(self, result: int) -> None:
@@ -536,6 +569,12 @@ class SynchroniseDialog(QDialog):
             self.plot.show_signals(None, f"{progress.text}  {share:.0f} %")
 
     # Inside
+
+    def _choose(self) -> None:
+        assert self.choice is not None
+        assert self.document.demonstration is not None
+        if (name := self.choice.currentText()) != self.video.name:
+            self.show_video(self.document.demonstration.find_video(name))
 
     def _fitted(self, taps: list[tuple[float, float]]) -> tuple[ClockMap, float]:
         """The clock through taps (video s, force s), and its residual (s).
@@ -608,6 +647,10 @@ class SynchroniseDialog(QDialog):
         self.confidence_label.setStyleSheet(f"color: {colour}")
         none = "Mark an event in force and video, or let one be proposed."
         set_enabled_with_reason(self.accept_button, none if self.candidate is None else "")
+        if self.choice is not None:  # another video's taps would be lost
+            set_enabled_with_reason(
+                self.choice, "Accept or reset the taps first." if self.rows else ""
+            )
 
     def _fill_table(self, clock: ClockMap) -> None:
         """List the taps, choose the last one, and show how far each is from the new clock."""

@@ -25,7 +25,7 @@ from forcelab.gui.label.segment_list import SegmentTable
 from forcelab.gui.label.traces import ForcePanel
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.label.transport import Transport
-from forcelab.gui.label.video import CameraSelection, VideoPanel
+from forcelab.gui.label.video import VideoPanels, VideoSelection
 from forcelab.gui.layout import Dock, DockedWindow, placeholder
 from forcelab.signals.contacts import ContactEvent, find_contacts
 
@@ -150,8 +150,8 @@ class LabelWorkspace(DockedWindow):
         self.tracks = TrackPanel(document)
         self.force = ForcePanel(document, jobs)
         self.scalogram = ScalogramPanel(document, jobs)
-        self.cameras = CameraSelection(document, self)
-        self.video = VideoPanel(document, self.cameras)
+        self.videos = VideoSelection(document, self)
+        self.video = VideoPanels(document, self.videos)
         self.vocabulary = ActionList(document)
         self.segments = SegmentTable(document)
         self.history = HistoryView(document)
@@ -250,6 +250,8 @@ class LabelWorkspace(DockedWindow):
             self.recall_widths(settings.strings("label/widths"))
             self._room_distributed = self._video_has_room = True
             self._splitter.restoreState(QByteArray(settings.data("label/panels")))
+        if settings.flag("label/side_by_side"):
+            self.videos.show_all()
         for name in settings.strings("label/hidden"):
             if name in self.toggles:
                 self.toggles[name].setChecked(False)
@@ -261,6 +263,7 @@ class LabelWorkspace(DockedWindow):
         settings.store("label/layout", bytes(self.saveState(LAYOUT).data()))
         settings.store("label/widths", self.widths)
         settings.store("label/panels", bytes(self._splitter.saveState().data()))
+        settings.store("label/side_by_side", self.videos.side_by_side)
         hidden = [name for name, action in self.toggles.items() if not action.isChecked()]
         settings.store("label/hidden", hidden)
 

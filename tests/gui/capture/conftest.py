@@ -36,6 +36,7 @@ def tongs():
 def _nothing_else_is_plugged_in(monkeypatch):
     monkeypatch.setattr("forcelab.capture.discovery.find_ports", lambda: ())
     monkeypatch.setattr("forcelab.capture.discovery.find_cameras", lambda: ())
+    monkeypatch.setattr("forcelab.capture.lsl.search_streams", lambda: iter(()))
 
 
 @pytest.fixture

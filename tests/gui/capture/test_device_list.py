@@ -6,9 +6,11 @@ from PySide6.QtGui import QPalette
 from PySide6.QtTest import QTest
 
 from forcelab.capture.discovery import FoundPort
+from forcelab.capture.lsl import search_streams
 from forcelab.gui import settings, theme
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.gui.figures.text import contrast
+from forcelab.project import Project
 from forcelab.resources import asset
 
 FILE = asset("calibrations", "3-axis-40N.toml")
@@ -123,3 +125,36 @@ def test_what_is_found_after_connecting_shows_only_what_is_connected(connected):
     rows = page.device_list.rows
     shown = [rows.name_of(item) for item in rows.all_items() if not item.isHidden()]
     assert shown == list(ticked)
+
+
+@pytest.fixture
+def stream_ticked_last(settings_of_its_own, monkeypatch):
+    pytest.importorskip("pylsl")
+    monkeypatch.setattr("forcelab.capture.lsl.SEARCH_SECONDS", 0.2)
+    settings.store("capture/ticked", ["lsl:forces"])
+
+
+def test_a_stream_of_the_network_is_found_and_ticked_again_and_recorded(
+    stream_ticked_last, page, monkeypatch, until, study
+):
+    from tests.capture.lsl_streams import sending
+
+    monkeypatch.setattr("forcelab.capture.lsl.search_streams", search_streams)
+    devices = page.device_list
+    with sending("forces"):
+        devices.refresh()
+        until(lambda: devices.devices == ("lsl:forces",))
+        assert "Force, 2 channels, 500 Hz" in devices.rows.item(0).text()
+        page.next_recording.task.setCurrentText("LEGO")
+        page.connect_button.click()
+        until(lambda: page.controller.phase is CaptureState.READY)
+        page.controller.record_or_stop()
+        until(lambda: page.controller.recording)
+        until(lambda: page.controller.recorder.state().devices[0].samples > 20)
+        page.controller.zero()
+        page.controller.record_or_stop()
+        until(lambda: page.controller.phase is CaptureState.READY)
+    with Project.open(study) as project:
+        [info] = project.demonstrations.infos()
+        demonstration = project.demonstrations.load(info.id)
+    assert [channel.name for channel in demonstration.channels] == ["fz1", "wave"]

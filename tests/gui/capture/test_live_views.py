@@ -6,6 +6,7 @@ from factories import BAYES_SETTINGS, synthetic_set
 from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QGuiApplication, QImage, QPainter
 
+from forcelab.gui import settings
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.gui.capture.live_model import RECOGNISING, LoadedRecogniser, RecogniserSelection
 from forcelab.gui.capture.live_plot import GUTTER
@@ -384,3 +385,30 @@ def test_readings_stay_to_be_read_until_devices_are_asked_again(app, connected):
         controller.ticked.emit()
         app.processEvents()
         assert painted.lefts == [left]
+
+
+def test_the_labels_are_heard_by_other_programs_while_that_is_asked_for(window, connected, until):
+    pylsl = pytest.importorskip("pylsl")
+    page = connected
+    assert not page.recogniser.send.isEnabled()
+    choose(page, 1)
+    until(lambda: labelled(page))
+    page.recogniser.send.setChecked(True)
+    assert settings.flag("capture/send labels")
+    found = []
+    until(lambda: found.extend(pylsl.resolve_byprop("name", "forcelab", timeout=0.1)) or found)
+    inlet = pylsl.StreamInlet(found[0], recover=False)
+    inlet.open_stream(5.0)
+    heard = []
+
+    def lost():
+        try:
+            heard.append(inlet.pull_sample(0.0)[0])
+        except pylsl.util.LostError:
+            return True
+        return False
+
+    page.recogniser.send.setChecked(False)
+    until(lost)
+    assert {action[0] for action in heard if action} <= {"", "still", "grab", "hold", "release"}
+    assert not settings.flag("capture/send labels")

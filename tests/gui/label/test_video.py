@@ -23,7 +23,7 @@ import forcelab.gui.label.video_frames
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.gui.label.picture_view import scaled
-from forcelab.gui.label.video import CameraSelection, VideoPanel
+from forcelab.gui.label.video import VideoPanel, VideoSelection
 from forcelab.gui.label.video_frames import VideoFrames
 from forcelab.gui.label.video_sync import VideoPreview
 from forcelab.gui.view_state import ViewState
@@ -48,10 +48,10 @@ class Paper(QObject):
         return self.view.demonstration
 
     def show(self, video, clock=CLOCK, id_="a"):
-        reference = None if video is None else VideoReference(video, clock)
+        videos = () if video is None else (VideoReference(video, clock),)
         times = np.linspace(0, 30, 100)
         demonstration = Demonstration(
-            "a", "", times, times[:, None], (Channel("fz"),), video=reference
+            "a", "", times, times[:, None], (Channel("fz"),), videos=videos
         )
         if self.demonstration is None:
             self.view.reset(demonstration)
@@ -80,7 +80,7 @@ def document(app):
 
 @pytest.fixture
 def panel(document):
-    panel = VideoPanel(document, CameraSelection(document))
+    panel = VideoPanel(document, VideoSelection(document))
     panel.resize(400, 200)
     panel.show()
     yield panel

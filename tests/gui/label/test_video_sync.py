@@ -231,3 +231,36 @@ def test_everything_is_reached_by_keyboard_and_named(dialog):
     for widget in named:
         assert widget.accessibleName()
         assert widget.focusPolicy() & Qt.FocusPolicy.TabFocus
+
+
+def test_the_video_to_synchronise_is_chosen_among_several(document, jobs, until, filmed):
+    document.project.media.attach_video(document.id, filmed.video.path, ClockMap(7.0), "left")
+    document.reread()
+    dialog = SynchroniseDialog(document, jobs, video=document.demonstration.videos[1])
+    dialog.show()
+    choice = dialog.choice
+    assert [choice.itemText(i) for i in range(choice.count())] == ["video 1", "left"]
+    assert choice.currentText() == "left"
+    assert "+7.0" in dialog.stored_label.text()
+    until(lambda: dialog.preview.times.size > 0)
+    QTest.keyClick(choice, Qt.Key.Key_Up)
+    assert dialog.video.name == "video 1"
+    assert "+0.25" in dialog.stored_label.text()
+    assert not dialog.preview.slider.isEnabled(), "until it is open"
+    until(lambda: dialog.preview.times.size > 0)
+    QTest.keyClick(choice, Qt.Key.Key_Down)
+    until(lambda: dialog.preview.times.size > 0)
+    mark(dialog, 30, 1.5)
+    assert not choice.isEnabled(), "or the tap would be lost"
+    press(dialog.reset_button)
+    assert choice.isEnabled()
+    mark(dialog, 30, 1.5)
+    press(dialog.accept_button)
+    first, left = document.demonstration.videos
+    assert first.clock == ClockMap(0.25, 1.00001)
+    assert left.clock.offset == pytest.approx(0.5, abs=0.09)
+    assert dialog.isHidden()
+
+
+def test_one_video_is_not_to_be_chosen(dialog):
+    assert dialog.choice is None

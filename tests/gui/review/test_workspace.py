@@ -39,9 +39,9 @@ def reviewed_project(tmp_path_factory):
     with Project.create(path) as project:
         for number, (demonstration, segments) in enumerate(synthetic_set(6, 100.0)):
             task = "foam" if number < 4 else "soft"
-            video = VideoReference(film, ClockMap()) if number == 0 else None
+            videos = (VideoReference(film, ClockMap()),) if number == 0 else ()
             tracks = [Track("Ada", segments)] if number != 3 else []
-            project.demonstrations.add(replace(demonstration, task=task, video=video), tracks)
+            project.demonstrations.add(replace(demonstration, task=task, videos=videos), tracks)
     finish(review_job(path, BAYES_SETTINGS.replace(seed=1), DataSelection(("foam",)), "foam"))
     return path
 

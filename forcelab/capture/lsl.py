@@ -1,0 +1,317 @@
+"""Streams of the Lab Streaming Layer as devices.
+
+A stream's samples bring the stamps that the program which sends them gave them, on the clock of its
+computer. They are carried onto this one's by liblsl, which measures how the two clocks differ all
+the while (to some 0.2 ms), and are believed: nothing is fitted to them, so that a sample that the
+sender left out is a gap. A stream that states no rate holds its last value, as one of events does.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.capture.device import Block, MessageQueue, UnpluggedError
+from forcelab.capture.discovery import LIST_HINT
+from forcelab.capture.serial_port import GATHER_SECONDS
+from forcelab.demonstration import Channel
+from forcelab.errors import InputError
+from forcelab.extras import load_extra
+from forcelab.text import counted
+
+#: Seconds in which all streams of the network answer.
+SEARCH_SECONDS = 1.0
+#: Seconds for a stream's description, its clock and its first sample.
+ANSWER_SECONDS = 3.0
+#: Seconds from now beyond which stamps are of another clock than liblsl's.
+FARTHEST_STAMP = 60.0
+#: Samples that are read at once at most.
+CHUNK = 4096
+#: Values a second, and samples a second of a stream without a rate, that views have room for.
+MOST_VALUES, UNKNOWN_RATE = 250_000, 1000.0
+#: Seconds of samples that wait while this computer is busy.
+WAITING_SECONDS = 60
+#: NumPy's names of liblsl's numeric formats, by their numbers; the third is text.
+FORMATS: Final = {1: "f4", 2: "f8", 4: "i4", 5: "i2", 6: "i1", 7: "i8"}
+#: Units as streams spell them out, and as channels have them.
+UNITS: Final = {"newton": "N", "newtons": "N", "newtonmeter": "Nm", "newtonmeters": "Nm"}
+
+
+@dataclass(frozen=True, slots=True)
+class FoundStream:
+    """A stream of numbers in the network."""
+
+    name: str
+    #: Such as ``"EEG"``, by whoever sends it.
+    content: str
+    host: str
+    #: What tells it from others of its name; empty where its sender gives nothing.
+    source: str
+    channels: int
+    #: Hz; 0 where it states none.
+    rate: float
+    #: Whether another stream has its name.
+    ambiguous: bool = False
+
+    @property
+    def description(self) -> str:
+        """In words."""
+        rate = f"{self.rate:g} Hz" if self.rate > 0 else "no rate"
+        parts = (self.content, counted(self.channels, "channel"), rate, self.host)
+        return _one_line(", ".join(part for part in parts if part))
+
+
+def find_streams() -> tuple[FoundStream, ...]:
+    """All streams of numbers in the network that answer in time, sorted by name.
+
+    Empty where the package that reads them is not installed.
+    """
+    return deque(search_streams(), maxlen=1).pop()
+
+
+def search_streams() -> Iterator[tuple[FoundStream, ...]]:
+    """The streams that have answered by now, a few times a second until all should have."""
+    yield ()
+    if find_spec("pylsl") is not None:
+        yield from map(_found_streams, _search(SEARCH_SECONDS))
+
+
+def _found_streams(infos: list[Any]) -> tuple[FoundStream, ...]:
+    found = [
+        FoundStream(
+            info.name(),
+            info.type(),
+            info.hostname(),
+            info.source_id(),
+            info.channel_count(),
+            info.nominal_srate(),
+        )
+        for info in infos
+        if info.channel_format() in FORMATS and info.name().strip()
+    ]
+    names = [stream.name for stream in found]
+    found = [replace(stream, ambiguous=names.count(stream.name) > 1) for stream in found]
+    return tuple(sorted(dict.fromkeys(found), key=lambda s: (s.name, s.source)))
+
+
+def _search(seconds: float) -> Iterator[list[Any]]:
+    """What has answered, as liblsl describes it, until so many seconds have passed."""
+    resolver = _pylsl().ContinuousResolver()
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        time.sleep(0.1)
+        yield resolver.results()
+
+
+def _resolve(seconds: float) -> list[Any]:
+    """What answers within so many seconds."""
+    return deque(_search(seconds), maxlen=1).pop()
+
+
+def _pylsl() -> Any:
+    return load_extra("pylsl", "lsl", "A stream of the Lab Streaming Layer")
+
+
+def lsl_clock_offset() -> float:
+    """Seconds to add to liblsl's clock for the host's monotonic one."""
+    clock = _pylsl().local_clock
+    tries = []
+    for _ in range(5):
+        before = time.monotonic()
+        stamp = clock()
+        after = time.monotonic()
+        tries.append((after - before, 0.5 * (before + after) - stamp))
+    return min(tries)[1]
+
+
+class LslStream:
+    """A stream of numbers that any program in the network sends."""
+
+    #: Nothing numbers the samples of a stream.
+    counted = False
+
+    def __init__(self, stream: str = "", *, source: str = "", dejitter: bool = False) -> None:
+        """The stream of this name, from this `source` if several have it; without both any one.
+
+        With `dejitter` liblsl smooths the stamps of a stream whose sender stamps unevenly what was
+        sampled evenly.
+        """
+        self._stream, self._source, self._dejitter = stream, source, dejitter
+        self.channels: tuple[Channel, ...] = ()
+        self.rate, self.holds = 0.0, False
+        #: Whether its stamps are believed; else they are of a clock that liblsl does not know, and
+        #: the samples get the time of their arrival.
+        self.stamped = True
+        self._inlet: Any = None
+        self._offset = 0.0
+        self._last = -np.inf
+        self._next = 0.0
+        self._zero: NDArray[np.float64] | None = None
+        self._latest: NDArray[np.float64] | None = None
+        self._messages = MessageQueue()
+
+    @property
+    def name(self) -> str:
+        """Such as ``"lsl:Forces"``; with its source where that was asked for."""
+        source = f" ({self._source})" if self._source else ""
+        return f"lsl:{self._stream}{source}"
+
+    def open(self) -> None:
+        """Find the stream, learn its channels, and see that its stamps are of liblsl's clock."""
+        self.close()
+        self._zero = self._latest = None
+        self._last = -np.inf
+        try:
+            info = self._connect(SEARCH_SECONDS)
+            self.channels = _channels(info)
+            self.rate = max(info.nominal_srate(), 0.0)
+            self.holds = self.rate == 0
+            _, stamp = self._inlet.pull_sample(0.0 if self.holds else ANSWER_SECONDS)
+        except UnpluggedError as error:
+            raise InputError(str(error)) from error
+        except _errors() as error:
+            raise InputError(f"{self.name} was lost while it was opened ({error}).") from error
+        off = 0.0 if stamp is None else stamp + self._offset - time.monotonic()
+        self.stamped = abs(off) < FARTHEST_STAMP
+        if not self.stamped:
+            self._messages.put(
+                f"The stamps of {self.name} are {abs(off):.4g} s {'ahead' if off > 0 else 'old'}: "
+                f"its program does not stamp by the clock of LSL, so that its samples get the time "
+                f"of their arrival."
+            )
+
+    def reopen(self) -> None:
+        """Find it again, as it was; UnpluggedError while it is not back."""
+        self.close()
+        try:
+            info = self._connect(0.5 * SEARCH_SECONDS)
+        except _errors() as error:
+            raise UnpluggedError(f"{self.name} is not back yet.") from error
+        if _channels(info) != self.channels or max(info.nominal_srate(), 0.0) != self.rate:
+            self.close()
+            raise InputError(f"{self.name} has other channels or another rate; connect it anew.")
+
+    def read(self, timeout: float) -> Block | None:
+        """What has arrived; as with a serial port, a few milliseconds are read together."""
+        begun = time.monotonic()
+        pause = min(self._next - begun, timeout)
+        if pause > 0:
+            time.sleep(pause)
+        if self._inlet is None:
+            raise UnpluggedError(f"{self.name} is not connected.")
+        try:
+            first, stamp = self._inlet.pull_sample(max(timeout - max(pause, 0.0), 0.0))
+            if first is None:
+                return None
+            _, stamps = self._inlet.pull_chunk(0.0, len(self._buffer), self._buffer)
+        except _errors() as error:
+            raise UnpluggedError(
+                f"{self.name} is gone; start the program that sends it again."
+            ) from error
+        now = time.monotonic()
+        self._next = now + GATHER_SECONDS
+        values = np.concatenate([[first], self._buffer[: len(stamps)]]).astype(np.float64)
+        self._latest = values[-1]
+        if self._zero is not None:
+            values -= self._zero
+        return Block(self._times(np.array([stamp, *stamps]), now), None, values)
+
+    def zero(self) -> None:
+        """Take the present readings for zero; a channel without one keeps the zero it has."""
+        if self._latest is not None:
+            before = np.zeros(len(self.channels)) if self._zero is None else self._zero
+            self._zero = np.where(np.isfinite(self._latest), self._latest, before)
+
+    def remarks(self) -> tuple[str, ...]:
+        return self._messages.take()
+
+    def close(self) -> None:
+        inlet, self._inlet = self._inlet, None
+        if inlet is not None:
+            inlet.close_stream()
+
+    def _times(self, stamps: NDArray[np.float64], now: float) -> NDArray[np.float64]:
+        """Stamps on the host's monotonic clock, which never go back; or when they arrived."""
+        times = stamps + self._offset if self.stamped else np.full(len(stamps), now)
+        times = np.where(np.isfinite(times), times, now)
+        times = np.maximum.accumulate(np.concatenate([[self._last], times]))[1:]
+        self._last = float(times[-1])
+        return times
+
+    def _connect(self, seconds: float) -> Any:
+        """Connect to the only stream that is meant; its whole description."""
+        pylsl = _pylsl()
+        inlet = pylsl.StreamInlet(
+            self._choose(_resolve(seconds)),
+            max_buflen=WAITING_SECONDS,
+            recover=False,  # a lost stream is told, and waited for here
+            processing_flags=pylsl.proc_clocksync | self._dejitter * pylsl.proc_dejitter,
+        )
+        info = inlet.info(ANSWER_SECONDS)
+        inlet.time_correction(ANSWER_SECONDS)
+        inlet.open_stream(ANSWER_SECONDS)
+        self._inlet, self._offset = inlet, lsl_clock_offset()
+        shape = CHUNK, info.channel_count()
+        self._buffer = np.empty(shape, FORMATS[info.channel_format()])
+        return info
+
+    def _choose(self, infos: list[Any]) -> Any:
+        """The stream that is meant, of those that answered."""
+        named = [info for info in infos if self._stream in ("", info.name())]
+        named = [info for info in named if self._source in ("", info.source_id())]
+        if not named:
+            raise UnpluggedError(
+                f"No stream '{self._stream}' answers in this network; start the program that sends "
+                f"it, and {LIST_HINT}."
+            )
+        if not self._stream:  # any stream of numbers
+            named = [info for info in named if info.channel_format() in FORMATS] or named
+        if len({info.uid() for info in named}) > 1:
+            raise InputError(
+                f"{len(named)} streams may be meant by '{self.name}'; say which, such as "
+                f"lsl:{named[0].name()}?source={named[0].source_id()}."
+            )
+        info = named[0]
+        self._stream = info.name()
+        if info.channel_format() not in FORMATS:
+            raise InputError(
+                f"{self.name} sends texts, such as markers; only numbers are recorded."
+            )
+        number = info.channel_count() * (info.nominal_srate() or UNKNOWN_RATE)
+        if not number <= MOST_VALUES:
+            raise InputError(
+                f"{self.name} states {info.channel_count()} channels at "
+                f"{info.nominal_srate():g} Hz; no more than {MOST_VALUES:,} values a second are "
+                f"recorded."
+            )
+        return info
+
+
+def _errors() -> tuple[type[Exception], ...]:
+    """What pylsl raises of a stream that is lost or does not answer."""
+    util = _pylsl().util
+    return (util.LostError, util.TimeoutError, util.InternalError)
+
+
+def _channels(info: Any) -> tuple[Channel, ...]:
+    """Names and units by a stream's description; without names, the stream's with numbers."""
+    stream, count, channels = _one_line(info.name()), info.channel_count(), []
+    element = info.desc().child("channels").child("channel")
+    for number in range(1, count + 1):
+        name, unit = (_one_line(element.child_value(key)) for key in ("label", "unit"))
+        name = name or (f"{stream} {number}" if count > 1 else stream)
+        channels.append(Channel(name, UNITS.get(unit.lower(), unit)))
+        element = element.next_sibling("channel")
+    return tuple(channels)
+
+
+def _one_line(text: str) -> str:
+    """A text from the network as one short line."""
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())[:60]

@@ -1,0 +1,124 @@
+"""Import labels from other programs onto demonstrations that are in a project.
+
+Read are tables (CSV, TSV) of start, end, action and perhaps author, as 'forcelab
+export' writes them; label tracks of Audacity; projects of BORIS (*.boris), and its
+tabular and aggregated events as CSV or TSV; annotations of Label Studio (JSON,
+JSON-MIN); ELAN files (*.eaf), EAF 2.7 to 3.0; TextGrids of Praat. Tiers of the last two
+are authors, called by their annotator or else as the tier; annotations without text are
+unlabelled. With --tiers actions each tier is an action, and those of one annotator make
+one track. Annotations without times of their own, and points, are left out, which is
+said.
+A file belongs to the demonstration of its name or its media's ('task - name' where
+several have that name; 'name - author' tells the author, too): exactly, else whatever
+the case and suffix. Where several fit, the one as long as the labels counts; else
+choose with --demo.
+Each author's labels become a track. Actions that the task lacks are added to it. What
+an author has labelled already stays, unless --replace is given: then one edit replaces
+it, which can be undone, and edges that the file only rounds stay as they are. Equal
+labels are unchanged. What lies beyond the demonstration, overlaps or belongs nowhere is
+left out with a sentence, and the exit status is then 1.
+Times are seconds from the start of the forces; in an ELAN file that was made on a
+video, its times, which its clock carries over. --offset is added. Where labels agree
+much better with other labels of the demonstration at another offset, that is told.
+
+for example:
+  forcelab labels lab.forcelab corrected/*.eaf --replace
+  forcelab labels lab.forcelab ines.txt --demo pull-03 --author Ines --dry-run
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from forcelab.cli.options import add_author, add_json, add_project
+from forcelab.cli.output import print_result, printable, progress_bar
+from forcelab.cli.project_hints import hint_at_new_names
+from forcelab.formats.label_files import LabelOptions, LabelReport, importing_labels
+from forcelab.jobs import finish
+from forcelab.text import counted
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    add_project(parser)
+    parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="label files")
+    add_author(
+        parser, "author of the labels in files that name none (default: coder)", default="coder"
+    )
+    parser.add_argument(
+        "--tiers",
+        choices=("authors", "actions"),
+        default="authors",
+        help="what the tiers of ELAN and Praat are (authors)",
+    )
+    parser.add_argument(
+        "--demo", metavar="NAME", help="the demonstration, whatever the file is called"
+    )
+    parser.add_argument(
+        "--offset", metavar="S", type=float, default=0.0, help="seconds added to all times (0)"
+    )
+    parser.add_argument(
+        "--replace", action="store_true", help="replace what the authors have labelled there"
+    )
+    parser.add_argument(
+        "--dry-run", action="store_true", help="tell what would be imported, and import nothing"
+    )
+    add_json(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Import the labels and print the result; gives 1 where something was left out."""
+    options = LabelOptions(arguments.author, arguments.tiers, arguments.offset)
+    with hint_at_new_names(arguments.project), progress_bar() as watch:
+        job = importing_labels(
+            arguments.project,
+            arguments.files,
+            options,
+            demonstration=arguments.demo,
+            replacing=arguments.replace,
+            writing=not arguments.dry_run,
+        )
+        report = finish(job, watch)
+    print_result(arguments.json, _json_content(report), _summary(report))
+    trouble = report.trouble()
+    for path, reasons in trouble.items():
+        for reason in reasons:
+            sentence = reason if path.name in reason else f"{path}: {reason}"
+            print(f"forcelab: left out: {printable(sentence)}", file=sys.stderr)
+    return 1 if trouble else 0
+
+
+def _summary(report: LabelReport) -> str:
+    """The report for people; what is unchanged is only counted."""
+    lines = [
+        f"{track.status:<9}  {printable(track.demonstration.name)}  {printable(track.author)}  "
+        f"{counted(track.segments, 'segment')}"
+        for track in report.tracks
+        if track.demonstration is not None and track.status in {"new", "replaced"}
+    ]
+    for path, remarks in report.remarks.items():
+        lines += [printable(f"{path.name}: {remark}") for remark in remarks]
+    counts = [f"{report.count(status)} {status}" for status in ("new", "replaced", "unchanged")]
+    if left := report.count("left out"):
+        counts.append(f"{left} left out")
+    return "\n".join([*lines, f"{counted(len(report.tracks), 'track')}: {', '.join(counts)}."])
+
+
+def _json_content(report: LabelReport) -> dict[str, object]:
+    return {
+        "tracks": [
+            {
+                "file": str(track.file),
+                "demonstration": track.demonstration and track.demonstration.id,
+                "name": track.demonstration.name if track.demonstration else track.name,
+                "author": track.author,
+                "segments": track.segments,
+                "status": track.status,
+                "reason": track.reason,
+            }
+            for track in report.tracks
+        ],
+        "remarks": {str(path): list(remarks) for path, remarks in report.remarks.items()},
+        "unread": {str(path): reason for path, reason in report.unread.items()},
+    }

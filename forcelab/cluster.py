@@ -1,0 +1,198 @@
+"""Work done by the workers of a running Dask scheduler, on this machine or on others."""
+
+from __future__ import annotations
+
+import logging
+import socket
+import threading
+import time
+import warnings
+from collections import Counter
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import CancelledError
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from typing import Any, Final, TypeVar
+
+from forcelab.errors import ForcelabError, InputError
+from forcelab.extras import load_extra
+from forcelab.text import counted
+from forcelab.version import __version__
+
+ItemT = TypeVar("ItemT")
+ResultT = TypeVar("ResultT")
+
+#: Seconds in which a scheduler has to answer.
+PATIENCE: Final = 10.0
+#: A worker does one piece at a time, however many threads it has: the time of each is measured.
+_ALONE: Final = threading.Lock()
+
+
+class Cluster:
+    """The workers of a scheduler, while work is shared among them."""
+
+    def __init__(self, address: str, client: Any) -> None:
+        self.address = address
+        self._client = client
+        self._workers = set(self._present())
+        self._topic = f"forcelab-{client.id}"
+        self._began = time.perf_counter()
+        self._pieces = 0
+
+    def map(
+        self, work: Callable[[ItemT], ResultT], items: Iterable[ItemT]
+    ) -> Generator[ResultT, None, None]:
+        """Call `work` on each item; yields results in order. What a lost worker did is redone."""
+        from distributed import as_completed
+
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
+            # As the result of a task it is sent once, and made again should its worker be lost.
+            shared = self._client.submit(_same, work, pure=False)
+            pieces = list(enumerate(items, self._pieces))
+            futures = self._client.map(
+                _do_piece, pieces, work=shared, topic=self._topic, pure=False
+            )
+        number_of = {future.key: number for number, future in enumerate(futures)}
+        self._pieces += len(pieces)
+        results: dict[int, ResultT] = {}
+        given = 0
+        try:
+            for future in as_completed(futures, loop=self._client.loop):
+                results[number_of[future.key]] = self._result(future)
+                # Else what is fetched already would be done again, should its worker be lost.
+                future.release()
+                while given in results:
+                    yield results.pop(given)
+                    given += 1
+        finally:
+            with suppress(OSError, RuntimeError, CancelledError):  # of a scheduler that is gone
+                self._client.cancel(futures)
+
+    def report(self) -> str:
+        """What was done by how many workers in what time, and what lost ones cost."""
+        begun: Counter[int] = Counter()
+        seconds: dict[int, float] = {}
+        for _, (number, spent) in self._client.get_events(self._topic):
+            if spent is None:
+                begun[number] += 1
+            else:
+                seconds[number] = spent
+        sentence = (
+            f"{counted(len(self._workers), 'worker')} of {self.address} did "
+            f"{counted(self._pieces, 'piece')} of work in "
+            f"{time.perf_counter() - self._began:.1f} s."
+        )
+        again = {number: times - 1 for number, times in begun.items() if times > 1}
+        lost = len(self._workers - set(self._present()))
+        if lost or again:
+            cost = sum(times * seconds[number] for number, times in again.items())
+            sentence += (
+                f" {counted(lost, 'worker')} went missing: {counted(len(again), 'piece')} had to "
+                f"be done again, {cost:.1f} s of work."
+            )
+        return sentence
+
+    def _present(self) -> list[str]:
+        return list(self._client.scheduler_info(n_workers=-1)["workers"])
+
+    def _result(self, future: Any) -> Any:
+        from distributed import KilledWorker
+
+        try:
+            return future.result()
+        except KilledWorker as error:
+            raise ForcelabError(
+                f"Every worker of {self.address} that took on a piece of work was lost with it, as "
+                f"machines do that are short of memory; give them more, or less work at once."
+            ) from error
+        except (CancelledError, OSError) as error:
+            raise ForcelabError(
+                f"The scheduler at {self.address} is gone; start it and its workers, and try again."
+            ) from error
+
+
+_current: ContextVar[Cluster | None] = ContextVar("cluster", default=None)
+
+
+def current_cluster() -> Cluster | None:
+    """The cluster that shares the work now, if one was joined."""
+    return _current.get()
+
+
+@contextmanager
+def join_cluster(address: str) -> Iterator[Cluster]:
+    """Let the workers of a running Dask scheduler do what is evaluated and trained inside.
+
+    Results are the same as here. Work of a worker that is lost is done again by another one.
+
+    Parameters
+    ----------
+    address : str
+        Where the scheduler is, such as ``"tcp://10.0.0.1:8786"``.
+
+    Yields
+    ------
+    Cluster
+        Its ``report()`` says how much was done, in what time, and what lost workers cost.
+
+    Raises
+    ------
+    InputError
+        If the package distributed is missing, no scheduler answers there, it has no worker, or a
+        worker has another version of forcelab.
+    """
+    distributed = load_extra("distributed", "cluster", "A cluster")
+    # What is to be said of lost connections is said in sentences.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    try:
+        # A client that finds nobody takes half a minute to give up.
+        host = distributed.comm.get_address_host_port(address)
+        socket.create_connection(host, PATIENCE).close()
+        client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"No Dask scheduler answers at '{address}'; start one by 'dask scheduler' and give the "
+            f"address that it prints."
+        ) from error
+    with client:
+        _check_workers(address, client)
+        cluster = Cluster(address, client)
+        token = _current.set(cluster)
+        try:
+            yield cluster
+        finally:
+            _current.reset(token)
+
+
+def _check_workers(address: str, client: Any) -> None:
+    """Refuse to begin where no worker could do the work."""
+    found = client.get_versions(packages=["forcelab"])["workers"]
+    if not found:
+        raise InputError(
+            f"The scheduler at '{address}' has no worker; start some by 'dask worker {address}'."
+        )
+    for worker, versions in found.items():
+        version = versions["packages"]["forcelab"]
+        if version != __version__:
+            has = f"forcelab {version}" if version else "no forcelab"
+            raise InputError(
+                f"The worker at {worker} has {has}, and this is {__version__}; install the same "
+                f"version on all machines."
+            )
+
+
+def _same(work: ResultT) -> ResultT:
+    return work
+
+
+def _do_piece(piece: tuple[int, Any], *, work: Callable[[Any], ResultT], topic: str) -> ResultT:
+    from distributed import get_worker
+
+    number, item = piece
+    with _ALONE:
+        get_worker().log_event(topic, (number, None))
+        began = time.perf_counter()
+        result = work(item)
+        get_worker().log_event(topic, (number, time.perf_counter() - began))
+        return result

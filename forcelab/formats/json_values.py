@@ -1,0 +1,84 @@
+"""JSON of other programs: each value is checked as it is taken, and named where it is wrong."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from forcelab.errors import InputError
+
+__all__ = ["JsonValue", "read_json"]
+
+#: Bytes; as many hours of labels as a person has years. What is parsed takes ten times as much.
+LARGEST: Final = 1 << 26
+
+
+@dataclass(frozen=True, slots=True)
+class JsonValue:
+    """A value of a file, None where there is none."""
+
+    value: Any
+    where: str  #: what sentences call it
+
+    def members(self) -> Iterator[tuple[str, JsonValue]]:
+        """The names and values of an object."""
+        for key, value in self._of(dict, "an object", {}).items():
+            yield key, JsonValue(value, f"{self.where}, {key!a:.40}")
+
+    def member(self, key: str) -> JsonValue:
+        """A value of an object."""
+        value = self._of(dict, "an object", {}).get(key)
+        return JsonValue(value, f"{self.where}, '{key}'")
+
+    def items(self) -> list[JsonValue]:
+        """The values of a list."""
+        values = self._of(list, "a list", [])
+        return [JsonValue(value, f"{self.where}, {i}") for i, value in enumerate(values, start=1)]
+
+    def text(self) -> str:
+        """A text; empty where there is none."""
+        return str(self._of(str, "a text", ""))
+
+    def number(self, default: float | None = None) -> float:
+        """A finite number."""
+        value = default if self.value is None else self.value
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            try:
+                if math.isfinite(number := float(value)):
+                    return number
+            except OverflowError:
+                pass
+        raise self.unexpected("a number")
+
+    def unexpected(self, expected: str) -> InputError:
+        """The error for a value that is something else."""
+        shown = "missing" if self.value is None else f"{self.value!a:.40}"
+        return InputError(
+            f"{self.where} is {shown} where {expected} is expected; save the file again in the "
+            f"program that it is from."
+        )
+
+    def _of(self, kind: type, expected: str, default: Any) -> Any:
+        if self.value is None:
+            return default
+        if not isinstance(self.value, kind):
+            raise self.unexpected(expected)
+        return self.value
+
+
+def read_json(path: Path) -> JsonValue:
+    """Read a JSON file; the error says where it is none."""
+    with path.open("rb") as stream:
+        content = stream.read(LARGEST + 1)
+    if len(content) > LARGEST:
+        raise InputError(f"'{path}' is longer than {LARGEST >> 20} MB; export it in parts.")
+    try:
+        return JsonValue(json.loads(content), f"'{path}'")
+    except (ValueError, RecursionError) as error:
+        raise InputError(
+            f"'{path}' is not whole JSON ({error}); save it again in the program that it is from."
+        ) from error

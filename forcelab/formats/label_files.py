@@ -1,0 +1,690 @@
+"""Label files of other programs: a module each, told apart by content; and their import.
+
+All files are read before anything is written. What does not fit is left out and reported.
+"""
+
+from __future__ import annotations
+
+import codecs
+import math
+import os
+import re
+from bisect import bisect_left, bisect_right
+from collections import defaultdict
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from importlib import import_module
+from pathlib import Path
+from typing import Final, Literal, Protocol, cast
+from unicodedata import normalize
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.clock import ClockMap
+from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
+from forcelab.formats import file_head, naming_file
+from forcelab.formats.label_offset import fit_offset
+from forcelab.formats.output_folder import file_names
+from forcelab.formats.signatures import announced_kind, seems_to_be
+from forcelab.formats.track_text import on_samples
+from forcelab.jobs import Progress
+from forcelab.labels import (
+    OVERHANG,
+    Segment,
+    Segments,
+    Track,
+    check_name,
+    first_beyond,
+    is_model,
+    means_unlabelled,
+)
+from forcelab.project import DemonstrationInfo, LabelImport, Project
+from forcelab.text import counted, listed
+
+__all__ = [
+    "LABEL_FORMATS",
+    "ImportedTrack",
+    "LabelFormat",
+    "LabelOptions",
+    "LabelReport",
+    "LabelSet",
+    "identify_labels",
+    "importing_labels",
+    "own_stem",
+    "read_label_file",
+]
+
+#: A sentence names so many demonstrations, and only counts further ones.
+NAMED: Final = 4
+#: Another offset is worth telling if labels agree with others in this share of the labelled time,
+#: and in so much more of it than without.
+LEAST, BETTER = 0.5, 0.1
+#: What stands before the author in the name of a file or an observation.
+BEFORE_AUTHOR: Final = " - "
+#: What the names of label files end in, after that of their recording.
+_ENDINGS: Final = (".labels", "_labels", ".segments")
+
+
+@dataclass(frozen=True, slots=True)
+class LabelSet:
+    """The labels of one demonstration, as a file of another program has them.
+
+    Parameters
+    ----------
+    name : str
+        What the file calls the demonstration: the id of an observation, else its media file or
+        itself, without suffix.
+    tracks : tuple of Track
+        One per author. Times are seconds of the force clock where the file tells them so; else of
+        the clock of its media, which mostly starts when they do.
+    duration : float, optional
+        Length of the demonstration or its media in seconds, if the file tells it.
+    remarks : tuple of str
+        One sentence for each thing that was left out or is worth a look.
+    media : mapping of str to float
+        By the name of each media file that the labels were made on, its time in seconds when that
+        of the labels is 0; empty where times are of the force clock.
+    resolution : float
+        Seconds to which times in the file are rounded: stored labels that lie no farther from them
+        are the same.
+    """
+
+    name: str
+    tracks: tuple[Track, ...]
+    duration: float | None = None
+    remarks: tuple[str, ...] = ()
+    media: Mapping[str, float] = field(default_factory=dict)
+    resolution: float = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class LabelOptions:
+    """How a label file is to be understood where it does not say so itself.
+
+    Parameters
+    ----------
+    author : str
+        Author of the labels, where the file names none.
+    tiers : "authors" or "actions"
+        Whether each tier is an author, whose annotations are the actions; or each is an action, so
+        that all of them together are the author's track.
+    offset : float
+        Seconds that are added to all times.
+
+    Raises
+    ------
+    InputError
+        If the offset is not finite.
+    """
+
+    author: str = "coder"
+    tiers: Literal["authors", "actions"] = "authors"
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.offset):
+            raise InputError(f"An offset is a number of seconds, not {self.offset}.")
+
+
+@dataclass(frozen=True, slots=True)
+class LabelFormat:
+    """A format that labels can be read from."""
+
+    name: str  #: unique
+    description: str  #: a few words that may follow "can read"
+    module: str  #: reads it; imported when it is needed
+    #: first bytes that make it worth importing the module; empty: any that do not announce another
+    #: kind of file
+    starts: tuple[bytes, ...] = ()
+
+
+class _Reader(Protocol):
+    """The interface of a label format's module."""
+
+    def sniff_labels(self, path: Path, head: bytes) -> bool:
+        """Whether the file, whose first 64 KiB are `head`, is of this format."""
+
+    def read_labels(self, path: Path, options: LabelOptions) -> list[LabelSet]:
+        """Read the whole file, without the offset; errors are :class:`InputError`."""
+
+
+def _marked(start: bytes) -> tuple[bytes, ...]:
+    """How a text that starts so does as UTF-8 or UTF-16 with a byte order mark."""
+    text = start.decode()
+    wide = (
+        codecs.BOM_UTF16_LE + text.encode("utf-16-le"),
+        codecs.BOM_UTF16_BE + text.encode("utf-16-be"),
+    )
+    return (codecs.BOM_UTF8 + start, *wide)
+
+
+#: In the order in which they are tried: any text might be a table.
+LABEL_FORMATS: Final[tuple[LabelFormat, ...]] = (
+    LabelFormat(
+        name="elan",
+        description="ELAN files (*.eaf)",
+        module="forcelab.formats.elan",
+        starts=(b"<", *_marked(b"<")),
+    ),
+    LabelFormat(
+        name="textgrid",
+        description="TextGrids of Praat",
+        module="forcelab.formats.textgrid",
+        starts=(b"File type", *_marked(b"File type"), b"ooBinaryFile"),
+    ),
+    LabelFormat(
+        name="boris",
+        description="projects and event tables of BORIS",
+        module="forcelab.formats.boris_labels",
+    ),
+    LabelFormat(
+        name="label-studio",
+        description="JSON of Label Studio",
+        module="forcelab.formats.label_studio",
+    ),
+    LabelFormat(
+        name="table",
+        description="tables of start, end and action (CSV, TSV, Audacity)",
+        module="forcelab.formats.label_tables",
+    ),
+)
+
+
+def read_label_file(
+    path: str | os.PathLike[str], options: LabelOptions | None = None
+) -> list[LabelSet]:
+    """Read the labels in a file of any label format.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; its format is told by its content.
+    options : LabelOptions, optional
+        How the file is to be understood where it does not say so itself; its offset is not added
+        here, as it is on the force clock.
+
+    Returns
+    -------
+    list of LabelSet
+        One per demonstration in the file; at least one.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read. The sentence is one line and names the file.
+    """
+    path, options = Path(path), options or LabelOptions()
+    with naming_file(path):
+        sets = [_checked(path, labels) for labels in _reader(path).read_labels(path, options)]
+        if not any(track.segments for labels in sets for track in labels.tracks):
+            raise InputError(f"'{path}' holds no label; there is nothing to import.")
+        return sets
+
+
+def own_stem(path: str | os.PathLike[str]) -> str:
+    """A file's name without suffix, and without what marks it as a label file."""
+    return _without_ending(Path(path).stem)
+
+
+def _without_ending(stem: str) -> str:
+    for ending in _ENDINGS:
+        if stem.lower().endswith(ending) and len(stem) > len(ending):
+            return stem[: -len(ending)]
+    return stem
+
+
+def identify_labels(path: Path, head: bytes) -> LabelFormat | None:
+    """Tell a label file's format by its content, which begins with `head`; None if it is none."""
+    announced = announced_kind(head)
+    for format_ in LABEL_FORMATS:
+        worthwhile = head.startswith(format_.starts) if format_.starts else not announced
+        if worthwhile and _module(format_).sniff_labels(path, head):
+            return format_
+    return None
+
+
+def _module(format_: LabelFormat) -> _Reader:
+    return cast(_Reader, import_module(format_.module))
+
+
+def _reader(path: Path) -> _Reader:
+    """The module that reads a file; the error says what the file seems to be."""
+    head = file_head(path)
+    if (format_ := identify_labels(path, head)) is not None:
+        return _module(format_)
+    readable = "; ".join(format_.description for format_ in LABEL_FORMATS)
+    raise InputError(
+        f"'{path}' looks like {seems_to_be(head)} without labels; what can be read: {readable}."
+    )
+
+
+def _checked(path: Path, labels: LabelSet) -> LabelSet:
+    """Labels that can be stored: each author once, names that are some, nothing unlabelled."""
+    authors = [track.author for track in labels.tracks]
+    if len(set(authors)) < len(authors):
+        twice = next(author for author in authors if authors.count(author) > 1)
+        raise InputError(f"'{path}' has two tracks of '{twice}' on '{labels.name}'; rename one.")
+    tracks = []
+    for track in labels.tracks:
+        segments = [replace(s, action=s.action.strip()) for s in track.segments if s.action.strip()]
+        tracks.append(
+            Track(track.author, tuple(s for s in segments if not means_unlabelled(s.action)))
+        )
+        for name in (track.author, *tracks[-1].actions):
+            check_name(name)
+            if not name.isascii() and name.encode("utf-8", "ignore").decode() != name:
+                raise InputError(f"'{path}': the name {name!a} is not valid Unicode; rename it.")
+    return replace(labels, tracks=tuple(tracks))
+
+
+@dataclass(frozen=True, slots=True)
+class ImportedTrack:
+    """What became of one author's labels in a file, or of all where no demonstration has them."""
+
+    file: Path
+    name: str  #: what the file calls the demonstration
+    demonstration: DemonstrationInfo | None
+    author: str
+    segments: int
+    status: Literal["new", "replaced", "unchanged", "left out"]
+    reason: str = ""  #: why they were left out, as a sentence
+
+
+@dataclass(frozen=True, slots=True)
+class LabelReport:
+    """What an import of labels did.
+
+    Parameters
+    ----------
+    tracks : tuple of ImportedTrack
+        In the order of the files.
+    remarks : mapping of Path to tuple of str
+        For each file that gave cause: a sentence for each thing that is worth a look.
+    unread : mapping of Path to str
+        The files that could not be read, each with the reason.
+    """
+
+    tracks: tuple[ImportedTrack, ...] = ()
+    remarks: Mapping[Path, tuple[str, ...]] = field(default_factory=dict)
+    unread: Mapping[Path, str] = field(default_factory=dict)
+
+    def count(self, status: str) -> int:
+        """How many tracks are ``"new"``, ``"replaced"``, ``"unchanged"`` or ``"left out"``."""
+        return sum(track.status == status for track in self.tracks)
+
+    def trouble(self) -> dict[Path, tuple[str, ...]]:
+        """Why something was left out, by file."""
+        reasons: dict[Path, list[str]] = defaultdict(list)
+        for track in self.tracks:
+            if track.reason:
+                reasons[track.file].append(track.reason)
+        for path, reason in self.unread.items():
+            reasons[path].append(reason)
+        return {path: tuple(dict.fromkeys(sentences)) for path, sentences in reasons.items()}
+
+
+def importing_labels(
+    project_path: str | os.PathLike[str],
+    files: Iterable[str | os.PathLike[str]],
+    options: LabelOptions | None = None,
+    *,
+    demonstration: str | None = None,
+    replacing: bool = False,
+    viewer: str | None = None,
+    writing: bool = True,
+) -> Generator[Progress, None, LabelReport]:
+    """Import the labels in files into demonstrations that are in a project, as a job.
+
+    All files are read and matched first; what fits is then written as a whole, one edit a track.
+    Cancelled before, the import changes nothing.
+
+    Parameters
+    ----------
+    project_path : path-like
+        The project's folder.
+    files : iterable of path-like
+        Label files of any format.
+    options : LabelOptions, optional
+        How they are to be understood where they do not say so themselves.
+    demonstration : str, optional
+        The name or id of the demonstration that the labels are of, whatever the files call it.
+    replacing : bool
+        Whether labels that an author has there already are replaced.
+    viewer : str, optional
+        The coder who imports, for whom others' labels stay hidden where that coder labels blind.
+    writing : bool
+        False only tells what would be imported.
+
+    Returns
+    -------
+    LabelReport
+        What became of each track, and what did not fit.
+
+    Raises
+    ------
+    InputError
+        If the project cannot be written, or there is no such demonstration; nothing was changed.
+    """
+    paths = list({os.path.realpath(file): Path(file) for file in files}.values())
+    if not paths:
+        raise InputError("There is no file to import; name at least one.")
+    options = options or LabelOptions()
+    with Project.open(project_path) as project:
+        if writing:
+            project.refuse_read_only()
+        infos = project.demonstrations.infos()
+        if demonstration is not None:
+            id_ = project.demonstrations.id_of(demonstration)
+            infos = tuple(info for info in infos if info.id == id_)
+        matcher = _Matcher(infos, options, demonstration is not None)
+        importer = _Importer(project, options, replacing, viewer)
+        for done, path in enumerate(paths):
+            yield Progress(done, len(paths) + 1, f"reading {path.name}")
+            try:
+                sets = read_label_file(path, options)
+            except InputError as error:
+                importer.unread[path] = str(error)
+                continue
+            for labels in sets:
+                importer.add(path, labels, matcher.find(path, labels, len(sets) == 1))
+        if writing and importer.imports:
+            yield Progress(len(paths), len(paths) + 1, f"writing {project.path.name}")
+            project.demonstrations.import_labels(importer.imports)
+        yield Progress(len(paths) + 1, len(paths) + 1, "done")
+        return importer.report()
+
+
+def _slack(duration: float) -> float:
+    """Seconds by which two lengths of one demonstration may differ."""
+    return max(1.0, OVERHANG * duration)
+
+
+class _Matcher:
+    """Finds the demonstration that labels are of."""
+
+    def __init__(
+        self, infos: Sequence[DemonstrationInfo], options: LabelOptions, chosen: bool
+    ) -> None:
+        self._infos, self._options, self._chosen = infos, options, chosen
+        self._exact: dict[str, list[DemonstrationInfo]] = defaultdict(list)
+        self._folded: dict[str, list[DemonstrationInfo]] = defaultdict(list)
+        for info in infos:
+            titles = [info.name, f"{info.task} - {info.name}"]
+            keys = dict.fromkeys([*titles, *file_names(titles[:1]), *file_names(titles[1:])])
+            for key in keys:
+                self._exact[key].append(info)
+            for key in dict.fromkeys(map(_folded, [*keys, info.source])):
+                if key:
+                    self._folded[key].append(info)
+
+    def find(
+        self, path: Path, labels: LabelSet, alone: bool
+    ) -> tuple[DemonstrationInfo, str] | str:
+        """The demonstration, with the author that the name tells, if any; or why there is none.
+
+        `alone` says that the file has labels of no other demonstration.
+        """
+        if self._chosen:
+            several = (
+                "It holds labels of several demonstrations, so that none can be chosen for it."
+            )
+            return (self._infos[0], "") if alone else several
+        names = list(dict.fromkeys([labels.name, *([own_stem(path)] if alone else [])]))
+        found = _look_up(names, self._exact) or _look_up(names, self._folded, _folded)
+        if not found:
+            called = " or ".join(f"'{name}'" for name in names)
+            return f"No demonstration is called {called}; rename the file, or choose one (--demo)."
+        if len(found) > 1:
+            fitting = [match for match in found if self._fits(match[0], labels)]
+            if len(fitting) != 1:
+                where = [f"'{info.name}' of {info.task or 'no task'}" for info, _ in found]
+                return f"'{labels.name}' may be {listed(where, NAMED)}; choose one (--demo)."
+            found = fitting
+        return found[0]
+
+    def _fits(self, info: DemonstrationInfo, labels: LabelSet) -> bool:
+        """Whether a demonstration is as long as the labels say, and holds them."""
+        if labels.duration is not None:
+            return abs(labels.duration - info.duration) <= _slack(info.duration)
+        end = max((s.end for track in labels.tracks for s in track.segments), default=0.0)
+        return end + self._options.offset <= info.duration + _slack(info.duration)
+
+
+def _look_up(
+    names: Iterable[str],
+    index: Mapping[str, list[DemonstrationInfo]],
+    key: Callable[[str], str] = str,
+) -> list[tuple[DemonstrationInfo, str]]:
+    """The demonstrations of these names, or of what stands in them before an author."""
+    found: dict[str, tuple[DemonstrationInfo, str]] = {}
+    for name in names:
+        words = name.split(BEFORE_AUTHOR)
+        for count in range(len(words), 0, -1):
+            if infos := index.get(key(BEFORE_AUTHOR.join(words[:count])), ()):
+                author = BEFORE_AUTHOR.join(words[count:])
+                found = {info.id: (info, author) for info in infos} | found
+                break
+    return list(found.values())
+
+
+def _folded(name: str) -> str:
+    """A name without case and without the suffix of a file."""
+    name = re.sub(r"\.(?=\w*[^\W\d])\w{1,5}$", "", name.strip())
+    return normalize("NFC", _without_ending(name)).casefold()
+
+
+class _Importer:
+    """Gathers what is to be written, and what becomes of the rest."""
+
+    def __init__(
+        self, project: Project, options: LabelOptions, replacing: bool, viewer: str | None
+    ) -> None:
+        self._project, self._options = project, options
+        self._replacing, self._viewer = replacing, viewer
+        self._kinds = {author.name: author.kind for author in project.coding.authors()}
+        # A file's name has no dot at its end, and no character that some system refuses.
+        self._as_in_file_names = {file_names([f"_{name}"])[0][1:]: name for name in self._kinds}
+        self._taken: dict[tuple[str, str], tuple[Path, Segments]] = {}
+        self.imports: list[LabelImport] = []
+        self.tracks: list[ImportedTrack] = []
+        self.remarks: dict[Path, list[str]] = defaultdict(list)
+        self.unread: dict[Path, str] = {}
+
+    def report(self) -> LabelReport:
+        remarks = {
+            path: tuple(dict.fromkeys(lines)) for path, lines in self.remarks.items() if lines
+        }
+        return LabelReport(tuple(self.tracks), remarks, self.unread)
+
+    def add(self, path: Path, labels: LabelSet, match: tuple[DemonstrationInfo, str] | str) -> None:
+        """Take up the labels of one demonstration."""
+        self.remarks[path] += labels.remarks
+        if isinstance(match, str):
+            self._leave_out(path, labels, None, match)
+            return
+        info, author = match
+        try:
+            demonstration = self._project.demonstrations.load(info.id)
+        except InputError as error:
+            self._leave_out(path, labels, info, str(error))
+            return
+        # A file of one track may have its author in its name.
+        if author and [track.author for track in labels.tracks] == [self._options.author]:
+            author = self._as_in_file_names.get(author, author)
+            labels = replace(labels, tracks=(replace(labels.tracks[0], author=author),))
+        tracks, remark = _on_force_clock(labels, demonstration, self._options.offset)
+        self.remarks[path] += filter(None, [remark, self._wrong_length(labels, info)])
+        for track in tracks:
+            if track.segments:
+                self._add_track(path, labels, info, demonstration, track)
+
+    def _leave_out(
+        self, path: Path, labels: LabelSet, info: DemonstrationInfo | None, reason: str
+    ) -> None:
+        for track in labels.tracks:
+            self.tracks.append(
+                ImportedTrack(
+                    path, labels.name, info, track.author, len(track.segments), "left out", reason
+                )
+            )
+
+    @staticmethod
+    def _wrong_length(labels: LabelSet, info: DemonstrationInfo) -> str:
+        """A remark on labels of something that is not as long as the demonstration."""
+        length = labels.duration
+        if length is None or abs(length - info.duration) <= _slack(info.duration):
+            return ""
+        return (
+            f"Its labels are of {length:.6g} s, and '{info.name}' is {info.duration:.6g} s long; "
+            "check that they belong together."
+        )
+
+    def _add_track(
+        self,
+        path: Path,
+        labels: LabelSet,
+        info: DemonstrationInfo,
+        demonstration: Demonstration,
+        track: Track,
+    ) -> None:
+        """Take up an author's labels of one demonstration, or say why not."""
+        author, before = track.author, self._project.tracks.get(info.id, track.author).segments
+        track = _at_stored_edges(track, before, labels.resolution)
+        status: Literal["new", "replaced", "unchanged", "left out"]
+        status = "replaced" if before else "new"
+        if reason := self._obstacle(path, info, demonstration, track):
+            status = "left out"
+        elif before == track.segments or (info.id, author) in self._taken:
+            status = "unchanged"
+        elif before and not self._replacing:
+            status = "left out"
+            reason = (
+                f"{author} has labels on '{info.name}' already, which differ; import them under "
+                "another name, or have them replaced (--replace)."
+            )
+        if not self._hidden(info, author):
+            self.remarks[path] += self._better_offset(info, track)
+        number = counted(len(track.segments), "segment")
+        if status in {"new", "replaced"}:
+            what = f"{number} from {path.name}"
+            if before:
+                what += f" in place of {len(before):,}"
+            self.imports.append(LabelImport(info.id, track, before, what))
+        if status != "left out":
+            self._taken[info.id, author] = path, track.segments
+        self.tracks.append(
+            ImportedTrack(path, labels.name, info, author, len(track.segments), status, reason)
+        )
+
+    def _hidden(self, info: DemonstrationInfo, author: str) -> bool:
+        """Whether an author's labels are hidden from who imports."""
+        viewer = self._viewer
+        if viewer in {None, author}:
+            return False
+        return self._project.coding.is_blind(info.id, str(viewer))
+
+    def _obstacle(
+        self, path: Path, info: DemonstrationInfo, demonstration: Demonstration, track: Track
+    ) -> str:
+        """Why an author's labels cannot be stored; empty if they can."""
+        author = track.author
+        if is_model(author) or self._kinds.get(author) == "model":
+            return (
+                f"'{author}' is a model, whose predictions never become labels; import them under "
+                "a coder's name."
+            )
+        if self._hidden(info, author):
+            return (
+                f"Labels of others on '{info.name}' are hidden from {self._viewer} until blind "
+                "coding of it is done; import them then."
+            )
+        start = float(demonstration.times[0])
+        beyond = first_beyond(track.segments, start, start + info.duration)
+        if beyond is not None:
+            return (
+                f"'{beyond.action}' of {author} goes from {beyond.start:.6g} to {beyond.end:.6g} "
+                f"s, and '{info.name}' is {info.duration:.6g} s long; choose another demonstration "
+                "(--demo) or move the labels (--offset)."
+            )
+        other, segments = self._taken.get((info.id, author), (path, track.segments))
+        if segments != track.segments:
+            return (
+                f"Labels of {author} on '{info.name}' are in '{other.name}' and in '{path.name}' "
+                "and differ; import one of the two."
+            )
+        return ""
+
+    def _better_offset(self, info: DemonstrationInfo, track: Track) -> list[str]:
+        """The offset at which labels agree much better with others of the demonstration."""
+        best, best_author = None, ""
+        for other in self._project.tracks.of(info.id):
+            if self._hidden(info, other.author):
+                continue
+            fit = fit_offset(track.segments, other.segments)
+            if fit is not None and (best is None or fit.agreement > best.agreement):
+                best, best_author = fit, other.author
+        if best is None or best.agreement < max(LEAST, best.before + BETTER):
+            return []
+        offset = self._options.offset + best.offset
+        return [
+            f"Moved by {best.offset:+.3f} s, the labels of {track.author} would agree with those "
+            f"of {best_author} in {100 * best.agreement:.0f} % of the labelled time instead of "
+            f"{100 * best.before:.0f} % (--offset {offset:.3f})."
+        ]
+
+
+def _on_force_clock(
+    labels: LabelSet, demonstration: Demonstration, offset: float
+) -> tuple[tuple[Track, ...], str]:
+    """The tracks on the clock of the forces, and a remark where a video's clock was needed."""
+    clock, origin, remark = ClockMap(), 0.0, ""
+    if labels.media and demonstration.videos:
+        names = [video.path.name for video in demonstration.videos]
+        shared = [name for name in labels.media if name in names]
+        name = next(iter(shared or labels.media))
+        video = demonstration.videos[names.index(name) if shared else 0]
+        clock, origin = video.clock, labels.media[name]
+        if clock != ClockMap():
+            remark = "Its times were carried onto the forces by the video's clock."
+            if not shared:
+                remark = (
+                    f"'{name}' was taken for the video of '{demonstration.name}', by whose clock "
+                    "times were carried onto the forces."
+                )
+    tracks = []
+    for track in labels.tracks:
+        edges = np.array([(s.start, s.end) for s in track.segments]).reshape(-1, 2)
+        if origin or clock != ClockMap():
+            edges = clock.to_force(edges + origin)
+        tracks.append(_with_edges(track, edges + offset))
+    return on_samples(tracks, demonstration.times), remark
+
+
+def _with_edges(track: Track, edges: NDArray[np.float64]) -> Track:
+    pairs = zip(track.segments, edges.tolist(), strict=True)
+    return Track(track.author, tuple(Segment(start, end, s.action) for s, (start, end) in pairs))
+
+
+def _at_stored_edges(track: Track, stored: Segments, resolution: float) -> Track:
+    """A track whose edges are those stored where the file only rounds them."""
+    if not stored or not track.segments:
+        return track
+    known = np.unique([(s.start, s.end) for s in stored])
+    edges = np.array([(s.start, s.end) for s in track.segments])
+    after = np.clip(np.searchsorted(known, edges), 1, max(1, len(known) - 1))
+    lower, upper = known[after - 1], known[np.minimum(after, len(known) - 1)]
+    nearest = np.where(edges - lower < upper - edges, lower, upper)
+    moved = np.where(np.abs(nearest - edges) <= resolution, nearest, edges)
+    # An edge may be nearer to the one across a short gap: segments are known by both of theirs.
+    starts = [s.start for s in stored]
+    for row, segment in enumerate(track.segments):
+        low, high = segment.start - resolution, segment.start + resolution
+        for known_segment in stored[bisect_left(starts, low) : bisect_right(starts, high)]:
+            near = abs(known_segment.end - segment.end) <= resolution
+            if near and known_segment.action == segment.action:
+                moved[row] = known_segment.start, known_segment.end
+    if not (moved[:, 0] < moved[:, 1]).all() or not (moved[:-1, 1] <= moved[1:, 0]).all():
+        return track
+    return _with_edges(track, moved)

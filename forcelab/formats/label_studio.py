@@ -1,0 +1,404 @@
+"""Label Studio: tasks to import there, and the labels of its exports (JSON and JSON-MIN).
+
+A task is a demonstration: its forces as a time series, whose labels are in seconds, or its video,
+whose labels are numbers of frames. These count ticks of the ``frameRate`` that the labelling
+interface has, which is how Label Studio seeks: where that is the video's own they are its frames.
+Labels of coders are annotations, those of models predictions.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from pathlib import Path, PureWindowsPath
+from typing import Any, Final
+from urllib.parse import parse_qs, quote, urlsplit
+from xml.etree import ElementTree as ET
+
+from forcelab.clock import ClockMap
+from forcelab.errors import InputError
+from forcelab.formats.json_values import JsonValue, read_json
+from forcelab.formats.label_files import LabelOptions, LabelSet, own_stem
+from forcelab.formats.track_text import plain_times
+from forcelab.labels import Segment, Track, is_model, means_unlabelled
+from forcelab.text import counted
+from forcelab.vocabulary import Vocabulary
+
+__all__ = ["FilmedTask", "forces_task", "interface", "read_labels", "sniff_labels", "video_task"]
+
+#: What the labelling interface calls its label control.
+CONTROL: Final = "action"
+#: Before the author in the note of each region, which Label Studio keeps.
+LABELLED_BY: Final = "labelled by "
+#: Names of values of a task that hold frames a second.
+_RATES: Final = ("framerate", "frame_rate", "fps")
+
+
+@dataclass(frozen=True, slots=True)
+class FilmedTask:
+    """The video of a task."""
+
+    path: Path
+    clock: ClockMap  #: maps force time to the video's
+    fps: float
+
+
+def local_file(path: Path, folder: Path) -> str:
+    """The address of a file below the folder in which the tasks' `folder` lies.
+
+    Label Studio serves it where its ``LOCAL_FILES_DOCUMENT_ROOT`` is that one.
+    """
+    root = folder.resolve().parent
+    try:
+        relative = Path(os.path.relpath(path.resolve(), root)).as_posix()
+    except ValueError:  # on another drive
+        relative = ".."
+    if relative.startswith(".."):
+        raise InputError(
+            f"'{path}' does not lie below '{root}', which Label Studio is given; export into a "
+            f"folder beside the project."
+        )
+    return f"/data/local-files/?d={quote(relative)}"
+
+
+def forces_task(
+    title: str,
+    task: str,
+    csv: str,
+    tracks: Iterable[Track],
+    scores: Mapping[str, Sequence[float | None]],
+) -> dict[str, Any]:
+    """A task whose forces are in the table `csv`; `scores` are those of predictions, by author."""
+    regions = {
+        track.author: [
+            (
+                "timeserieslabels",
+                {"start": start, "end": end, "instant": False, "timeserieslabels": [s.action]},
+            )
+            for s, (start, end) in plain_times(track)
+        ]
+        for track in tracks
+    }
+    return _task({"demonstration": title, "task": task, "csv": csv}, "forces", regions, scores)
+
+
+def video_task(
+    title: str,
+    task: str,
+    address: str,
+    video: FilmedTask,
+    tracks: Iterable[Track],
+    scores: Mapping[str, Sequence[float | None]],
+) -> dict[str, Any]:
+    """A task whose video is at an address; what begins before the video is cut off there."""
+    regions = {
+        track.author: [
+            (
+                "timelinelabels",
+                {"ranges": [{"start": first, "end": last}], "timelinelabels": [action]},
+            )
+            for first, last, action in _frames(track, video)
+        ]
+        for track in tracks
+    }
+    data = {"demonstration": title, "task": task, "video": address, "framerate": video.fps}
+    return _task(data, "video", regions, scores)
+
+
+def _frames(track: Track, video: FilmedTask) -> Iterator[tuple[int, int, str]]:
+    """First and last frame of each segment, from 1; none shorter than a frame, none shared."""
+    free = 1
+    for segment in track.segments:
+        start, end = (
+            float(video.clock.to_device(time)) * video.fps for time in (segment.start, segment.end)
+        )
+        if end <= 0:
+            raise InputError(
+                f"'{segment.action}' of {track.author} at {segment.start:g} s ends before the "
+                f"video begins; export the forces as a time series, or delete it."
+            )
+        first = max(round(start) + 1, free)
+        last = max(round(end), first)
+        yield first, last, segment.action
+        free = last + 1
+
+
+def _task(
+    data: dict[str, Any],
+    shown: str,
+    regions: Mapping[str, list[tuple[str, dict[str, Any]]]],
+    scores: Mapping[str, Sequence[float | None]],
+) -> dict[str, Any]:
+    annotations, predictions = [], []
+    for number, (author, own) in enumerate(regions.items(), start=1):
+        result: list[dict[str, Any]] = [
+            {
+                "id": f"{number}-{i}",
+                "from_name": CONTROL,
+                "to_name": shown,
+                "type": kind,
+                "origin": "manual",
+                "value": value,
+            }
+            for i, (kind, value) in enumerate(own, start=1)
+        ]
+        if is_model(author):
+            for region, score in zip_longest(result, scores.get(author, ())):
+                region["origin"] = "prediction"
+                if score is not None:
+                    region["score"] = score
+            predictions.append({"model_version": author, "result": result})
+        else:
+            for region in result:
+                region["meta"] = {"text": [LABELLED_BY + author]}
+            annotations.append({"result": result})
+    return {"data": data, "annotations": annotations, "predictions": predictions}
+
+
+def interface(
+    tasks: Sequence[Mapping[str, Any]], channels: Sequence[str], vocabulary: Vocabulary
+) -> bytes:
+    """The labelling interface of tasks, to be pasted in; `channels` are columns of the forces."""
+    used = dict.fromkeys(
+        action
+        for task in tasks
+        for made in (*task["annotations"], *task["predictions"])
+        for region in made["result"]
+        for action in region["value"][region["type"]]
+    )
+    view = ET.Element("View")
+    if channels:
+        labels = ET.SubElement(view, "TimeSeriesLabels", name=CONTROL, toName="forces")
+        series = ET.SubElement(
+            view,
+            "TimeSeries",
+            name="forces",
+            value="$csv",
+            valueType="url",
+            sep=",",
+            timeColumn="time (s)",
+            timeDisplayFormat=",.3f",
+        )
+        for channel in channels:
+            ET.SubElement(series, "Channel", column=channel, legend=channel)
+    else:
+        ET.SubElement(view, "Video", name="video", value="$video", frameRate="$framerate")
+        labels = ET.SubElement(view, "TimelineLabels", name=CONTROL, toName="video")
+    for action in vocabulary.with_actions(*used):
+        look = {"value": action.name, "background": action.colour}
+        ET.SubElement(labels, "Label", look | ({"hotkey": action.key} if action.key else {}))
+    ET.indent(view)
+    written: bytes = ET.tostring(view, encoding="UTF-8")
+    return written + b"\n"
+
+
+_KEYWORDS = re.compile(
+    rb'"(?:annotations|completions|predictions|timeserieslabels|timelinelabels|annotation_id)"\s*:'
+)
+
+
+def sniff_labels(path: Path, head: bytes) -> bool:
+    """Whether a file is JSON with annotations as Label Studio exports them."""
+    if path.suffix.lower() == ".boris" or head.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] not in (
+        b"[",
+        b"{",
+    ):
+        return False
+    return _KEYWORDS.search(head) is not None
+
+
+def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
+    """Read the annotations of all tasks; predictions are left out."""
+    root = read_json(path)
+    tasks = [root] if isinstance(root.value, dict) else root.items()
+    sets: dict[str, _TaskLabels] = {}
+    for number, value in enumerate(tasks, start=1):
+        task = JsonValue(value.value, f"'{path}', task {number}")
+        # In JSON-MIN each annotation is a record, with the values of its task beside it.
+        minimal = task.member("data").value is None
+        data = task if minimal else task.member("data")
+        name = _name(data, task, path)
+        labels = sets.setdefault(name, _TaskLabels(name))
+        if minimal:
+            author = _person(task.member("annotator"), options)
+            labels.add(author, _minimal_regions(task), data, task)
+            continue
+        for key in ("annotations", "completions"):
+            for made in task.member(key).items():
+                if made.member("was_cancelled").value or made.member("skipped").value:
+                    labels.left_out["skipped annotation"] += 1
+                    continue
+                results = made.member("result").items()
+                author = _author(results, _person(made.member("completed_by"), options))
+                regions = [(r.member("type").text(), r.member("value")) for r in results]
+                labels.add(author, regions, data, made)
+        labels.left_out["prediction"] += sum(
+            len(made.member("result").items()) for made in task.member("predictions").items()
+        )
+    return [labels.finish() for labels in sets.values()]
+
+
+class _TaskLabels:
+    """The labels of one demonstration while they are read."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.left_out: Counter[str] = Counter()
+        self._tracks: dict[str, tuple[str, Track]] = {}  # with when it was made
+        self._media: dict[str, float] = {}
+        self._resolution = 1e-6
+
+    def add(
+        self,
+        author: str,
+        regions: Sequence[tuple[str, JsonValue]],
+        data: JsonValue,
+        made: JsonValue,
+    ) -> None:
+        """Take an annotation; of several by one author the latest."""
+        segments = []
+        for kind, value in regions:
+            if kind == "timeserieslabels":
+                start, end = value.member("start"), value.member("end")
+                spans = [(_seconds(start), _seconds(end))]
+            elif kind == "timelinelabels":
+                spans = list(self._timeline(value, data))
+            else:
+                self.left_out[f"result of the type '{kind[:40]}'"] += 1
+                continue
+            names = [name.text().strip() for name in value.member(kind).items()]
+            action = " + ".join(name for name in names if name)
+            for start_time, end_time in spans:
+                if not action or means_unlabelled(action):
+                    self.left_out["region without label"] += 1
+                elif start_time == end_time:
+                    self.left_out["region without length"] += 1
+                else:
+                    segments.append(Segment(start_time, end_time, action))
+        try:
+            track = Track(author, tuple(segments))
+        except InputError as error:
+            raise InputError(f"{made.where}: {error} Move one of their edges.") from error
+        when = made.member("updated_at").value or made.member("created_at").value or ""
+        before = self._tracks.get(author)
+        if before is not None:
+            self.left_out["earlier annotation"] += 1
+        if before is None or str(when) >= before[0]:
+            self._tracks[author] = str(when), track
+
+    def finish(self) -> LabelSet:
+        tracks = tuple(track for _, track in self._tracks.values() if track.segments)
+        remarks = tuple(
+            f"{counted(number, what)} {'was' if number == 1 else 'were'} left out."
+            for what, number in self.left_out.items()
+            if number
+        )
+        return LabelSet(
+            self.name, tracks, remarks=remarks, media=self._media, resolution=self._resolution
+        )
+
+    def _timeline(self, value: JsonValue, data: JsonValue) -> Iterator[tuple[float, float]]:
+        """The times of ranges of frames, both of which belong to them."""
+        rate = next((r for key in _RATES if (r := data.member(key)).value is not None), None)
+        if rate is None:
+            raise InputError(
+                f"{value.where} counts frames, and nothing tells how many there are a second; add "
+                f"a value 'framerate' to the data of the task."
+            )
+        fps = float(rate.value) if _is_number(rate.value) else rate.number()
+        if not 0 < fps < 1e6:
+            raise rate.unexpected("a number of frames a second")
+        self._resolution = 0.51 / fps  # half a frame, and what arithmetic adds
+        if video := data.member("video").value:
+            self._media[_file_name(str(video))] = 0.0
+        for span in value.member("ranges").items():
+            first, last = span.member("start").number(), span.member("end").number()
+            yield (first - 1) / fps, last / fps
+
+
+def _minimal_regions(record: JsonValue) -> list[tuple[str, JsonValue]]:
+    """The regions of a record of JSON-MIN: lists of objects that name labels."""
+    regions = []
+    for _, value in record.members():
+        if isinstance(value.value, list):
+            for region in value.items():
+                if isinstance(region.value, dict):
+                    kinds = ("timeserieslabels", "timelinelabels")
+                    regions += [(kind, region) for kind in kinds if kind in region.value]
+    return regions
+
+
+def _author(results: Sequence[JsonValue], person: str) -> str:
+    """Whose labels we wrote, if all regions still say so; else who annotated."""
+    notes = [
+        [note.text() for note in result.member("meta").member("text").items()]
+        if isinstance(result.member("meta").member("text").value, list)
+        else []
+        for result in results
+    ]
+    authors = {note[0].removeprefix(LABELLED_BY) if note else "" for note in notes}
+    every = all(note and note[0].startswith(LABELLED_BY) for note in notes)
+    return authors.pop() if every and len(authors) == 1 and all(authors) else person
+
+
+def _person(value: JsonValue, options: LabelOptions) -> str:
+    """An annotator: an address, or a number."""
+    if isinstance(value.value, dict):
+        names = (value.member(key).value for key in ("email", "username", "id"))
+        person = next((name for name in names if name), None)
+    else:
+        person = value.value
+    if isinstance(person, int) and not isinstance(person, bool):
+        return f"annotator {person:d}" if abs(person) < 10**18 else options.author
+    return str(person).strip()[:200] or options.author if person else options.author
+
+
+def _name(data: JsonValue, task: JsonValue, path: Path) -> str:
+    """What a task calls its demonstration: as we do, else its file, else the file of the labels."""
+    if (own := data.member("demonstration").value) and isinstance(own, str):
+        return own
+    candidates = [data.member(key).value for key in ("csv", "video", "ts", "audio")]
+    candidates += [task.member("file_upload").value]
+    candidates += [value.value for _, value in data.members() if _is_file(value.value)]
+    for candidate in candidates:
+        if isinstance(candidate, str) and _is_file(candidate):
+            # What was uploaded has eight digits before its name.
+            name = re.sub(r"^[0-9a-f]{8}-", "", _file_name(candidate))
+            return own_stem(name)
+    return own_stem(path)
+
+
+def _is_file(text: object) -> bool:
+    return isinstance(text, str) and re.search(r"\.\w{2,8}$", _file_name(text)) is not None
+
+
+def _file_name(address: str) -> str:
+    """The name of the file at an address, which may be served from a folder of the server."""
+    try:
+        parts = urlsplit(address)
+        local = parse_qs(parts.query).get("d")
+    except ValueError:
+        return ""
+    return PureWindowsPath(local[0] if local else parts.path).name
+
+
+def _is_number(value: object) -> bool:
+    """Whether a text is a number, as values of tables are imported."""
+    return isinstance(value, str) and re.fullmatch(r"\d{1,6}(?:\.\d{0,20})?", value) is not None
+
+
+def _seconds(value: JsonValue) -> float:
+    """A time of a time series, which may be a text."""
+    text = value.value
+    if isinstance(text, str):
+        if re.fullmatch(r"-?\d{1,15}(?:\.\d{0,20})?", text):
+            return float(text)
+        raise InputError(
+            f"{value.where} is {text[:40]!a}, no number of seconds; export with times as numbers "
+            f"from the start (no timeFormat)."
+        )
+    return value.number()

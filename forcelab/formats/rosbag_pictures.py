@@ -1,0 +1,147 @@
+"""Pictures in the messages of a bag, written as a video each topic.
+
+JPEG goes into the video as it is; PNG and raw pixels are encoded as JPEG.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from forcelab.clock import ClockMap
+from forcelab.demonstration import VideoReference
+from forcelab.errors import InputError
+from forcelab.formats.rosbag_topics import FrameTimes
+from forcelab.project.files import file_errors
+from forcelab.text import amount, counted
+
+_RAW: Final = "sensor_msgs/msg/Image"
+#: Fields of each type that holds pictures, besides header and data, and what the library makes of
+#: them; a bag may define them otherwise.
+_TYPES: Final[dict[str, dict[str, type]]] = {
+    _RAW: {"encoding": str, "width": int, "height": int, "step": int, "is_bigendian": int},
+    "sensor_msgs/msg/CompressedImage": {"format": str},
+}
+#: Letters of a format or encoding that a sentence has room for.
+_LONGEST: Final = 40
+
+
+def is_picture(message: Any) -> bool:
+    """Whether a message of the library holds a picture."""
+    data, kinds = getattr(message, "data", None), _TYPES.get(message.__msgtype__)
+    return (
+        kinds is not None
+        and isinstance(data, np.ndarray)
+        and data.dtype == np.uint8
+        and all(isinstance(getattr(message, name, None), kind) for name, kind in kinds.items())
+    )
+
+
+def describe_picture(message: Any) -> tuple[str, str]:
+    """What a message's picture is, such as ``"rgb8, 640 x 480"``.
+
+    Also why no picture like it becomes part of a video; empty where they do.
+    """
+    from forcelab.video.pictures import PictureError, UnknownPictureError
+
+    trouble = ""
+    try:
+        kind, _, size = _as_jpeg(message)
+    except UnknownPictureError as error:
+        trouble = str(error)
+    except PictureError:
+        pass
+    else:
+        return f"{kind}, {_pixels(size)}", ""
+    if message.__msgtype__ != _RAW:
+        return str(message.format[:_LONGEST]), trouble
+    return f"{message.encoding[:_LONGEST]}, {_pixels((message.width, message.height))}", trouble
+
+
+def write_video(
+    messages: Iterator[tuple[int, Any]], frames: FrameTimes, path: Path, *, strict: bool
+) -> tuple[VideoReference | None, tuple[str, ...]]:
+    """Write the pictures of a topic into a new file, one after the other; also gives remarks.
+
+    Those that are damaged, or of another size than the first, are left out; `strict` refuses them.
+    """
+    from forcelab.video.jpeg_writer import JpegVideoWriter
+    from forcelab.video.pictures import PictureError
+
+    topic, times = frames.topic, dict(zip(frames.rows.tolist(), frames.times.tolist(), strict=True))
+    writer: JpegVideoWriter | None = None
+    first, size, fault = 0.0, (0, 0), ""
+    frame_count = bad_count = 0
+    kinds: dict[str, None] = {}
+    with ExitStack() as stack:
+        stack.enter_context(file_errors(f"The pictures of {topic} were not written to '{path}'"))
+        for row, (_, message) in enumerate(messages):
+            if row not in times:
+                continue
+            try:
+                kind, jpeg, picture_size = _as_jpeg(message)
+                if writer is not None and picture_size != size:
+                    raise PictureError(f"it is of {_pixels(picture_size)}, others {_pixels(size)}")
+            except PictureError as error:
+                bad_count, fault = bad_count + 1, fault or f"message {row + 1:,}: {error}"
+                if strict:
+                    raise InputError(
+                        f"{topic}, {fault}; leave the topic out (--leave-out {topic})."
+                    ) from error
+                continue
+            if writer is None:
+                writer = stack.enter_context(closing(JpegVideoWriter(path, *picture_size)))
+                first, size = times[row], picture_size
+            writer.write(jpeg, times[row] - first)
+            kinds[kind] = None
+            frame_count += 1
+    remarks = list(frames.remarks)
+    if bad_count:
+        were = "was" if bad_count == 1 else "were"
+        remarks.append(f"{counted(bad_count, 'picture')} of {topic} {were} left out; {fault}.")
+    if not frame_count:
+        return None, tuple(remarks)
+    how = "as in the bag" if list(kinds) == ["JPEG"] else f"{', '.join(kinds)} encoded as JPEG"
+    remarks.insert(
+        0,
+        f"{topic} became a video: {counted(frame_count, 'frame')} of {_pixels(size)} ({how}), "
+        f"{amount(path.stat().st_size)}.",
+    )
+    return VideoReference(path, ClockMap(first), topic), tuple(remarks)
+
+
+def video_path(folder: Path, topic: str) -> Path:
+    """Where in a folder a topic's video goes: what topics are called is a stranger's choice."""
+    return folder / f"{len(list(folder.iterdir()))}-{re.sub(r'[^a-zA-Z0-9]+', '-', topic)[:80]}.mkv"
+
+
+def _pixels(size: tuple[int, int]) -> str:
+    return f"{size[0]} x {size[1]}"
+
+
+def _as_jpeg(message: Any) -> tuple[str, bytes, tuple[int, int]]:
+    """What a message's picture is, the picture as JPEG, and its width and height."""
+    from forcelab.video.jpeg_writer import encode_jpeg
+    from forcelab.video.pictures import check_jpeg, decode_png, decode_raw, is_png
+
+    if message.__msgtype__ == _RAW:
+        picture = decode_raw(
+            message.encoding,
+            message.width,
+            message.height,
+            message.step,
+            bool(message.is_bigendian),
+            message.data,
+        )
+        kind = message.encoding
+    else:
+        data = message.data.tobytes()
+        if not is_png(data):
+            return "JPEG", *check_jpeg(data)
+        kind, picture = "PNG", decode_png(data)
+    return kind, encode_jpeg(picture), (picture.shape[1], picture.shape[0])

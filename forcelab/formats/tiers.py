@@ -1,0 +1,88 @@
+"""Tiers, as ELAN and Praat have them: authors whose annotations are actions, or actions."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from forcelab.errors import InputError
+from forcelab.formats.label_files import LabelOptions
+from forcelab.labels import Segment, Track
+from forcelab.text import counted
+
+
+@dataclass(frozen=True, slots=True)
+class Annotation:
+    """What a tier says of a stretch of time, in seconds; its text may be blank."""
+
+    start: float
+    end: float
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Tier:
+    """A row of annotations."""
+
+    name: str
+    annotations: tuple[Annotation, ...]
+    annotator: str = ""  #: who made it, where that is known
+
+
+#: What ELAN calls the tier of a new file.
+UNNAMED = "default"
+
+
+def tracks_of_tiers(
+    tiers: Sequence[Tier], options: LabelOptions
+) -> tuple[tuple[Track, ...], list[str]]:
+    """The tracks that tiers are, with remarks.
+
+    As authors each tier is a track, by its annotator if no other tier has that one, else called as
+    the tier; annotations without text are unlabelled. As actions all tiers of an annotator are one
+    track, in which each annotation, whatever its text, is the action that its tier is called.
+
+    Raises
+    ------
+    InputError
+        If annotations overlap that would be of one track.
+    """
+    tiers = [tier for tier in tiers if tier.annotations]
+    remarks: list[str] = []
+    empty = sum(a.start == a.end for tier in tiers for a in tier.annotations)
+    if empty:
+        were = "was" if empty == 1 else "were"
+        remarks.append(f"{counted(empty, 'annotation')} without any duration {were} left out.")
+    rows: dict[str, list[tuple[Segment, str]]] = defaultdict(list)
+    annotators = Counter(tier.annotator for tier in tiers if tier.annotator)
+    texts = 0
+    for tier in tiers:
+        author = tier.annotator or options.author
+        if options.tiers == "authors" and annotators[tier.annotator] != 1:
+            author = options.author if tier.name in {"", UNNAMED} else tier.name
+        for annotation in tier.annotations:
+            text = annotation.text.strip()
+            action = text if options.tiers == "authors" else tier.name
+            if annotation.start == annotation.end or not action:
+                continue
+            texts += options.tiers == "actions" and text not in {"", tier.name}
+            rows[author].append((Segment(annotation.start, annotation.end, action), tier.name))
+    if texts:
+        were = "was" if texts == 1 else "were"
+        remarks.append(f"{counted(texts, 'text')} {were} left out, as the tiers are the actions.")
+    for author, segments in rows.items():
+        for (left, first), (right, second) in pairwise(sorted(segments)):
+            if right.start < left.end:
+                where = f"tier '{first}'" if first == second else f"tiers '{first}' and '{second}'"
+                raise InputError(
+                    f"In {where} of {author}, '{left.action}' ends at {left.end:.6g} s and "
+                    f"'{right.action}' starts at {right.start:.6g} s; an author's labels may not "
+                    "overlap: move an edge, or read the tiers as the other kind."
+                )
+    tracks = (
+        Track(author, tuple(segment for segment, _ in segments))
+        for author, segments in rows.items()
+    )
+    return tuple(tracks), remarks

@@ -1,0 +1,316 @@
+"""The dialog that imports labels of other programs onto demonstrations of the open project."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QAction, QDragEnterEvent, QDragMoveEvent, QDropEvent, QKeySequence
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QDoubleSpinBox,
+    QFormLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.formats.label_files import (
+    ImportedTrack,
+    LabelOptions,
+    LabelReport,
+    importing_labels,
+)
+from forcelab.gui.document import Document
+from forcelab.gui.file_dialogs import accept_as_copy, ask_files
+from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.layout import (
+    ProgressBar,
+    copyable,
+    resize_on_screen,
+    set_enabled_with_reason,
+)
+from forcelab.gui.text import settle_name
+from forcelab.gui.theme import colours
+from forcelab.gui.widgets import ElidedComboBox, combo_box
+from forcelab.text import counted
+
+_COLUMNS: Final = (
+    TableColumn("File", number=False),
+    TableColumn("Demonstration", number=False),
+    TableColumn("Author", number=False),
+    TableColumn("Segments"),
+    TableColumn("Result", number=False),
+)
+#: What is said of a track before and after the import.
+_PLANNED: Final = {"new": "new", "replaced": "replaces labels", "unchanged": "same labels"}
+_DONE: Final = {"new": "imported", "replaced": "replaced", "unchanged": "same labels"}
+#: How many lines of remarks are shown at once.
+LINES: Final = 4
+#: Options of the command, and where they are here.
+_HERE: Final = (
+    (r"\(--demo\)", "(Demonstration)"),
+    (r"\(--replace\)", "(Replace existing labels)"),
+    (r"\(--offset\)", "(Add to all times)"),
+    (r"\(--offset (.*?)\)", r"(Add to all times: \1 s)"),
+)
+
+
+class LabelImportDialog(QDialog):
+    """Choose label files, see what each belongs to, and import them.
+
+    What is hidden from the coder stays hidden.
+    """
+
+    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Import labels")
+        resize_on_screen(self, QSize(760, 520))
+        self.setAcceptDrops(True)
+        self._document, self._jobs = document, jobs
+        self._files: list[Path] = []
+        self._report, self._done = LabelReport(), 0
+        self._model = TextModel(self)
+        self.table = TextTable(self._model)
+        self.table.setAccessibleName("Labels in the files")
+        self.table.verticalHeader().hide()
+        self.table.selectionModel().selectionChanged.connect(self._show_remarks)
+        self._make_removable()
+        self._bar = ProgressBar("Progress of the import")
+        self._text = copyable()
+        self._text.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self._text.setMargin(4)
+        self._sentences = QScrollArea()
+        self._sentences.setWidgetResizable(True)
+        self._sentences.setWidget(self._text)
+        self._sentences.setFixedHeight(LINES * self.fontMetrics().lineSpacing() + 8)
+        column = QVBoxLayout(self)
+        column.addLayout(self._heading())
+        column.addWidget(self.table, 1)
+        column.addLayout(self._form())
+        column.addWidget(self._bar)
+        column.addWidget(self._sentences)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        self.go = buttons.addButton("Import", QDialogButtonBox.ButtonRole.ActionRole)
+        self.go.clicked.connect(self._import)
+        buttons.rejected.connect(self.reject)
+        column.addWidget(buttons)
+        # Only now: a button that is in no dialog yet cannot be its default.
+        self.go.setDefault(True)
+        self._show(LabelReport(), _PLANNED)
+
+    def _heading(self) -> QHBoxLayout:
+        label = QLabel(
+            "Label files, chosen or dropped here: ELAN, TextGrids of Praat, BORIS, Audacity, "
+            "tables (CSV). Each belongs to the demonstration of its name."
+        )
+        label.setWordWrap(True)
+        self.pick = QPushButton("Choose files…")
+        self.pick.clicked.connect(lambda: self.add_files(ask_files(self, "Label files", "labels")))
+        row = QHBoxLayout()
+        row.addWidget(label, 1)
+        row.addWidget(self.pick)
+        return row
+
+    def _form(self) -> QFormLayout:
+        """What the files do not say themselves."""
+        document = self._document
+        self.demonstration = ElidedComboBox()
+        self.demonstration.setAccessibleName("Demonstration")
+        self.demonstration.addItem("By the name of each file", None)
+        if document.demonstration is not None:
+            self.demonstration.addItem(
+                f"This demonstration ({document.demonstration.name})", document.id
+            )
+        self.author = QComboBox()
+        self.author.setEditable(True)
+        self.author.setAccessibleName("Coder for unsigned labels")
+        coders = (LabelOptions().author, *self._coders(), document.author)
+        self.author.addItems(list(dict.fromkeys(coders)))
+        self.tiers = combo_box(
+            "Tiers of ELAN and Praat",
+            {
+                "Authors: each annotation names an action": "authors",
+                "Actions: each annotation is the action its tier is called": "actions",
+            },
+        )
+        self.offset = QDoubleSpinBox()
+        self.offset.setRange(-1e6, 1e6)
+        self.offset.setDecimals(3)
+        self.offset.setSuffix(" s")
+        self.offset.setAccessibleName("Add to all times")
+        self.offset.setKeyboardTracking(False)
+        self.replacing = QCheckBox("Replace existing labels of these authors (can be undone)")
+        for changed in (
+            self.demonstration.currentIndexChanged,
+            self.author.currentTextChanged,
+            self.tiers.currentIndexChanged,
+            self.offset.valueChanged,
+            self.replacing.toggled,
+        ):
+            changed.connect(self._look)
+        form = QFormLayout()
+        form.addRow("Demonstration", self.demonstration)
+        form.addRow("Coder for unsigned labels", self.author)
+        form.addRow("Tiers of ELAN and Praat", self.tiers)
+        form.addRow("Add to all times", self.offset)
+        form.addRow("", self.replacing)
+        return form
+
+    def _make_removable(self) -> None:
+        """Let Delete and the menu remove files from the list."""
+        remove = QAction("Remove from list", self)
+        remove.setShortcut(QKeySequence.StandardKey.Delete)
+        remove.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+        remove.triggered.connect(self._remove)
+        self.table.addAction(remove)
+        self.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+
+    def add_files(self, files: Sequence[Path]) -> None:
+        self._files = list(dict.fromkeys([*self._files, *files]))
+        if files:
+            self._look()
+            self.go.setFocus()
+
+    def reject(self) -> None:
+        """Cancel a running import, and close."""
+        self._jobs.cancel("label import")
+        super().reject()
+
+    def _remove(self) -> None:
+        """Remove the files of the selected rows."""
+        rows = {index.row() for index in self.table.selectionModel().selectedRows()}
+        names = {path for row, path in enumerate(self._row_files()) if row in rows}
+        self._files = [path for path in self._files if path not in names]
+        self._look()
+
+    def _row_files(self) -> list[Path]:
+        """The file of each row."""
+        return [*(track.file for track in self._report.tracks), *self._report.unread]
+
+    def _coders(self) -> tuple[str, ...]:
+        project = self._document.project
+        return project.coding.coders() if project else ()
+
+    def _look(self) -> None:
+        """Read the files anew, to show what they are labels of."""
+        if self._files:
+            self._run(self.author.currentText(), writing=False)
+        else:
+            self._jobs.cancel("label import")
+            self._show(LabelReport(), _PLANNED)
+
+    def _import(self) -> None:
+        author = settle_name(self, self.author.currentText(), self._coders())
+        self._run(author, writing=True)
+
+    def _run(self, author: str, *, writing: bool) -> None:
+        project = self._document.project
+        if project is None:
+            return
+        set_enabled_with_reason(
+            self.go, "Wait until this is imported." if writing else "Wait until the files are read."
+        )
+        self._bar.setVisible(writing)
+        options = LabelOptions(
+            author.strip() or LabelOptions().author,
+            self.tiers.currentData(),
+            self.offset.value(),
+        )
+        job = importing_labels(
+            project.path,
+            self._files,
+            options,
+            demonstration=self.demonstration.currentData(),
+            replacing=self.replacing.isChecked(),
+            viewer=self._document.author,
+            writing=writing,
+        )
+        done = self._imported if writing else self._looked
+        self._jobs.run(job, done, self._failed, self._bar.show_progress, key="label import")
+
+    def _looked(self, report: LabelReport) -> None:
+        self._show(report, _PLANNED)
+
+    def _imported(self, report: LabelReport) -> None:
+        """Show what was imported; files that were left out stay for another try."""
+        self._document.reread()
+        self._files = [path for path in self._files if path in report.trouble()]
+        self._show(report, _DONE)
+
+    def _failed(self, error: Exception) -> None:
+        self._show(self._report, _PLANNED)
+        self._say(str(error), trouble=True)
+
+    def _show(self, report: LabelReport, words: dict[str, str]) -> None:
+        """Show a row for each track, and what else there is to say."""
+        self._report = report
+        self._bar.setVisible(False)
+        rows = [_row(track, words) for track in report.tracks]
+        rows += [
+            _trouble(TableRow((path.name, "", "", "", _here(reason.replace(str(path), path.name)))))
+            for path, reason in report.unread.items()
+        ]
+        self._model.show(_COLUMNS, rows)
+        self.table.fit_columns(stretched=len(_COLUMNS) - 1)
+        ready = report.count("new") + report.count("replaced")
+        reason = "Add files first." if not rows else "" if ready else "There is nothing to import."
+        self._done = ready if words is _DONE else 0
+        set_enabled_with_reason(self.go, "These labels are imported." if self._done else reason)
+        self._show_remarks()
+
+    def _show_remarks(self) -> None:
+        """Show what there is to say: first on the selected rows, whose cells may be too short."""
+        indices = self.table.selectionModel().selectedRows()
+        selected = [self._model.rows[index.row()] for index in indices]
+        lines = [f"{row.cells[0]}: {row.cells[-1]}" for row in selected if row.colours]
+        if self._done:
+            lines.append(f"{counted(self._done, 'track')} imported.")
+        for path, remarks in self._report.remarks.items():
+            lines += [f"{path.name}: {_here(remark)}" for remark in remarks]
+        self._say("\n".join(lines))
+
+    def _say(self, text: str, trouble: bool = False) -> None:
+        self._text.setText(text)
+        self._text.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
+        self._sentences.setVisible(bool(text))
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        accept_as_copy(event)
+
+    def dragMoveEvent(self, event: QDragMoveEvent) -> None:
+        accept_as_copy(event)
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        self.add_files(accept_as_copy(event))
+
+
+def _row(track: ImportedTrack, words: dict[str, str]) -> TableRow:
+    at = track.demonstration
+    result = _here(track.reason) or words[track.status]
+    name = at.name if at else ""
+    row = TableRow((track.file.name, name, track.author, f"{track.segments:,}", result))
+    return _trouble(row) if track.reason else row
+
+
+def _trouble(row: TableRow) -> TableRow:
+    """A row of what is left out."""
+    return replace(row, colours=(None, None, None, None, colours().trouble))
+
+
+def _here(sentence: str) -> str:
+    """A sentence that names the dialog's fields in place of the command's options."""
+    for option, field in _HERE:
+        sentence = re.sub(option, field, sentence)
+    return sentence
