@@ -30,6 +30,11 @@ def broken():
     return {}["no such key"]
 
 
+def crashing(*_):
+    yield Progress(1, 2, "before")
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
 def untellable():
     yield Progress(1, 2, "before")
     return lambda: None

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
-import stat
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -16,20 +13,16 @@ from typing import Final, Protocol, cast
 from forcelab.errors import InputError
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import (
-    BAG_METADATA,
-    LEROBOT_INFO,
     announced_kind,
-    is_bag_folder,
-    is_lerobot_folder,
+    file_head,
+    naming_file,
     seems_to_be,
 )
 
-__all__ = ["HEAD_BYTES", "Format", "all_formats", "format_names", "identify", "preview", "read"]
+__all__ = ["Format", "all_formats", "format_names", "identify", "preview", "read"]
 
 #: Where other packages say that they read a format: an entry point whose object is a `Format`.
 ENTRY_POINTS: Final = "forcelab.formats"
-#: Bytes of a file that are looked at to tell its format.
-HEAD_BYTES: Final = 64 * 1024
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +115,28 @@ _EARLY: Final = (
         starts=(b"{",),
         columns=True,
     ),
+    Format(
+        name="numpy",
+        description="NumPy arrays (*.npy, *.npz)",
+        module="forcelab.formats.numpy_arrays",
+        starts=(b"\x93NUMPY", b"PK"),
+        columns=True,
+    ),
+    Format(
+        name="hdf5",
+        description="HDF5 files",
+        module="forcelab.formats.hdf5",
+        starts=(b"\x89HDF\r\n\x1a\n",),
+        columns=True,
+    ),
+    Format(
+        name="matlab",
+        description="MATLAB files (*.mat)",
+        module="forcelab.formats.matlab",
+        # Files of version 4 have no mark; they begin with the type of a variable.
+        starts=(b"MATLAB ", b"\0\0", *(bytes([kind, 0, 0, 0]) for kind in (10, 20, 30, 40, 50))),
+        columns=True,
+    ),
 )
 #: Any text might be a table; what is told by its packets wherever they start is never text.
 _LATE: Final = (
@@ -183,7 +198,7 @@ def identify(path: str | os.PathLike[str]) -> Format:
                 f"recording first, then attach the video to it (forcelab attach; in the window "
                 f"File > Attach video, or a right click in the list)."
             )
-        from forcelab.formats.label_files import identify_labels  # which knows this module
+        from forcelab.formats.label_files import identify_labels  # what is labels only is met last
 
         if identify_labels(path, head) is not None:
             raise InputError(
@@ -244,46 +259,5 @@ def _named_format(path: Path, name: str) -> Format:
         raise InputError(f"There is no format '{name}'; choose one of {', '.join(format_names())}.")
 
 
-def file_head(path: Path) -> bytes:
-    """The first bytes of a regular file, at least one; of a bag or dataset, of its metadata."""
-    if is_bag_folder(path):
-        path = path / BAG_METADATA
-    elif is_lerobot_folder(path):
-        path = path / LEROBOT_INFO
-    mode = path.stat().st_mode
-    if stat.S_ISDIR(mode):
-        raise InputError(f"'{path}' is a folder; name the files in it, such as {path}/*.csv.")
-    if not stat.S_ISREG(mode):
-        raise InputError(f"'{path}' is a device or pipe; save what it gives as a file first.")
-    with path.open("rb") as stream:
-        head = stream.read(HEAD_BYTES)
-    if not head:
-        raise InputError(f"'{path}' is empty (0 bytes); copy it again from where it is from.")
-    return head
-
-
 def _module(format_: Format) -> _Reader:
     return cast(_Reader, import_module(format_.module))
-
-
-@contextlib.contextmanager
-def naming_file(path: Path) -> Iterator[None]:
-    """Re-raise errors as one line that names the file."""
-    try:
-        yield
-    except InputError as error:
-        sentence = str(error) if path.name in str(error) else f"'{path}': {error}"
-        # Who tells it may know a cure of its kind of error.
-        raise type(error)(_one_line(sentence)) from error
-    except FileNotFoundError as error:
-        sentence = f"'{path}' does not exist; check its spelling and folder."
-        raise InputError(_one_line(sentence)) from error
-    except OSError as error:
-        reason = error.strerror or str(error)
-        sentence = f"'{path}' cannot be read: {reason}; check its rights and its disk."
-        raise InputError(_one_line(sentence)) from error
-
-
-def _one_line(text: str) -> str:
-    """Escape whatever a terminal would not show as a character."""
-    return "".join(char if char.isprintable() else ascii(char)[1:-1] for char in text)

@@ -22,7 +22,7 @@ from forcelab.formats.label_studio import (
 )
 from forcelab.formats.lerobot_subtasks import writing_subtasks
 from forcelab.formats.output_folder import file_names, output_folder, stay_out_of_projects
-from forcelab.formats.samples import Prediction, SampleTable
+from forcelab.formats.samples import SAMPLES, Prediction, SampleTable
 from forcelab.formats.textgrid import to_textgrid
 from forcelab.formats.track_text import AnnotatedTrack, to_audacity, to_csv, to_statistics_table
 from forcelab.io import atomic_file, write_atomically
@@ -70,6 +70,8 @@ class ExportFormat:
     #: Further files for each part, by what their names end in.
     beside: tuple[tuple[str, Callable[[Part], Any]], ...] = ()
     predictions: bool = False  #: whether it holds what runs predict, too
+    #: Formats of a kind stand together in the window: tables, those of a program, and the rest.
+    group: Literal["table", "program", "whole"] = "program"
 
 
 def _statistics_rows(part: Part) -> list[AnnotatedTrack]:
@@ -148,7 +150,7 @@ def _tracks_and_prediction(part: Part) -> tuple[list[Track], dict[str, list[floa
 
 def _forces_task(part: Part) -> list[tuple[dict[str, Any], tuple[str, ...]]]:
     """A task, with the columns of its table of forces."""
-    csv = local_file(part.folder / f"{part.stem}{FORCES_OF_TASK}", part.folder)
+    csv = local_file(part.folder / f"{part.stem}{FORCES_OF_TASK}", part.folder, part.project.path)
     task = forces_task(part.title, part.info.task, csv, *_tracks_and_prediction(part))
     demonstration = part.project.demonstrations.load(part.info.id)
     return [(task, SampleTable(demonstration, (), None).columns[1:])]
@@ -163,7 +165,7 @@ def _video_task(part: Part) -> list[tuple[dict[str, Any], tuple[str, ...]]]:
     fps, _ = stated_rate_and_length(video.path)
     if not fps:
         raise InputError(f"The video '{video.path}' does not say its frame rate; encode it anew.")
-    address = local_file(video.path, part.folder)
+    address = local_file(video.path, part.folder, part.project.path)
     filmed = FilmedTask(video.path, video.clock, fps)
     task = video_task(part.title, part.info.task, address, filmed, *_tracks_and_prediction(part))
     return [(task, ())]
@@ -208,17 +210,36 @@ def _forces_table(part: Part) -> StreamWriter:
 
 FORMATS: Final[dict[str, ExportFormat]] = {
     "csv": ExportFormat(
-        "CSV: start, end, action, author; one file per demonstration",
+        "CSV: one file per demonstration, one row per segment",
         ".labels.csv",  # not .csv: that is what recordings are called
         "demonstration",
         lambda part: to_csv(part.tracks).encode(),
+        group="table",
     ),
     "table": ExportFormat(
-        "One table for statistics: CSV, one row per segment",
+        "CSV for statistics: one table of all, one row per segment",
         ".segments.csv",
         "project",
         _statistics_rows,
         lambda _project, rows: to_statistics_table(rows).encode(),
+        group="table",
+    ),
+    "samples": ExportFormat(
+        "CSV with forces: one row per sample, labels and predictions beside",
+        f"{SAMPLES}.csv",
+        "demonstration",
+        lambda part: _samples(part, SampleTable.write_csv),
+        predictions=True,
+        group="table",
+    ),
+    "parquet": ExportFormat(
+        "Parquet with forces: one row per sample, labels and predictions beside",
+        f"{SAMPLES}.parquet",
+        "demonstration",
+        lambda part: _samples(part, SampleTable.write_parquet),
+        prints=False,
+        predictions=True,
+        group="table",
     ),
     "elan": ExportFormat(
         "ELAN: one file per demonstration, one tier per coder, with videos and forces",
@@ -266,32 +287,19 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         "track",
         lambda part: to_audacity(part.tracks[0]).encode(),
     ),
-    "samples": ExportFormat(
-        "Samples: CSV, forces, labels and predictions; one row per sample",
-        ".samples.csv",
-        "demonstration",
-        lambda part: _samples(part, SampleTable.write_csv),
-        predictions=True,
-    ),
-    "parquet": ExportFormat(
-        "Samples: Parquet, forces, labels and predictions; one row per sample",
-        ".samples.parquet",
-        "demonstration",
-        lambda part: _samples(part, SampleTable.write_parquet),
-        prints=False,
-        predictions=True,
-    ),
     "lerobot": ExportFormat(
         "LeRobot: subtasks of all frames, into the dataset that was imported",
         "",
         "dataset",
         prints=False,
+        group="whole",
     ),
     "archive": ExportFormat(
         "Archive: the whole project as one file, to be imported again",
         ".zip",
         "project",
         prints=False,
+        group="whole",
     ),
 }
 

@@ -35,16 +35,13 @@ _SUFFIXES = frozenset(
 )
 
 
-#: Videos of a recording by what they are called among several; the one of its own name by "".
-Named = Mapping[str, Path]
-
-
 def pair_videos(paths: Sequence[Path]) -> tuple[list[Path], dict[Path, dict[str, Path]]]:
     """Part recordings from the videos that belong to them.
 
     A video belongs to the recording with the same name but for the suffix, or with the beginning of
     its name up to a dot, dash or underscore, after which it is called: in the same folder, or in
     another one where only one recording has that name. All other files are recordings, in order.
+    Gives, of each recording, the videos by what they are called; the one of its own name by "".
     """
     recordings: dict[str, list[Path]] = {}
     for path in paths:
@@ -76,12 +73,14 @@ def videos_beside(paths: Sequence[Path]) -> dict[Path, dict[str, Path]]:
     found: dict[Path, dict[str, Path]] = {}
     for folder in dict.fromkeys(path.parent for path in paths):
         with contextlib.suppress(OSError):  # what is wrong is told when the recording is read
-            found |= pair_videos([folder / entry.name for entry in folder.iterdir()])[1]
+            found |= pair_videos([*folder.iterdir()])[1]
     return {path: found[path] for path in paths if path in found}
 
 
 def attach_videos(
-    read_files: Mapping[Path, Sequence[Recording]], videos: Mapping[Path, Named], project: Path
+    read_files: Mapping[Path, Sequence[Recording]],
+    videos: Mapping[Path, Mapping[str, Path]],
+    project: Path,
 ) -> tuple[dict[Path, list[Recording]], dict[Path, InputError]]:
     """Attach videos, which start with the forces until they are synchronised.
 

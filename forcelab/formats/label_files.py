@@ -24,10 +24,9 @@ from numpy.typing import NDArray
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
-from forcelab.formats import file_head, naming_file
 from forcelab.formats.label_offset import fit_offset
 from forcelab.formats.output_folder import file_names
-from forcelab.formats.signatures import announced_kind, seems_to_be
+from forcelab.formats.signatures import announced_kind, file_head, naming_file, seems_to_be
 from forcelab.formats.track_text import on_samples
 from forcelab.jobs import Progress
 from forcelab.labels import (

@@ -8,7 +8,6 @@ Labels of coders are annotations, those of models predictions.
 
 from __future__ import annotations
 
-import os
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -47,22 +46,22 @@ class FilmedTask:
     fps: float
 
 
-def local_file(path: Path, folder: Path) -> str:
-    """The address of a file below the folder in which the tasks' `folder` lies.
+def local_file(path: Path, folder: Path, project: Path) -> str:
+    """The address of a file that lies in the tasks' `folder` or in a project.
 
-    Label Studio serves it where its ``LOCAL_FILES_DOCUMENT_ROOT`` is that one.
+    Label Studio serves it where its ``LOCAL_FILES_DOCUMENT_ROOT`` is the innermost folder that
+    holds both.
     """
-    root = folder.resolve().parent
-    try:
-        relative = Path(os.path.relpath(path.resolve(), root)).as_posix()
-    except ValueError:  # on another drive
-        relative = ".."
-    if relative.startswith(".."):
+    parents = [folder.resolve().parent, project.resolve().parent]
+    root = parents[0]
+    while root not in (parents[1], *parents[1].parents) and root != root.parent:
+        root = root.parent
+    if root == root.parent:
         raise InputError(
-            f"'{path}' does not lie below '{root}', which Label Studio is given; export into a "
-            f"folder beside the project."
+            f"'{folder}' and the project have no folder in common, which Label Studio could be "
+            f"given; export into a folder beside the project."
         )
-    return f"/data/local-files/?d={quote(relative)}"
+    return f"/data/local-files/?d={quote(path.resolve().relative_to(root).as_posix())}"
 
 
 def forces_task(

@@ -50,6 +50,8 @@ _NUMBER: Final = re.compile(r"float(16|32|64)|u?int(8|16|32|64)|bool")
 _FORCES: Final = frozenset(["force", "forces", "wrench", "torque", "torques", "ft", "effort"])
 #: A feature with more numbers a frame is a picture or a cloud.
 _MOST_NUMBERS: Final = 1000
+#: No clock counts further (s), and sums of what does would overflow.
+_ABSURD: Final = 1e30
 _LONGEST: Final = 200  #: characters of the name of a feature
 #: So many episodes are read without being asked for by number; with cameras they take a minute.
 MOST_UNASKED: Final = 1000
@@ -413,6 +415,7 @@ class Dataset:
     def times(self, episode: Episode, table: Any, *, strict: bool = False) -> RepairedTimestamps:
         """When each frame was; stamps that were rounded to 32 bits get their digits back."""
         stamps = _matrix(table["timestamp"], 1, "timestamp")[:, 0]
+        stamps = np.where(np.abs(stamps) < _ABSURD, stamps, np.nan)
         even = _matrix(table["frame_index"], 1, "frame_index")[:, 0] / self.info["fps"]
         with np.errstate(over="ignore"):
             if np.array_equal(even.astype(np.float32), stamps.astype(np.float32)):
@@ -466,8 +469,8 @@ def _read_info(path: Path) -> dict[str, Any]:
         raise InputError(f"'{file}' contradicts itself; copy it again.")
     if version not in VERSIONS:
         raise InputError(
-            f"'{path}' is a LeRobot dataset of version {version}, and {', '.join(VERSIONS)} can "
-            f"be read; convert it with their scripts."
+            f"'{path}' is a LeRobot dataset of version {version[:20]}, and {', '.join(VERSIONS)} "
+            f"can be read; convert it with their scripts."
         )
     return dict(info)
 

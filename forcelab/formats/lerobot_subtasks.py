@@ -19,7 +19,14 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
-from forcelab.formats.lerobot import SUBTASK, SUBTASKS_FILE, Dataset, open_parquet, source_text
+from forcelab.formats.lerobot import (
+    SUBTASK,
+    SUBTASKS_FILE,
+    Dataset,
+    Episode,
+    open_parquet,
+    source_text,
+)
 from forcelab.formats.signatures import LEROBOT_INFO
 from forcelab.formats.table_columns import is_unlabelled
 from forcelab.jobs import Progress
@@ -82,21 +89,22 @@ def _matching(
         if all(name in dataset.columns for name in names):
             groups[names][info.id] = segments
     counts = {info.samples for info, _ in labelled}
-    episodes = [episode for episode in dataset.episodes if episode.length >= min(counts, default=0)]
     features = {dataset.columns[name].feature for names in groups for name in names}
     found, missing = {}, {info.id: info for info, _ in labelled}
-    for done, (episode, table) in enumerate(dataset.frames(episodes, sorted(features))):
-        if done % 100 == 0:
-            yield Progress(done, len(episodes), f"looking through {dataset.path.name}")
-        times = dataset.times(episode, table)
-        for names, segments_of in groups.items() if len(times.times) in counts else ():
-            signals = dataset.signals(table, [dataset.columns[name] for name in names])
-            read = Demonstration(
-                "episode", "", times.times, signals[times.rows], tuple(map(Channel, names))
-            )
-            if read.id in segments_of:
-                missing.pop(read.id, None)
-                found[episode.number] = segments_of[read.id], dataset.frame_times(table, times)
+    for episodes in _likely_first(dataset, labelled):
+        if not missing:
+            break
+        for done, (episode, table) in enumerate(dataset.frames(episodes, sorted(features))):
+            if done % 100 == 0:
+                yield Progress(done, len(episodes), f"looking through {dataset.path.name}")
+            times = dataset.times(episode, table)
+            for names, segments_of in groups.items() if len(times.times) in counts else ():
+                signals = dataset.signals(table, [dataset.columns[name] for name in names])
+                channels = tuple(Channel(name) for name in names)
+                read = Demonstration("-", "", times.times, signals[times.rows], channels)
+                if read.id in segments_of:
+                    missing.pop(read.id, None)
+                    found[episode.number] = segments_of[read.id], dataset.frame_times(table, times)
     _refuse_missing(dataset, list(missing.values()), strict)
     if not found:
         raise InputError(
@@ -104,6 +112,17 @@ def _matching(
             f"episodes, or name another dataset."
         )
     return found
+
+
+def _likely_first(
+    dataset: Dataset, labelled: Sequence[tuple[DemonstrationInfo, Segments]]
+) -> tuple[list[Episode], list[Episode]]:
+    """The episodes that demonstrations were imported as, and all others."""
+    ends = {info.source.rpartition(", ")[2] for info, _ in labelled}
+    parts: tuple[list[Episode], list[Episode]] = ([], [])
+    for episode in dataset.episodes:
+        parts[f"episode {episode.number}" not in ends].append(episode)
+    return parts
 
 
 def _refuse_missing(dataset: Dataset, missing: Sequence[DemonstrationInfo], strict: bool) -> None:

@@ -161,3 +161,4 @@ class ColumnUse:
     use: Use  #: a counter is no signal; where there are no times it stands in for them
     cells: tuple[str, ...]  #: the first ones, as they stand in the file
     choices: tuple[Use, ...] = ANY_USE  #: what it can be made
+    size: str = ""  #: rows and columns of what is an array

@@ -193,7 +193,7 @@ def _field(topic: str, path: FieldPath, name: str, value: object) -> Field | Non
     leaves = tuple((*path, *part) for part in parts)
     # Whole numbers that are called forces are counts of a device.
     measured = bool(kind) or np.asarray(value).dtype.kind == "f"
-    names, units = _forces(name, len(parts), kind) if measured else ((), ())
+    names, units = name_forces(name, len(parts), kind) if measured else ((), ())
     if names:
         return Field(topic, path, leaves, names, units, force=True)
     plain = tuple(".".join(map(str, leaf)) for leaf in leaves)
@@ -202,7 +202,7 @@ def _field(topic: str, path: FieldPath, name: str, value: object) -> Field | Non
     return Field(topic, path, leaves, plain, ("",) * len(leaves), force=False)
 
 
-def _forces(name: str, number: int, kind: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def name_forces(name: str, number: int, kind: str = "") -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names and units of so many numbers called `name`, if they are forces or torques."""
     words = set(_name_words(name))
     if kind == _WRENCH or (number == 6 and words & _FORCES):

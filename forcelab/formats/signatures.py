@@ -1,19 +1,29 @@
-"""What a file seems to be, by its first bytes; for saying so when it cannot be read."""
+"""What a file seems to be, by its first bytes; and sentences on one that cannot be read."""
 
 from __future__ import annotations
 
+import contextlib
+import stat
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
+
+from forcelab.errors import InputError
 
 __all__ = [
     "BAG_METADATA",
     "LEROBOT_INFO",
     "announced_kind",
+    "file_head",
     "is_bag_folder",
     "is_lerobot_folder",
     "lerobot_folder",
+    "naming_file",
     "seems_to_be",
 ]
+
+#: Bytes of a file that are looked at to tell its format.
+HEAD_BYTES: Final = 64 * 1024
 
 #: What the folder of a ROS 2 bag holds besides its data.
 BAG_METADATA: Final = "metadata.yaml"
@@ -90,3 +100,44 @@ def seems_to_be(head: bytes) -> str:
         return "a file of zeros, as a failed copy leaves it"
     printable = sum(byte >= 32 or byte in b"\t\n\r\f" for byte in head[:4096])
     return "text" if printable == len(head[:4096]) else "unknown binary data"
+
+
+def file_head(path: Path) -> bytes:
+    """The first bytes of a regular file, at least one; of a bag or dataset, of its metadata."""
+    if is_bag_folder(path):
+        path = path / BAG_METADATA
+    elif is_lerobot_folder(path):
+        path = path / LEROBOT_INFO
+    mode = path.stat().st_mode
+    if stat.S_ISDIR(mode):
+        raise InputError(f"'{path}' is a folder; name the files in it, such as {path}/*.csv.")
+    if not stat.S_ISREG(mode):
+        raise InputError(f"'{path}' is a device or pipe; save what it gives as a file first.")
+    with path.open("rb") as stream:
+        head = stream.read(HEAD_BYTES)
+    if not head:
+        raise InputError(f"'{path}' is empty (0 bytes); copy it again from where it is from.")
+    return head
+
+
+@contextlib.contextmanager
+def naming_file(path: Path) -> Iterator[None]:
+    """Re-raise errors as one line that names the file."""
+    try:
+        yield
+    except InputError as error:
+        sentence = str(error) if path.name in str(error) else f"'{path}': {error}"
+        # Who tells it may know a cure of its kind of error.
+        raise type(error)(_one_line(sentence)) from error
+    except FileNotFoundError as error:
+        sentence = f"'{path}' does not exist; check its spelling and folder."
+        raise InputError(_one_line(sentence)) from error
+    except OSError as error:
+        reason = error.strerror or str(error)
+        sentence = f"'{path}' cannot be read: {reason}; check its rights and its disk."
+        raise InputError(_one_line(sentence)) from error
+
+
+def _one_line(text: str) -> str:
+    """Escape whatever a terminal would not show as a character."""
+    return "".join(char if char.isprintable() else ascii(char)[1:-1] for char in text)

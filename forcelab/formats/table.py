@@ -21,6 +21,7 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, UnclearRateError
 from forcelab.formats.label_tables import is_label_table, own_or_beside_tracks
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
+from forcelab.formats.samples import SAMPLES
 from forcelab.formats.table_columns import (
     ColumnRoles,
     TextColumn,
@@ -133,6 +134,7 @@ def make_recording(
     ]
     for array in (repaired.times, signals):
         array.flags.writeable = False  # so that the demonstration need not copy them
+    name = name.removesuffix(SAMPLES)
     demonstration = Demonstration(
         name, options.task or "", repaired.times, signals, channels, grid_rate=options.rate
     )
@@ -582,9 +584,11 @@ def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
     return preview_layout(sniff_layout(path), options)
 
 
-def preview_layout(layout: Layout, options: ReadOptions) -> tuple[ColumnUse, ...]:
+def preview_layout(
+    layout: Layout, options: ReadOptions, roles: ColumnRoles | None = None
+) -> tuple[ColumnUse, ...]:
     """What the columns of a table would be read as, from its first rows."""
-    roles = choose_roles(layout, options)
+    roles = roles or choose_roles(layout, options)
     table = _Table(layout, roles, _sample_body(layout, roles))
     return tuple(
         ColumnUse(

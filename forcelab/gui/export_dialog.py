@@ -55,6 +55,9 @@ class ExportDialog(QDialog):
             self.author.addItem(author, (author,))
         self.form = QComboBox()
         for name, format_ in FORMATS.items():
+            before = FORMATS.get(str(self.form.itemData(self.form.count() - 1)))
+            if before is not None and before.group != format_.group:
+                self.form.insertSeparator(self.form.count())
             self.form.addItem(format_.label, name)
         self.form.currentIndexChanged.connect(self._match)
         self.replacing = QCheckBox("Overwrite existing files")

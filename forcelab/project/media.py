@@ -21,7 +21,7 @@ from forcelab.project import files
 from forcelab.project.database import Database
 from forcelab.project.files import DEMONSTRATIONS, STAMPS
 from forcelab.project.records import check_length
-from forcelab.text import unknown_word
+from forcelab.text import tidy_name, unknown_word
 
 #: Names of files that are named after their content.
 _STORED = re.compile(r"[a-z]+-[0-9a-f]{16}(\.[a-z0-9]{1,8})?")
@@ -98,7 +98,7 @@ class MediaStore:
         row = self._db.demonstration(demonstration)
         root = self._db.folder / DEMONSTRATIONS
         home = self._db.demonstration_folder(demonstration)
-        name = None if name is None else " ".join(name.split())
+        name = None if name is None else tidy_name(name)
         if name == "":
             raise InputError("A video needs a name; give one.")
         check_length(name or "", "name of a video")

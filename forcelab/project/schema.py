@@ -228,7 +228,7 @@ def _cameras_before(folder: Path, id_: str, samples: int) -> Iterator[tuple[str,
     ]
     if not beside:
         return
-    frames = [f"frames_{number}" for number in range(8)]
+    frames = [f"frames_{number}" for number in range(8)]  # of so many cameras at most
     columns = ("video_names", "video_files", "video_clocks")
     stamps = files.read_stamps(home, samples, {"start", *frames, *columns}) or {}
     if "video_names" in stamps:

@@ -26,7 +26,7 @@ class PyAvCapture:
         av = load_extra("av", "video", f"The video '{path}' (AV1)")
         self._opened, self._error = opened, av.FFmpegError
         try:
-            self._container = av.open(str(path.absolute()))
+            self._container = av.open(str(path.absolute()), metadata_errors="ignore")
             self._stream = self._container.streams.video[0]
         except (av.FFmpegError, IndexError) as error:
             raise InputError(

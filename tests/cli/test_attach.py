@@ -33,7 +33,7 @@ def test_a_further_video_is_attached_by_its_name(forcelab, project, film):
     for name, sentence in (
         (None, f"Attached '{film}' to 'foam-01', offset"),
         ("left", f"Attached '{film}' to 'foam-01' as 'left', offset"),
-        ("left", f"Replaced the video 'left' of 'foam-01' by '{film}', offset"),
+        (" left ", f"Replaced the video 'left' of 'foam-01' by '{film}', offset"),
         (None, f"Replaced the video 'video 1' of 'foam-01' by '{film}', offset"),
     ):
         options = () if name is None else ("--name", name)

@@ -21,6 +21,7 @@ from forcelab.clock import ClockMap
 from forcelab.errors import InputError
 from forcelab.formats.export import exporting
 from forcelab.formats.label_files import LabelOptions, LabelSet, read_label_file
+from forcelab.formats.label_studio import local_file
 from forcelab.formats.samples import Prediction
 from forcelab.formats.table_sniff import sniff_layout
 from forcelab.jobs import finish
@@ -137,21 +138,31 @@ def test_segments_shorter_than_a_frame_keep_one_each(project):
     assert all(a["end"] < b["start"] for a, b in pairwise(ranges))
 
 
+def test_what_label_studio_cannot_show_is_refused(project):
+    with Project.open(project) as opened:
+        (info,) = opened.demonstrations.infos()
+        opened.media.set_video_clock(info.id, ClockMap(0.3))
+    with pytest.raises(InputError, match="ends before the video begins; export the forces"):
+        export(project, "label-studio-video")
+    assert not (project.parent / "out").exists()
+
+
 @pytest.mark.parametrize(
-    ("kind", "folder", "complaint"),
+    ("folder", "project", "address"),
     [
-        ("label-studio-video", "far/out", "does not lie below .*; export into a folder beside"),
-        ("label-studio-video", "out", "ends before the video begins; export the forces"),
+        ("/lab/out", "/lab/a.forcelab", "out/a%20b.csv"),
+        ("/lab/x/out", "/lab/a.forcelab", "x/out/a%20b.csv"),
+        ("/lab/out", "/lab/x/a.forcelab", "out/a%20b.csv"),
+        ("/home/out", "/lab/a.forcelab", None),
     ],
 )
-def test_what_label_studio_cannot_show_is_refused(project, kind, folder, complaint):
-    if folder == "out":
-        with Project.open(project) as opened:
-            (info,) = opened.demonstrations.infos()
-            opened.media.set_video_clock(info.id, ClockMap(0.3))
-    with pytest.raises(InputError, match=complaint):
-        export(project, kind, folder)
-    assert not (project.parent / folder).exists()
+def test_addresses_start_from_the_folder_that_holds_both(folder, project, address):
+    arguments = Path(folder) / "a b.csv", Path(folder), Path(project)
+    if address is not None:
+        assert local_file(*arguments) == f"/data/local-files/?d={address}"
+    else:
+        with pytest.raises(InputError, match="no folder in common"):
+            local_file(*arguments)
 
 
 def test_without_a_video_there_is_no_task(tmp_path):

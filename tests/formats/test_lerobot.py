@@ -276,6 +276,21 @@ def test_only_episodes_of_the_dataset_are_written(tmp_path, capsys):
     assert hashes(folder) == before
 
 
+def test_an_episode_is_known_by_its_samples_also_under_another_number(tmp_path):
+    folder = tmp_path / "pen"
+    write_dataset(folder, lengths=(9, 9))
+    project = imported(folder)
+    label(project, GRABS, names=["pen-0"])
+    file = folder / "data/chunk-000/file-000.parquet"
+    table = pq.read_table(file)
+    place = table.column_names.index("episode_index")
+    others = pa.array(1 - np.array(table["episode_index"]))
+    write_table(table.set_column(place, "episode_index", others), file)
+    assert export(project, folder) == 0
+    assert labels_of(1, folder) == labels_at(np.arange(9) / 30, GRABS)
+    assert labels_of(0, folder) == ["unlabelled"] * 9
+
+
 def test_labels_go_nowhere_but_into_a_dataset_outside_of_projects(tmp_path, capsys):
     folder = tmp_path / "pen"
     write_dataset(folder)
@@ -447,6 +462,10 @@ def test_data_that_contradict_the_description_are_one_sentence(tmp_path):
     table = pq.read_table(file)
     write_table(table.slice(0, 20), file)
     with pytest.raises(InputError, match="holds 8 frames of episode 1, which should have 15"):
+        read(tmp_path / "pen")
+    far = pa.array([1e308] * len(table))
+    write_table(table.set_column(table.column_names.index("timestamp"), "timestamp", far), file)
+    with pytest.raises(InputError, match="without a usable stamp were dropped, and too few"):
         read(tmp_path / "pen")
     write_table(table.drop(["timestamp"]), file)
     with pytest.raises(InputError, match="lacks 'timestamp'"):

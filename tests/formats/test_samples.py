@@ -139,7 +139,9 @@ def test_the_latest_run_of_a_task_is_exported_beside_the_labels(evaluated, tmp_p
         predictions = latest_predictions(project)
         assert predictions.keys() == {result.id for result in (*run.tested, *run.proposals)}
         for result in run.tested:
-            tracks = {t.author: t for t in read_single(out / f"{result.name}.samples.csv").tracks}
+            recording = read_single(out / f"{result.name}.samples.csv")
+            assert recording.demonstration.name == result.name
+            tracks = {track.author: track for track in recording.tracks}
             stored = project.tracks.of(result.id)
             assert tracks.keys() == {run.proposer, *(track.author for track in stored)}
             read = tracks[run.proposer].segments

@@ -1,5 +1,7 @@
 """Labels leave the project by the window, and hidden ones do not."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
@@ -7,6 +9,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 from window_helpers import open_painted_document
 
 from forcelab.demonstration import Channel, Demonstration
+from forcelab.formats.export import FORMATS
 from forcelab.gui import settings
 from forcelab.gui.export_dialog import ExportDialog
 from forcelab.gui.jobs import Jobs
@@ -159,3 +162,13 @@ def test_labels_go_into_the_dataset_that_was_imported(dialog, tmp_path, until):
     dialog.export(tmp_path / "none")
     until(dialog.go.isEnabled)
     assert "is no LeRobot dataset" in dialog._report_label.text()
+
+
+def test_formats_of_a_kind_stand_together(dialog):
+    shown = [dialog.form.itemData(i) for i in range(dialog.form.count())]
+    assert [name for name in shown if name] == list(FORMATS)
+    # A line, which is no format, only between two kinds.
+    for before, after in pairwise(name for name in shown if name):
+        apart = shown.index(after) - shown.index(before) > 1
+        assert apart == (FORMATS[before].group != FORMATS[after].group)
+    assert len(shown) == len(FORMATS) + 2

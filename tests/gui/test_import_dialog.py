@@ -4,7 +4,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from factories import foam_demonstration
+from factories import foam_demonstration, numbered_frame
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -457,6 +457,27 @@ def test_a_field_of_a_bag_that_is_no_force_can_be_made_a_signal(
     until(lambda: document.id)
     names = [channel.name for channel in document.demonstration.channels]
     assert names == ["fx", "fy", "fz", "tx", "ty", "tz", "point.x", "point.y", "point.z"]
+
+
+def test_cameras_of_a_bag_are_videos_unless_they_are_left_out(document, open_on, tmp_path, until):
+    pytest.importorskip("rosbags")
+    from tests.formats.rosbag_files import COMPRESSED, WRENCH, compressed_image, wrenches, write_bag
+
+    pictures = [(i / 10, compressed_image(i / 10, numbered_frame(i))) for i in range(5)]
+    topics = {
+        "/ft": (WRENCH, wrenches()),
+        "/a": (COMPRESSED, pictures),
+        "/b": (COMPRESSED, pictures),
+    }
+    dialog = open_on(write_bag(tmp_path / "a.bag", topics))
+    assert (read_as(dialog)["/a"], read_as(dialog)["/b"]) == ("video", "video")
+    choose(dialog, "/a", "left out")
+    choose(dialog, "/b", "left out")
+    choose(dialog, "/b", "video")
+    import_button(dialog).click()
+    until(lambda: document.id)
+    assert [video.name for video in document.demonstration.videos] == ["/b"]
+    assert "/b became a video: 5 frames of 384 x 64 (as in the bag)" in report(dialog)
 
 
 def test_a_file_that_tells_its_rate_is_asked_for_none(document, open_on, tmp_path, until):

@@ -106,6 +106,14 @@ def test_a_fault_in_one_step_of_closing_leaves_nothing_open(window, monkeypatch,
         done()  # what could not be let go of is let go of now
 
 
+def test_that_videos_stand_side_by_side_is_remembered(windows):
+    first = windows()
+    assert not first.label.videos.side_by_side
+    first.label.videos.show_all()
+    first.close()
+    assert windows().label.videos.side_by_side
+
+
 def list_widths(window):
     docks = [window._dock, *(window.label._docks[name] for name in ("actions", "segments"))]
     return [dock.width() for dock in docks if dock.isVisible()]

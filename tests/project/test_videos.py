@@ -45,7 +45,7 @@ def test_videos_come_back_in_order_and_a_name_given_again_replaces_one(project, 
     videos = (VideoReference(one, ClockMap(0.1)), VideoReference(two, ClockMap(-2.0, 1.1), "left"))
     id_ = project.demonstrations.add(make(1, name="01", videos=videos)).id
     assert project.demonstrations.info(id_).videos == ("video 1", "left")
-    project.media.attach_video(id_, three, name=" high  up ")
+    project.media.attach_video(id_, three, name=" high up ")
     project.media.attach_video(id_, three, ClockMap(7.0), name="left")
     project.media.set_video_clock(id_, ClockMap(3.0), "high up")
     project.media.set_video_clock(id_, ClockMap(0.2))

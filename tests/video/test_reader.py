@@ -101,6 +101,14 @@ def test_av1_is_decoded_as_pyav_decodes_it_from_the_beginning(film):
         assert [n for n in numbers if not np.array_equal(reader.frame(n), shown[n])] == []
 
 
+def test_av1_whose_tags_are_of_an_old_alphabet_is_shown(film, tmp_path):
+    content = film("av1.mkv").read_bytes()
+    assert content.count(b"Lavf") > 2  # in a tag, too
+    (tmp_path / "a.mkv").write_bytes(content.replace(b"Lavf", b"L\xe4vf"))
+    with VideoReader(tmp_path / "a.mkv") as reader:
+        assert frame_number(reader.frame(30)) == 30
+
+
 @pytest.mark.parametrize("turn", [(0, 1, -1, 0), (-1, 0, 0, -1), (0, -1, 1, 0)])
 def test_av1_is_turned_as_other_videos_are(tmp_path, turn):
     """By the matrix of the track (ISO/IEC 14496-12, tkhd), as telephones write it."""

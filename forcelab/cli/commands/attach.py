@@ -15,7 +15,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from forcelab.cli.options import add_demonstration, add_json, add_project
+from forcelab.cli.options import add_demonstration, add_json, add_project, name_of
 from forcelab.cli.output import print_result, printable
 from forcelab.clock import ClockMap
 from forcelab.project import Project
@@ -28,7 +28,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_demonstration(parser)
     parser.add_argument("video", metavar="VIDEO", type=Path, help="video file")
     parser.add_argument(
-        "--name", metavar="NAME", help="what it is called among several, such as left"
+        "--name", metavar="NAME", type=name_of, help="what it is called among several, such as left"
     )
     parser.add_argument(
         "--offset",

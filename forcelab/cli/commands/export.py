@@ -7,8 +7,9 @@ series. textgrid: one TextGrid of Praat per demonstration, one tier per coder. b
 .boris project, one observation per coder and demonstration, videos linked.
 label-studio: the tasks to import there, one per demonstration, with its forces as a time
 series (label-studio-video: with its first video), labels of coders as annotations, those
-of models as predictions; and the labelling interface (.xml). Start Label Studio with
-LOCAL_FILES_DOCUMENT_ROOT set to the folder in which DIR lies, the project's, too.
+of models as predictions; and the labelling interface (.xml). Label Studio shows the files
+once LABEL_STUDIO_LOCAL_FILES_DOCUMENT_ROOT is the innermost folder that holds DIR and the
+project.
 audacity: one label track per coder and demonstration. samples: a CSV per demonstration,
 one row per sample with its forces, the labels of each coder and, from the task's latest
 run, what was predicted, how probable. parquet: the same as Parquet. lerobot: the subtask

@@ -3,9 +3,9 @@
 The project is created if need be. The format is recognised by content: tables (CSV,
 TSV, spaces); Parquet and Feather (extra parquet); Excel workbooks, where each sheet is a
 demonstration (extra excel); ROS bags, whose pictures become videos (extra rosbag);
-LeRobot datasets, which are folders (extra lerobot); XDF (extra xdf); C3D; TDMS (extra
-tdms); the paper's databases (*.pdl); archives of projects; raw dumps of OptoForce
-sensors.
+LeRobot datasets, which are folders (extra lerobot); arrays of NumPy (*.npy, *.npz),
+MATLAB (*.mat) and HDF5 (extra hdf5); XDF (extra xdf); TDMS (extra tdms); C3D; the
+paper's databases (*.pdl); archives of projects; raw dumps of OptoForce sensors.
 
 The labels of a table may be one of its columns, or lie beside it in NAME.labels.csv
 (start, end, action) or an Audacity label track NAME.txt. A video named with its
@@ -17,9 +17,15 @@ reported and left out, and the exit status is then 1; with --strict nothing is i
 at all. A single archive imported into a new project restores everything it holds; into
 an existing one, the recordings and coders' labels that it lacks.
 
+In files of arrays times, forces and labels are found by their names and shapes. --time,
+--signal, --label and --leave-out name others: an array, a group of them (obs), or a
+column of one ("data 2"). Groups that are numbered as
+demonstrations (demo_0, trial 1) are one each.
+
 for example:
   forcelab import lab.forcelab recordings/*.csv --task stylus --videos
   forcelab import lab.forcelab left.bin --task foam --calibration left.toml
+  forcelab import lab.forcelab fold.hdf5 --signal observations/qpos --rate 50
 """
 
 from __future__ import annotations

@@ -302,6 +302,11 @@ class VideoPanel(PictureView):
             self._close()
             self.hide()
             return
+        if self.parentWidget() is not None:
+            self.show()
+        if self._place is not None and not self.isVisible():  # it waits until it is seen
+            self._close()
+            return
         video = (self.document.id, str(reference.path))
         if video != self._open:
             self._reset()
@@ -310,13 +315,11 @@ class VideoPanel(PictureView):
                 self.document.view.set_frame_times(None)
             self._open = video
             self.fit()
-            self._ensure_frames().open(reference.path)
+            self._ensure_frames().open(reference.path, 1 + len(self._selection.beside))
         elif self._times is not None:
             if self._place is None:
                 self._publish_times()
             self._request_frame()
-        if self.parentWidget() is not None:
-            self.show()
         self.update()
 
     def _ensure_frames(self) -> VideoFrames:
@@ -436,6 +439,8 @@ class VideoPanel(PictureView):
     def showEvent(self, event: QShowEvent) -> None:
         """Request the frame at the cursor, which was not followed while hidden."""
         super().showEvent(event)
+        if self._place is not None:
+            self._demonstration_changed()
         self._request_frame(again=True)
 
 

@@ -35,10 +35,12 @@ class FrameThread:
     """A thread that reads one video.
 
     `size` is that in which pictures are to be ready, too; empty for none. Set by the GUI's thread.
+    The memory for pictures is shared among `sharing` videos.
     """
 
-    def __init__(self, path: Path, signal: SignalInstance) -> None:
+    def __init__(self, path: Path, signal: SignalInstance, sharing: int = 1) -> None:
         self.path = path
+        self._sharing = sharing
         self.thread = threading.Thread(target=self._run, name=f"video {path.name}", daemon=True)
         self._sent = signal
         self._changed = threading.Condition()
@@ -121,14 +123,14 @@ class FrameThread:
     def _open(self) -> VideoReader | None:
         """Open the video; the first frame is shown while a long index is read."""
         from forcelab.video.index import indexing, open_video
-        from forcelab.video.reader import VideoReader, as_rgb
+        from forcelab.video.reader import CACHE, VideoReader, as_rgb
 
         job, shown = indexing(self.path), False
         while not self._ended:
             try:
                 progress = next(job)
             except StopIteration as stop:
-                return VideoReader(self.path, stop.value)
+                return VideoReader(self.path, stop.value, CACHE // self._sharing)
             if not shown:
                 shown = True
                 capture = open_video(self.path)
@@ -187,7 +189,7 @@ class FrameThread:
         last = len(reader) - 1
         # The frame, both sides and what is passed fit together; a picture is a third larger.
         pixels = self._pixels + max(self.size.width() * self.size.height(), 0)
-        room = min(reader.capacity // 4, max(1, CACHE_BYTES // (2 * 4 * pixels)))
+        room = min(reader.capacity // 4, max(1, CACHE_BYTES // (2 * 4 * pixels * self._sharing)))
         forward = min(AHEAD if direction > 0 else AROUND, room)
         backward = min(AHEAD if direction < 0 else AROUND, room)
         neighbours = [*range(number + 1, min(number + forward, last) + 1)]
@@ -282,10 +284,10 @@ class VideoFrames(QObject):
         self._size = QSize()
         self._sent.connect(self._relay, Qt.ConnectionType.QueuedConnection)
 
-    def open(self, path: Path) -> None:
-        """Show another video from now on; pending work for the one before is dropped."""
+    def open(self, path: Path, sharing: int = 1) -> None:
+        """Show another video from now on, one of `sharing`; work for the last one is dropped."""
         self.abandon()
-        self._decoder = FrameThread(path, self._sent)
+        self._decoder = FrameThread(path, self._sent, sharing)
         self._decoder.size = self._size
         self._decoder.thread.start()
 

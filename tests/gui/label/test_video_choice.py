@@ -119,6 +119,20 @@ def test_side_by_side_each_is_at_the_cursor_and_one_that_is_not_shown_has_no_dec
     assert [panel.isVisible() for panel in panels.panels] == [True, False, False]
 
 
+def test_hidden_panels_decode_nothing_beside_the_first_video(document, panels, selection, until):
+    panels.hide()
+    selection.show_all()
+    document.open_demonstration("three")
+    until(lambda: document.view.frame_times is not None)
+    assert decoders() == 1
+    panels.show()
+    until(lambda: panels.settled and all(panel.isVisible() for panel in panels.panels))
+    document.view.seek(1.0)
+    until(lambda: panels.settled)
+    assert [p.shown_index for p in panels.panels] == [frame_at(n, 1.0) for n in range(3)]
+    assert decoders() == 3
+
+
 def test_the_choice_is_there_only_among_several(document, selection):
     document.open_demonstration("three")
     choice = VideoChoice(selection)

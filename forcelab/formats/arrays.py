@@ -1,0 +1,664 @@
+"""Files that hold named arrays (NumPy, MATLAB, HDF5): which are times, signals and labels.
+
+To such a file its arrays are what columns are to a table: those with a row for each sample are read
+by the rules of tables (:mod:`~forcelab.formats.table_columns`), a column of an array being one of
+the table's. Where arrays are columns of one table, such as ``t``, ``fx`` and ``fy``, all of them
+are signals. Elsewhere those are that are called forces, or the only one there is; any others have
+to be named. Groups that are numbered as demonstrations or trials are a demonstration each.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+from collections import Counter
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from itertools import takewhile
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.errors import ForcelabError, InputError
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
+from forcelab.formats.rosbag_topics import Field, name_forces, values_within, with_sensors
+from forcelab.formats.table import TableBody, make_recording, preview_layout
+from forcelab.formats.table_columns import ColumnRoles, TextColumn, choose_roles, is_counter_name
+from forcelab.formats.table_sniff import (
+    CellType,
+    Column,
+    Dialect,
+    Layout,
+    cell_type,
+    is_label_name,
+    is_time_name,
+    unit_of_time,
+)
+from forcelab.formats.timestamps import TimestampReader
+from forcelab.jobs import Progress, finish
+from forcelab.text import listed, natural_order
+
+#: Rows looked at to find out what an array holds.
+_SAMPLE: Final = 400
+#: An array with more columns holds pictures or a map.
+MOST_COLUMNS: Final = 512
+#: An array may take as many bytes in memory, and so many times those that are stored of it.
+ROOM, MOST_TIMES = 2**26, 100
+#: So many times the size of a file may reading it take beside a gigabyte, and beside a minute a
+#: second for so many bytes of it.
+_TIMES_SIZE, _BYTES_A_SECOND = 32, 10**7
+#: So many names are told at most.
+_SHOWN: Final = 8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Array:
+    """An array in a file, which is read when it is needed."""
+
+    path: str  #: as people name it, such as ``obs/force``; empty where the file has but one
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]  #: objects where it holds words
+    #: Gives the first so many rows, or all.
+    read: Callable[[int | None], NDArray[Any]]
+    unit: str = ""
+    names: tuple[str, ...] = ()  #: of its columns
+    codes: Mapping[int, str] = field(default_factory=dict)  #: what its numbers stand for
+    rate: float | None = None  #: samples a second, where the file tells them of it
+
+    @property
+    def leaf(self) -> str:
+        return re.split(r"[/.]", self.path)[-1]
+
+    @property
+    def group(self) -> str:
+        return self.path[: -len(self.leaf)] if self.leaf else ""
+
+    @property
+    def length(self) -> int:
+        """How many samples it has, if it has any: no recording has more channels than samples."""
+        return max(self.shape, default=1)
+
+    @property
+    def is_vector(self) -> bool:
+        return math.prod(self.shape) == self.length
+
+    @property
+    def is_text(self) -> bool:
+        return self.dtype.kind in "OSU"
+
+    @property
+    def is_usable(self) -> bool:
+        """Whether it may hold samples: numbers or words, a few for each."""
+        few = len(self.shape) == 2 and min(self.shape) <= MOST_COLUMNS
+        return self.length > 1 and self.dtype.kind in "biufOSUMm" and (few or self.is_vector)
+
+    def width(self, rows: int) -> int:
+        return math.prod(self.shape) // rows
+
+    def sized(self) -> str:
+        """Its path and its size, as in ``force (1000 x 3)``."""
+        return f"{self.path or 'an array'} ({self.size_text})"
+
+    @property
+    def size_text(self) -> str:
+        return " × ".join(f"{number:,}" for number in self.shape) or "1"
+
+    def sample_table(self, rows: int, first: int | None = None) -> NDArray[Any]:
+        """Its values, or the first ones, with a row for each of so many samples."""
+        values = self.read(first if self.shape[0] == rows else None)
+        if self.is_vector:
+            values = values.reshape(-1, 1)
+        elif self.shape[0] != rows:
+            values = values.T
+        if values.dtype.kind == "M":
+            values = values.astype("M8[ns]")
+        elif values.dtype.kind == "m":
+            values = values.astype("m8[ns]").astype(np.int64)
+        return values[:first]
+
+
+def check_size(path: str, values: int, stored: int) -> None:
+    """Refuse an array of more values than so many stored bytes can hold, before room is made."""
+    if 8 * values > (most := ROOM + MOST_TIMES * stored):
+        raise InputError(
+            f"{path or 'its array'} is said to hold {values:,} values, of which {stored:,} bytes "
+            f"are stored; more than {most // 8:,} are not believed, so write the file again."
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Tree:
+    """What a file holds."""
+
+    path: Path
+    arrays: tuple[Array, ...]
+    remarks: tuple[str, ...] = ()  #: on what of it cannot be read
+
+
+def read_tree(tree: Tree, options: ReadOptions) -> list[Recording]:
+    """Read a file's demonstrations, called like it and, where there are several, their groups."""
+    recordings = []
+    for name, arrays in _demonstrations(tree).items():
+        chosen = _Choice(tree, arrays, options)
+        body = chosen.body()
+        full_name = " ".join(filter(None, (tree.path.stem, name)))
+        remarks = (*chosen.remarks(), *tree.remarks)
+        recordings.append(
+            make_recording(full_name, chosen.layout, chosen.roles, body, chosen.options, remarks)
+        )
+    return recordings
+
+
+def preview_tree(tree: Tree, options: ReadOptions) -> tuple[ColumnUse, ...]:
+    """What the arrays of a file's first demonstration would be read as."""
+    arrays = next(iter(_demonstrations(tree).values()), ())
+    try:
+        chosen = _Choice(tree, arrays, options)
+    except InputError:
+        if options.signals or options.leave_out or options.label or options.time:
+            raise
+        return tuple(_unread(array) for array in arrays if array.is_usable)
+    return tuple(chosen.uses())
+
+
+_NUMBERED = re.compile(
+    r"(?P<name>(?:.*?[/.])?(?:demo|demonstration|episode|ep|trial|traj|trajectory|recording|rec|run"
+    r"|sequence|seq|session|take|rollout)s?[ _./-]?\d+)[/.](?P<rest>.+)",
+    re.IGNORECASE,
+)
+
+
+def _demonstrations(tree: Tree) -> dict[str, list[Array]]:
+    """The arrays of each demonstration by its name, which is empty where the file is but one.
+
+    Paths are those within it. What lies outside of all of them belongs to each.
+    """
+    shared: list[Array] = []
+    parts: dict[str, list[Array]] = {}
+    for array in tree.arrays:
+        match = _NUMBERED.fullmatch(array.path)
+        if match is None:
+            shared.append(array)
+            continue
+        parts.setdefault(match["name"], []).append(replace(array, path=match["rest"]))
+    if not parts:
+        return {"": shared}
+    inner = {array.path for arrays in parts.values() for array in arrays}
+    shared = [array for array in shared if array.path not in inner]
+    names = sorted(parts, key=natural_order)
+    steps = re.split(r"(?<=[/.])", names[0])
+    shared_steps = min(len(steps) - 1, *(_shared_steps(names[0], name) for name in names))
+    above = len("".join(steps[:shared_steps]))
+    return {re.sub(r"[/.]", " ", name[above:]): [*parts[name], *shared] for name in names}
+
+
+class _Choice:
+    """What of the arrays of a demonstration is read, as columns of a table."""
+
+    layout: Layout
+    parts: list[tuple[Array, int]]  #: the array of each column, and its place in that
+
+    def __init__(self, tree: Tree, arrays: Sequence[Array], options: ReadOptions) -> None:
+        self._tree, self._arrays = tree, arrays
+        self._usable = [array for array in arrays if array.is_usable]
+        self._names: Array | None = None  # the list that names the codes of labels
+        if not self._usable:
+            why = "; ".join(f"{r[:1].lower()}{r[1:]}".rstrip(".") for r in tree.remarks)
+            raise InputError(
+                f"'{tree.path}' holds no array of numbers with a row for each sample"
+                f"{f' ({why[:200]})' if why else ''}; there is nothing to import."
+            )
+        options = _without_slashes(options)
+        roles = [options.time, options.label, options.counter]
+        for name in filter(None, [*roles, *options.signals, *options.leave_out]):
+            if not (found := self._named(name)):
+                raise InputError(f"'{tree.path}' has no array '{name}'; it holds {self._holds()}.")
+            if name in roles and (len(found) > 1 or found[0].path == name):
+                self._refuse_several(name, found)
+        signals = self._signals(options)
+        self.rows = signals[0].length
+        if timed := self._named(options.time):
+            self.rows = timed[0].length
+        self._refuse_lengths(signals)
+        read = [*signals, *self._others(signals, options)]
+        self.read = [array for array in self._usable if any(array is other for other in read)]
+        self._columns(signals, options)
+        self.options = self._translated(options)
+        self.roles: ColumnRoles = choose_roles(self.layout, self.options)
+        if self._tree.arrays[0].path:
+            # What has no name steps as times where it can; in a remark it is called by its array.
+            columns = tuple(replace(column, named=True) for column in self.layout.columns)
+            self.layout = replace(self.layout, columns=columns)
+
+    def _refuse_several(self, name: str, found: Sequence[Array]) -> None:
+        """Refuse what is more than one column in the role of one."""
+        if len(found) > 1:
+            cure = f"is a group of {len(found)} arrays; name one of them, such as '{found[0].path}'"
+        elif not found[0].is_vector:
+            cure = f"has {min(found[0].shape)} columns; name one of them, such as '{name} 1'"
+        else:
+            return
+        raise InputError(f"'{self._tree.path}': '{name}' {cure}.")
+
+    def _named(self, name: str | None) -> list[Array]:
+        return [array for array in self._usable if name and self._means(array, name)]
+
+    @staticmethod
+    def _means(array: Array, name: str) -> bool:
+        """Whether a name is that of an array, of a group that it is in, or of a column of it."""
+        bare, _, number = name.rpartition(" ")
+        column = number.isdecimal() and 1 <= int(number) <= MOST_COLUMNS
+        if not array.path:
+            return name.isdecimal() or (column and bare == "column")
+        whole = values_within(array.path, name)
+        return whole or name in array.names or (column and values_within(array.path, bare))
+
+    def _holds(self) -> str:
+        """What is in the file, for errors."""
+        return listed([array.sized() for array in self._arrays], _SHOWN)
+
+    def _signals(self, options: ReadOptions) -> list[Array]:
+        """The arrays that become channels; refused where that is not plain."""
+        roles = [name for name in (options.time, options.label, options.counter) if name]
+        whole = [
+            array
+            for array in self._usable
+            if not array.is_text
+            and not any(values_within(array.path, name) for name in (*roles, *options.leave_out))
+        ]
+        plain = [
+            array
+            for array in whole
+            if array.dtype.kind not in "Mm"
+            and not (array.is_vector and (_is_role_name(array.leaf) or array.codes))
+        ]
+        requested = [
+            array for array in whole if any(self._means(array, name) for name in options.signals)
+        ]
+        forces = [a for a in plain if name_forces(a.leaf, a.width(a.length)) != ((), ())]
+        times = self._named(options.time) or [
+            array for array in self._usable if array.is_vector and is_time_name(array.leaf)
+        ]
+        lengths = {time.length for time in times} or {max((a.length for a in plain), default=0)}
+        beside = [array for array in plain if array.length in lengths]
+        flat = all(array.is_vector for array in beside) and len({a.group for a in beside}) == 1
+        found = beside if flat else forces
+        if not found and len(beside) == 1:
+            found = beside
+        signals = [array for array in whole if array in requested or array in found]
+        self._whole = [
+            array
+            for array in signals
+            if array in found or any(values_within(array.path, name) for name in options.signals)
+        ]
+        if not signals:
+            raise InputError(
+                f"'{self._tree.path}' holds no array that is called a force, and it is not plain "
+                f"which are the signals among {self._holds()}; name what is to be read as a "
+                f"signal, an array or a group of them (--signal), and the times (--time) or their "
+                f"rate (--rate)."
+            )
+        return signals
+
+    def _refuse_lengths(self, signals: Sequence[Array]) -> None:
+        wrong = [array for array in signals if self.rows not in array.shape]
+        if wrong:
+            raise InputError(
+                f"'{self._tree.path}': {wrong[0].sized()} has not the {self.rows:,} samples of "
+                f"{next((a.path for a in signals if a.length == self.rows), 'its times')}; leave "
+                f"it out (--leave-out), or import the two as files of their own."
+            )
+
+    def _others(self, signals: Sequence[Array], options: ReadOptions) -> list[Array]:
+        """What else is read: times, counters, labels; of one name the nearest to the signals."""
+        roles = [name for name in (options.time, options.label, options.counter) if name]
+        nearest: dict[str, tuple[tuple[bool, int], Array]] = {}
+        for array in self._usable:
+            if array in signals:
+                continue
+            requested = any(self._means(array, name) for name in roles)
+            fits = array.is_vector and array.length == self.rows
+            if not fits and requested:
+                raise InputError(
+                    f"'{self._tree.path}': {array.sized()} has not a row for each of the "
+                    f"{self.rows:,} samples of {signals[0].path}; name another array."
+                )
+            left = any(values_within(array.path, name) for name in options.leave_out)
+            likely = _is_role_name(array.leaf) or array.is_text or array.codes
+            if not fits or left or not (likely or requested):
+                continue
+            rank = requested, _shared_steps(array.group, signals[0].group)
+            if array.leaf not in nearest or rank > nearest[array.leaf][0]:
+                nearest[array.leaf] = rank, array
+        return [array for _, array in nearest.values()]
+
+    def _is_read(self, array: Array, place: int, name: str, options: ReadOptions) -> bool:
+        """Whether a column is read: all of them are, but where some were asked for by name."""
+        named = (*options.signals, options.time, options.label, options.counter)
+        column = f"{array.path} {place + 1}"
+        return array in self._whole or any(other in {name, column} for other in named)
+
+    def _columns(self, signals: Sequence[Array], options: ReadOptions) -> None:
+        """Make the columns of a table: `layout`, and the array and place of each in `parts`."""
+        fields_ = with_sensors([self._field(array) for array in signals])
+        names = {field_.topic: field_.names for field_ in fields_}
+        taken = Counter(name for field_ in fields_ for name in field_.names)
+        columns: list[Column] = []
+        kinds: list[CellType] = []
+        cells: list[list[str]] = []
+        self.parts = []
+        for array in self.read:
+            table = array.sample_table(self.rows, _SAMPLE)
+            own = names.get(f"/{array.path}")
+            if own is None:
+                own = (array.path if taken[array.leaf] else array.leaf,)
+            unit = "ns" if array.dtype.kind == "m" else array.unit
+            given = len(own) == 1 or not own[0].startswith(f"{array.leaf or 'column'} 1")
+            for place, name in enumerate(own):
+                if array in signals and not self._is_read(array, place, name, options):
+                    continue
+                self.parts.append((array, place))
+                columns.append(Column(name, unit, named=given and bool(array.path)))
+                cells.append(_cells(table[:, place]))
+                kinds.append(_kind(array, cells[-1]))
+        rates = [array.rate for array in signals if array.rate]
+        rates += [rate for array in self._arrays if (rate := _told_rate(array))]
+        width = len(columns)
+        self.layout = Layout(
+            Dialect(",", ".", width),
+            tuple(columns),
+            tuple(kinds),
+            0,
+            tuple(zip(*cells, strict=True)),
+            rate=rates[0] if rates else None,
+            path=self._tree.path,
+            line="row",
+        )
+
+    def _field(self, array: Array) -> Field:
+        """An array's columns as numbers that belong together, with their names."""
+        number = array.width(self.rows)
+        names, _ = name_forces(array.leaf, number)
+        force = bool(names)
+        leaf = array.leaf or "column"
+        if told := self._column_names(array, number):
+            names = told
+        elif not names or number == 1:
+            names = (leaf,) if number == 1 else tuple(f"{leaf} {i + 1}" for i in range(number))
+        leaves = tuple((i,) for i in range(number))
+        return Field(f"/{array.path}", (), leaves, names, (array.unit,) * number, force)
+
+    def _column_names(self, array: Array, number: int) -> tuple[str, ...]:
+        """The names of an array's columns, of its own or in a list of words beside it."""
+        if number == 1:
+            return ()
+        beside = [
+            other
+            for other in self._usable
+            if other.is_text and other.is_vector and other.group == array.group
+        ]
+        fitting = [other for other in beside if other.length == number != self.rows]
+        lists = [array.names, *(tuple(self._words_of(other)) for other in fitting)]
+        fit = (n for n in lists if len(n) == number == len(set(n)) and all(map(str.strip, n)))
+        return next(fit, ())
+
+    @staticmethod
+    def _words_of(array: Array) -> list[str]:
+        """The words of a list."""
+        return _cells(array.sample_table(array.length)[:, 0])
+
+    def _translated(self, options: ReadOptions) -> ReadOptions:
+        """The options, with the names that arrays and groups have as columns."""
+
+        def columns(name: str) -> tuple[str, ...]:
+            found = [
+                column.name
+                for column, (array, place) in zip(self.layout.columns, self.parts, strict=True)
+                if values_within(array.path, name) or f"{array.path} {place + 1}".strip() == name
+            ]
+            return tuple(found) or (name,)
+
+        def single(name: str | None) -> str | None:
+            return columns(name)[0] if name else None
+
+        known = {column.name for column in self.layout.columns}
+        return replace(
+            options,
+            time=single(options.time),
+            label=single(options.label),
+            counter=single(options.counter),
+            signals=tuple(name for text in options.signals for name in columns(text)),
+            leave_out=tuple(
+                name
+                for text in options.leave_out
+                for name in columns(text)
+                if name in known or name.isdecimal()
+            ),
+        )
+
+    def body(self) -> TableBody:
+        """Read the arrays."""
+        values: dict[int, NDArray[np.float64]] = {}
+        words: dict[int, TextColumn] = {}
+        times, before = None, None
+        table = np.empty((0, 0))
+        for index, (array, place) in enumerate(self.parts):
+            if array is not before:
+                table, before = array.sample_table(self.rows), array
+                if index in self.roles.numeric:
+                    table = table.astype(np.float64, copy=False)
+                    table[~np.isfinite(table)] = np.nan
+            if index == self.roles.time:
+                column = self.layout.columns[index]
+                reader = TimestampReader(self.layout.cells(index), ".")
+                stamps = table[:, place]
+                read = reader.read(_cells(stamps)) if array.is_text else reader.from_array(stamps)
+                unit = unit_of_time(column)
+                times = reader.finish(read, unit, self.layout.path, column.name)
+            elif index in self.roles.numeric:
+                values[index] = table[:, place]
+            else:
+                words[index] = _words(table[:, place], array.codes or self._code_names(array))
+        lines = np.arange(1, self.rows + 1)
+        return TableBody(values, words, lines, np.zeros(self.rows, np.bool_), times)
+
+    def _code_names(self, array: Array) -> Mapping[int, str]:
+        """What the codes of an array stand for, by a list of words beside it that is as long."""
+        if array.is_text:
+            return {}
+        used = np.unique(array.sample_table(self.rows))
+        for other in self._usable:
+            beside = other.group == array.group and other.is_text and other.is_vector
+            if beside and not array.names and used.size and other.length < self.rows:
+                names = self._words_of(other)
+                first = 1 if used[-1] == len(names) else 0
+                if used[0] >= -1 and used[-1] < len(names) + first:
+                    self._names = other
+                    return {-1: "", 0: "", **dict(enumerate(names, first))}
+        return dict(enumerate(array.names))
+
+    def remarks(self) -> Iterator[str]:
+        """What was read, and what was not."""
+        if self._tree.arrays[0].path:
+            roles = {self.roles.time: " (times)", self.roles.label: " (labels)"}
+            names = dict.fromkeys(
+                array.path + roles.get(index, "") for index, (array, _) in enumerate(self.parts)
+            )
+            yield f"Read from {listed(list(names), _SHOWN)}."
+        read = [*self.read, self._names]
+        others = [array for array in self._arrays if array not in read]
+        numbers = [a for a in others if a.is_usable and not a.is_text]
+        if numbers:
+            names_text = listed([array.path for array in numbers], _SHOWN)
+            yield f"Other arrays can be read as signals (--signal): {names_text}."
+        rest = [a for a in others if a not in numbers and a.length > 1]
+        if rest:
+            yield f"Nothing was read from {listed([a.sized() for a in rest], _SHOWN)}."
+        if any(array.dtype == np.uint8 and len(array.shape) > 2 for array in rest):
+            yield "Pictures stay in the file; save them as a video and attach that."
+
+    def uses(self) -> Iterator[ColumnUse]:
+        """What each array is read as, and each column of one that is read as several things."""
+        rows = preview_layout(self.layout, self.options, self.roles)
+        for array in self._arrays:
+            own = [row for row, part in zip(rows, self.parts, strict=True) if part[0] is array]
+            kinds = {row.use for row in own}
+            if not own:
+                if array.is_usable:
+                    yield _unread(array)
+            elif len(own) == 1 or len(kinds) > 1 or not array.path:
+                for place, row in enumerate(own):
+                    whole = array.path if len(own) == 1 else f"{array.path} {place + 1}".strip()
+                    name = whole if array.path else row.name
+                    yield replace(row, name=name, size=array.size_text)
+            else:
+                cells = tuple(row.cells[0] for row in own[:3])
+                yield ColumnUse(array.path, array.unit, own[0].use, cells, _WHOLE, array.size_text)
+
+
+_WHOLE: Final[tuple[Use, ...]] = ("signal", "left out")
+_TEXT: Final[tuple[Use, ...]] = ("labels", "times", "left out")
+
+
+def _unread(array: Array) -> ColumnUse:
+    """An array that is not read, and what it can be made."""
+    choices: tuple[Use, ...] = _WHOLE
+    if array.is_text:
+        choices = _TEXT
+    elif array.is_vector:
+        choices = ("signal", "times", "counter", "labels", "left out")
+    table = array.sample_table(array.length, 3)
+    cells = tuple(_cells(table[:, 0] if array.is_vector else table[0, :3]))
+    return ColumnUse(array.path, array.unit, "left out", cells, choices, array.size_text)
+
+
+def _without_slashes(options: ReadOptions) -> ReadOptions:
+    """The options with names as paths are told, which do not begin with a slash."""
+
+    def bare(name: str | None) -> str | None:
+        return name and name.removeprefix("/")
+
+    return replace(
+        options,
+        time=bare(options.time),
+        label=bare(options.label),
+        counter=bare(options.counter),
+        signals=tuple(name.removeprefix("/") for name in options.signals),
+        leave_out=tuple(name.removeprefix("/") for name in options.leave_out),
+    )
+
+
+def _shared_steps(path: str, other: str) -> int:
+    """How many groups two paths have in common, from the outermost on."""
+    pairs = zip(re.split(r"[/.]", path), re.split(r"[/.]", other), strict=False)
+    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
+
+
+def _is_role_name(name: str) -> bool:
+    """Whether a name says that an array holds times, labels or counts."""
+    return is_time_name(name) or bool(is_label_name(name)) or is_counter_name(name)
+
+
+_RATE_NAME = re.compile(r"(?:fs|hz|s?freq|(?:sampl(?:e|ing))?(?:rate|freq(?:uency)?))", re.I)
+
+
+def is_rate_name(name: str) -> bool:
+    """Whether a name says that a number is the samples a second, such as ``Fs``."""
+    return _RATE_NAME.fullmatch(re.sub(r"[\W_]", "", name)) is not None
+
+
+def _told_rate(array: Array) -> float | None:
+    """The samples a second, where an array is nothing but these."""
+    if math.prod(array.shape) != 1 or array.dtype.kind not in "iuf" or not is_rate_name(array.leaf):
+        return None
+    rate = float(array.read(None).reshape(-1)[0])
+    return rate if 1e-9 < rate < 1e9 else None
+
+
+def _cells(values: NDArray[Any]) -> list[str]:
+    """Values as the cells of a table."""
+    if values.dtype.kind in "OU":
+        return [str(value) for value in values.tolist()]
+    if values.dtype.kind == "S":
+        return [value.decode("utf-8", "replace") for value in values.tolist()]
+    if values.dtype.kind == "M":
+        return ["" if np.isnat(value) else str(value) for value in values]
+    if values.dtype.kind == "b":
+        values = values.astype(np.int8)
+    if values.dtype.kind == "f":
+        return [repr(value).removesuffix(".0") for value in values.astype(np.float64).tolist()]
+    return [str(value) for value in values.tolist()]
+
+
+def _kind(array: Array, cells: Sequence[str]) -> CellType:
+    """What an array's column holds, by its first cells."""
+    if not array.is_text:
+        return CellType.STAMP if array.dtype.kind == "M" else CellType.NUMBER
+    kinds = [cell_type(cell) for cell in cells if cell.strip()]
+    stamps = kinds.count(CellType.STAMP)
+    return CellType.STAMP if stamps and stamps == len(kinds) else CellType.TEXT
+
+
+def _words(values: NDArray[Any], names: Mapping[int, str]) -> TextColumn:
+    """A column of words, in which numbers are called by their names."""
+    column = TextColumn()
+    if values.dtype.kind in "OSU":
+        column.read(_cells(values))
+        column.close()
+        return column
+    different, codes = np.unique(values, return_inverse=True)
+    column.read(_cells(different))
+    column.close()
+    column.codes = codes.astype(np.int32)
+    column.words = [
+        names.get(int(word), word) if re.fullmatch(r"-?\d{1,9}", word) else word
+        for word in column.words
+    ]
+    return column
+
+
+def read_apart(job: Callable[..., Any], path: Path, options: ReadOptions) -> Any:
+    """Run a job on a file in a process of its own, which a damaged file may end.
+
+    The libraries of HDF5 and MATLAB files are written in C: what a file says wrongly of itself may
+    crash them, or keep them busy for ever.
+    """
+    from forcelab.process import run_in_process  # not every file needs it
+
+    try:
+        return finish(run_in_process(_within_bounds, job, path, options))
+    except InputError:
+        raise
+    except ForcelabError as error:
+        raise InputError(
+            f"'{path}' ended or held up the process that read it, as damaged files do; copy it "
+            f"again, or write it again with the program that made it."
+        ) from error
+
+
+def _within_bounds(
+    job: Callable[..., Generator[Progress, None, Any]], path: Path, options: ReadOptions
+) -> Generator[Progress, None, Any]:
+    """Run a job with bounds on its memory and time, which leave room for what a file may need."""
+    _set_bounds(path.stat().st_size)
+    return (yield from job(path, options))
+
+
+def _set_bounds(size: int) -> None:
+    """Let this process take a gigabyte and a minute more, and what a file of that size needs."""
+    try:
+        import resource
+    except ImportError:  # Windows has no such limits
+        return
+    with suppress(OSError, ValueError):
+        pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
+        memory = pages * resource.getpagesize() + 2**30 + _TIMES_SIZE * size
+        seconds = math.ceil(time.process_time()) + 60 + size // _BYTES_A_SECOND
+        for bound, limit in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, seconds)):
+            _, hard = resource.getrlimit(bound)
+            if hard == resource.RLIM_INFINITY or limit < hard:
+                resource.setrlimit(bound, (limit, hard))

@@ -1,0 +1,301 @@
+"""HDF5 files: a tree of groups and data sets, such as those of robomimic and ALOHA.
+
+Nothing outside the file is opened: links to other files, data in other files and virtual data sets
+are left out, and so are soft links, which only repeat what has a place of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager, suppress
+from functools import partial
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.errors import InputError
+from forcelab.extras import load_extra
+from forcelab.formats.arrays import (
+    Array,
+    Tree,
+    check_size,
+    is_rate_name,
+    preview_tree,
+    read_apart,
+    read_tree,
+)
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.jobs import Progress
+from forcelab.text import listed
+
+#: Groups in groups, and data sets in a file; more are no recording.
+DEEPEST, MOST_OBJECTS = 32, 200_000
+#: Attributes by which programs name the columns of a data set, or what its codes stand for.
+_NAMES: Final = ("names", "columns", "column_names", "channels", "channel_names", "labels", "axes")
+_CODES: Final = ("flag_meanings", "classes", "class_names", "label_names", "categories")
+_UNITS: Final = ("units", "unit", "Units", "Unit")
+#: Attributes that turn whole numbers into what was measured, and mark those that are missing.
+_SCALES: Final = ("scale_factor", "scale", "gain")
+_OFFSETS: Final = ("add_offset", "offset")
+_MISSING: Final = ("_FillValue", "missing_value")
+
+
+def sniff(path: Path, head: bytes) -> bool:  # noqa: ARG001 - as every format
+    """Whether a file starts as an HDF5 file."""
+    return head.startswith(b"\x89HDF\r\n\x1a\n")
+
+
+def read(path: Path, options: ReadOptions) -> list[Recording]:
+    """Read a file as a demonstration, or as many as its groups are numbered."""
+    load_extra("h5py", "hdf5", f"'{path}' is an HDF5 file, which")
+    recordings: list[Recording] = read_apart(_reading, path, options)
+    return recordings
+
+
+def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
+    """What the data sets of a file would be read as."""
+    load_extra("h5py", "hdf5", f"'{path}' is an HDF5 file, which")
+    uses: tuple[ColumnUse, ...] = read_apart(_previewing, path, options)
+    return uses
+
+
+def _reading(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:
+    yield Progress(0, 1, f"reading {path.name}")
+    with opened(path) as file:
+        return read_tree(Walk(path, file).tree(), options)
+
+
+def _previewing(
+    path: Path, options: ReadOptions
+) -> Generator[Progress, None, tuple[ColumnUse, ...]]:
+    yield Progress(0, 1, f"reading {path.name}")
+    with opened(path) as file:
+        return preview_tree(Walk(path, file).tree(), options)
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """The file, open as long as it is read; what the library says of damage is one sentence."""
+    import h5py
+
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            yield file
+    except MemoryError as error:
+        raise InputError(f"'{path}' holds more than there is memory for; save a part.") from error
+    except (
+        OSError,
+        ValueError,
+        TypeError,
+        LookupError,
+        RuntimeError,
+        ArithmeticError,
+        NotImplementedError,
+        AttributeError,
+    ) as error:
+        text = " ".join(str(error).split()).rstrip(".")[:160]
+        raise InputError(
+            f"'{path}' is not a whole HDF5 file ({text or type(error).__name__}); copy it again, "
+            f"or write it again with the program that made it."
+        ) from error
+
+
+class Walk:
+    """Goes through a file and gathers what can be read of it."""
+
+    separator = "/"
+
+    def __init__(self, path: Path, file: Any) -> None:
+        self.path, self.file = path, file
+        self.size = path.stat().st_size
+        self.arrays: list[Array] = []
+        self.left: dict[str, list[str]] = {}  #: what is left out, by the reason
+        self._seen: set[int] = set()
+
+    def tree(self) -> Tree:
+        """All arrays of the file, in the order of their names."""
+        self.add_group(self.file, "", 0, None)
+        remarks = [f"{listed(names, 8)}: left out, {why}." for why, names in self.left.items()]
+        return Tree(self.path, tuple(self.arrays), tuple(remarks))
+
+    def leave(self, path: str, why: str) -> None:
+        self.left.setdefault(why, []).append(path)
+
+    def add_group(self, group: Any, path: str, depth: int, rate: float | None) -> None:
+        """Add what is in a group; hard links can make circles."""
+        import h5py
+
+        if not self._is_new(group):
+            return
+        if depth > DEEPEST:
+            raise InputError(f"'{self.path}' is nested deeper than {DEEPEST} groups ({path[:80]}).")
+        rate = told_rate(group) or rate
+        for name in group:
+            inner = self.separator.join(filter(None, (path, name)))
+            link = group.get(name, getlink=True)
+            if isinstance(link, h5py.ExternalLink):
+                self.leave(inner, "a link to another file")
+            elif isinstance(link, h5py.HardLink):
+                try:
+                    item = group[name]
+                except (KeyError, TypeError, ValueError, RuntimeError, OSError):
+                    self.leave(inner, "which cannot be opened")
+                    continue
+                self.add_item(item, inner, depth, rate)
+
+    def add_item(self, item: Any, path: str, depth: int, rate: float | None) -> None:
+        import h5py
+
+        if isinstance(item, h5py.Group):
+            self.add_group(item, path, depth + 1, rate)
+        elif isinstance(item, h5py.Dataset) and self._is_new(item):
+            self.add_data_set(item, path, told_rate(item) or rate)
+
+    def _is_new(self, item: Any) -> bool:
+        import h5py
+
+        address = h5py.h5o.get_info(item.id).addr
+        if address in self._seen:
+            return False
+        self._seen.add(address)
+        if len(self._seen) > MOST_OBJECTS:
+            raise InputError(
+                f"'{self.path}' holds more than {MOST_OBJECTS:,} groups and data sets; save a part."
+            )
+        return True
+
+    def add_data_set(self, data: Any, path: str, rate: float | None) -> None:
+        """Add a data set, or each member of one of records."""
+        import h5py
+
+        properties = data.id.get_create_plist()
+        if properties.get_layout() == h5py.h5d.VIRTUAL or properties.get_external_count():
+            self.leave(path, "its data lie in other files")
+            return
+        try:
+            dtype, shape = data.dtype, data.shape
+        except (TypeError, ValueError, RuntimeError):
+            self.leave(path, "of a type that NumPy has not")
+            return
+        if shape is None:
+            return
+        for name in dtype.names or ("",):
+            part = dtype.fields[name][0] if name else dtype
+            where = f"{path}.{name}" if name else path
+            text = h5py.check_string_dtype(part) is not None
+            if (part.kind not in "biufS" and not text) or (part.subdtype and len(shape) > 1):
+                self.leave(where, "neither numbers nor text")
+                continue
+            whole = (*shape, *part.shape)
+            attributes = Attributes(data)
+            codes = h5py.check_enum_dtype(part) or {}
+            names = attributes.texts(_CODES)
+            self.arrays.append(
+                Array(
+                    where,
+                    whole,
+                    np.dtype(object) if text else self._measured(part.base, attributes),
+                    partial(self.load, data, where, name, attributes),
+                    unit=next(iter(attributes.texts(_UNITS)), ""),
+                    names=attributes.texts(_NAMES),
+                    codes={int(code): str(name) for name, code in codes.items()}
+                    or dict(enumerate(names)),
+                    rate=rate,
+                )
+            )
+
+    def _measured(self, dtype: np.dtype[Any], attributes: Attributes) -> np.dtype[Any]:
+        return np.dtype(np.float64) if attributes.scales() else dtype
+
+    def load(
+        self, data: Any, path: str, member: str, attributes: Attributes, rows: int | None
+    ) -> NDArray[Any]:
+        """The first rows of a data set, or all of it, as what was measured."""
+        import h5py
+
+        stored = min(int(data.id.get_storage_size()), self.size)
+        width = max(data.dtype.itemsize / 8, 1)
+        count = math.prod(data.shape)
+        if rows is not None and data.ndim:
+            count = count // max(1, data.shape[0]) * min(rows, data.shape[0])
+        check_size(path, math.ceil(count * width), stored)
+        if data.chunks:  # a chunk is unpacked as a whole, whatever is read of it
+            check_size(path, math.ceil(math.prod(data.chunks) * width), stored)
+        source = data.fields(member) if member else data
+        part = data.dtype.fields[member][0] if member else data.dtype
+        if h5py.check_string_dtype(part) is not None and not member:
+            source = data.asstr(errors="replace")
+        values = source[() if data.ndim == 0 or rows is None else slice(rows)]
+        values = np.asarray(values)
+        if values.dtype == object:
+            words = [_decoded(value) for value in values.flat]
+            return np.array(words, dtype=object).reshape(values.shape)
+        return attributes.measured(values)
+
+
+def _decoded(text: Any) -> str:
+    return text.decode("utf-8", "replace") if isinstance(text, bytes) else str(text)
+
+
+class Attributes:
+    """What is said of a data set beside it."""
+
+    def __init__(self, item: Any) -> None:
+        self._item = item
+
+    def _value(self, name: str) -> Any:
+        """An attribute, where there is one and it is short."""
+        attributes = self._item.attrs
+        if name not in attributes:
+            return None
+        with suppress(OSError, TypeError, ValueError, RuntimeError, KeyError):
+            if math.prod(attributes.get_id(name).shape or ()) <= 10_000:
+                return attributes[name]
+        return None
+
+    def texts(self, names: tuple[str, ...]) -> tuple[str, ...]:
+        """The words of the first attribute that there is; those of a netCDF are in one text."""
+        for name in names:
+            value = self._value(name)
+            if value is None:
+                continue
+            if isinstance(value, str | bytes):
+                text = _decoded(value)
+                return tuple(text.split()) if name == "flag_meanings" else (text.strip(),)
+            if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "OSU":
+                return tuple(map(_decoded, value))
+        return ()
+
+    def number(self, names: tuple[str, ...]) -> float | None:
+        for name in names:
+            value = np.asarray(self._value(name))
+            if value.dtype.kind in "iuf" and value.size == 1 and np.isfinite(value).all():
+                return float(value.reshape(-1)[0])
+        return None
+
+    def scales(self) -> bool:
+        """Whether the numbers stand for others."""
+        return any(self.number(names) is not None for names in (_SCALES, _OFFSETS, _MISSING))
+
+    def measured(self, values: NDArray[Any]) -> NDArray[Any]:
+        """The numbers that were measured, in 64 bits where the stored ones stand for others."""
+        if values.dtype.kind not in "iuf" or not self.scales():
+            return values
+        missing = self.number(_MISSING)
+        result = values.astype(np.float64)
+        if missing is not None:
+            result[values == missing] = np.nan
+        scale, offset = self.number(_SCALES), self.number(_OFFSETS)
+        result *= 1.0 if scale is None else scale
+        result += offset or 0.0
+        return result
+
+
+def told_rate(item: Any) -> float | None:
+    """The samples a second that an attribute of a group or data set tells."""
+    names = tuple(name for name in item.attrs if is_rate_name(name))
+    rate = Attributes(item).number(names)
+    return rate if rate is not None and 1e-9 < rate < 1e9 else None

@@ -1,0 +1,351 @@
+"""MATLAB files: versions 4 to 7 by SciPy, 7.3, which is HDF5 with MATLAB's attributes, by h5py.
+
+Structs and cells are flattened: field ``b`` of the second element of ``a`` is ``a.2.b``. What only
+MATLAB itself can make anything of (objects, tables, function handles) is left out.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+import zlib
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.errors import InputError
+from forcelab.extras import load_extra
+from forcelab.formats import hdf5
+from forcelab.formats.arrays import (
+    MOST_TIMES,
+    ROOM,
+    Array,
+    Tree,
+    check_size,
+    preview_tree,
+    read_apart,
+    read_tree,
+)
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.jobs import Progress
+from forcelab.text import listed
+
+#: Where the HDF5 part of a file of version 7.3 begins.
+_HDF5_AT: Final = 512
+#: What a variable of version 4 may begin with: its type, as a number of either byte order.
+_TYPES_4: Final = frozenset((0, 1, 10, 20, 30, 40, 50, 51))
+#: Structs and cells in one another, and arrays in a file; more are no recording.
+_DEEPEST, _MOST_ARRAYS = 32, 200_000
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """Whether a file says that it is one of MATLAB, or is called ``.mat`` and reads as one."""
+    if head.startswith(b"MATLAB "):
+        return True
+    if path.suffix.lower() != ".mat" or len(head) < 20:
+        return False
+    return any(_is_version_4(head, order) for order in "<>")
+
+
+def _is_version_4(head: bytes, order: str) -> bool:
+    """Whether a file begins with a variable of version 4 of that byte order."""
+    kind, rows, columns, imaginary, name = struct.unpack(f"{order}5i", head[:20])
+    kind -= 1000 if order == ">" else 0
+    plausible = kind in _TYPES_4 and rows >= 0 and columns >= 0 and imaginary in {0, 1}
+    return plausible and 1 < name <= 64 and head[20 : 20 + name].endswith(b"\0")
+
+
+def read(path: Path, options: ReadOptions) -> list[Recording]:
+    """Read a file as a demonstration, or as many as its structs or cells are numbered."""
+    recordings: list[Recording] = _apart(_reading, path, options)
+    return recordings
+
+
+def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
+    """What the arrays of a file would be read as."""
+    uses: tuple[ColumnUse, ...] = _apart(_previewing, path, options)
+    return uses
+
+
+def _apart(job: Callable[..., Any], path: Path, options: ReadOptions) -> Any:
+    if _is_hdf5(path):
+        load_extra("h5py", "hdf5", f"'{path}' is a MATLAB file of version 7.3, which")
+    return read_apart(job, path, options)
+
+
+def _is_hdf5(path: Path) -> bool:
+    with path.open("rb") as file:
+        file.seek(_HDF5_AT)
+        return hdf5.sniff(path, file.read(8))
+
+
+def _reading(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:
+    yield Progress(0, 1, f"reading {path.name}")
+    return _with_tree(path, lambda tree: read_tree(tree, options))
+
+
+def _previewing(
+    path: Path, options: ReadOptions
+) -> Generator[Progress, None, tuple[ColumnUse, ...]]:
+    yield Progress(0, 1, f"reading {path.name}")
+    return _with_tree(path, lambda tree: preview_tree(tree, options))
+
+
+ResultT = TypeVar("ResultT")
+
+
+def _with_tree(path: Path, use: Callable[[Tree], ResultT]) -> ResultT:
+    """What is made of a file's tree while the file is open."""
+    if _is_hdf5(path):
+        with hdf5.opened(path) as file:
+            return use(_Walk73(path, file).tree())
+    with _naming_damage(path):
+        return use(_Variables(path).tree())
+
+
+class _Variables:
+    """The variables of a file of version 4 to 7, as SciPy reads them."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._arrays: list[Array] = []
+        self._left: list[str] = []
+
+    def tree(self) -> Tree:
+        from scipy.io import whosmat
+
+        _check_packed(self._path)
+        for name, shape, kind in whosmat(self._path):
+            if kind in {"cell", "struct"}:
+                self._add(name, self._variable(name), 0)
+            elif kind in {"opaque", "object", "function", "sparse", "unknown"}:
+                self._left.append(name)
+            elif kind == "char":
+                self._add(name, self._variable(name), 0)
+            else:
+                check_size(name, math.prod(shape), self._path.stat().st_size)
+                dtype = np.dtype({"double": "f8", "single": "f4", "logical": "u1"}.get(kind, kind))
+                self._arrays.append(Array(name, shape, dtype, partial(self._first, name)))
+        remarks = []
+        if self._left:
+            remarks.append(
+                f"{listed(self._left, 8)}: left out, which only MATLAB can read; save them there "
+                "as numbers or texts, as with cellstr(labels) or table2array."
+            )
+        return Tree(self._path, tuple(self._arrays), tuple(remarks))
+
+    def _variable(self, name: str) -> Any:
+        from scipy.io import loadmat
+
+        return loadmat(self._path, variable_names=[name], verify_compressed_data_integrity=False)[
+            name
+        ]
+
+    def _first(self, name: str, rows: int | None) -> NDArray[Any]:
+        with _naming_damage(self._path):
+            values = np.asarray(self._variable(name))
+        return values if rows is None else values[:rows]
+
+    def _add(self, path: str, value: Any, depth: int) -> None:
+        """Add what is in a value: a struct, a cell, text or numbers."""
+        if depth > _DEEPEST or len(self._arrays) > _MOST_ARRAYS:
+            raise InputError(
+                f"'{self._path}' holds more than {_MOST_ARRAYS:,} arrays, or structs nested deeper "
+                f"than {_DEEPEST}; save a part."
+            )
+        value = np.asarray(value)
+        plain = type(value) is np.ndarray
+        if value.dtype.names and plain:
+            for place, element in enumerate(value.reshape(-1, order="F"), start=1):
+                above = path if value.size == 1 else f"{path}.{place}"
+                for name in value.dtype.names:
+                    self._add(f"{above}.{name}", element[name], depth + 1)
+        elif value.dtype == object and plain:
+            items = list(value.reshape(-1, order="F"))
+            words = [_as_text(item) for item in items]
+            if items and None not in words:
+                self._add_values(path, np.array(words, dtype=object))
+            else:
+                for place, item in enumerate(items, start=1):
+                    self._add(f"{path}.{place}", item, depth + 1)
+        elif not plain or value.dtype.kind not in "biufUS":
+            self._left.append(path)
+        else:
+            self._add_values(path, np.strings.rstrip(value) if value.dtype.kind == "U" else value)
+
+    def _add_values(self, path: str, value: NDArray[Any]) -> None:
+        self._arrays.append(Array(path, value.shape, value.dtype, lambda rows: value[:rows]))
+
+
+def _as_text(item: Any) -> str | None:
+    """The text that a cell holds, if it holds one."""
+    if isinstance(item, np.ndarray) and item.dtype.kind == "U" and item.size <= 1:
+        return str(item.reshape(-1)[0]) if item.size else ""
+    return None
+
+
+#: Bytes that are unpacked at a time, and the compressed variables of version 7.
+_BLOCK, _COMPRESSED = 2**20, 15
+
+
+def _check_packed(path: Path) -> None:
+    """Refuse variables that are cut off, or unpack to more than can be believed.
+
+    What they say of their size need not be true, so they are unpacked once to be measured.
+    """
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        head = file.read(128)
+        if not head.startswith(b"MATLAB "):
+            return  # version 4, which packs nothing
+        order = "<" if head[126:128] == b"IM" else ">"
+        while tag := file.read(8):
+            if len(tag) < 8:
+                raise InputError(f"'{path}' ends within a variable; copy it again.")
+            kind, length = struct.unpack(f"{order}2I", tag)
+            start = file.tell()
+            if length > size - start:
+                raise InputError(f"'{path}' ends within a variable; copy it again.")
+            if kind == _COMPRESSED:
+                unpacked, most = 0, ROOM + MOST_TIMES * length
+                unpacking = zlib.decompressobj()
+                data = file.read(min(length, _BLOCK))
+                while data and unpacked <= most:
+                    unpacked += len(unpacking.decompress(data, _BLOCK))
+                    data = unpacking.unconsumed_tail or file.read(
+                        max(0, min(_BLOCK, start + length - file.tell()))
+                    )
+                if unpacked > most:
+                    raise InputError(
+                        f"'{path}' unpacks {length:,} bytes to more than {most:,}, which is not "
+                        f"believed; save it again without compression (save -v6)."
+                    )
+            file.seek(start + length)
+
+
+@contextmanager
+def _naming_damage(path: Path) -> Iterator[None]:
+    """Turn what SciPy says of a damaged file into a sentence."""
+    from scipy.io.matlab import MatReadError
+
+    try:
+        yield
+    except MemoryError as error:
+        raise InputError(f"'{path}' holds more than there is memory for; save a part.") from error
+    except RecursionError as error:
+        raise InputError(f"'{path}' is nested too deep to be read; save a part.") from error
+    except (
+        MatReadError,
+        ValueError,
+        TypeError,
+        LookupError,
+        OSError,
+        AttributeError,
+        ArithmeticError,
+        RuntimeError,
+        NameError,
+        NotImplementedError,
+        EOFError,
+        zlib.error,
+        struct.error,
+    ) as error:
+        if isinstance(error, OSError) and error.errno is not None:
+            raise
+        text = " ".join(str(error).split()).rstrip(".")[:160]
+        raise InputError(
+            f"'{path}' is not a whole MATLAB file ({text or type(error).__name__}); copy it again, "
+            f"or save it again (save -v7)."
+        ) from error
+
+
+class _Walk73(hdf5.Walk):
+    """The variables of a file of version 7.3.
+
+    Arrays lie in it with their axes in reverse; text is 16-bit numbers; a cell, and each field of
+    a struct with several elements, holds references to what is in it.
+    """
+
+    separator = "."
+
+    def add_item(self, item: Any, path: str, depth: int, rate: float | None) -> None:
+        import h5py
+
+        if path.startswith("#"):  # what is referred to, and the insides of objects
+            return
+        kind = _class_of(item)
+        if isinstance(item, h5py.Group):
+            if kind in {"", "struct"} and "MATLAB_object_decode" not in item.attrs:
+                self.add_group(item, path, depth + 1, rate)
+            else:
+                self.leave(path, "which only MATLAB can read")
+        elif isinstance(item, h5py.Dataset) and h5py.check_ref_dtype(item.dtype) is h5py.Reference:
+            self._add_cell(item, path, depth, rate)
+        elif "MATLAB_empty" in item.attrs:
+            return
+        elif kind in {"cell", "function_handle"} or "MATLAB_object_decode" in item.attrs:
+            self.leave(path, "which only MATLAB can read")
+        else:
+            super().add_item(item, path, depth, rate)
+
+    def _add_cell(self, item: Any, path: str, depth: int, rate: float | None) -> None:
+        """Add what the references in a cell or a field lead to."""
+        if depth > hdf5.DEEPEST:
+            raise InputError(f"'{self.path}' is nested deeper than {hdf5.DEEPEST} cells ({path}).")
+        check_size(path, math.prod(item.shape), self.size)
+        targets = [self.file[reference] for reference in item[()].T.reshape(-1, order="F")]
+        words = [self._text(target) for target in targets]
+        if targets and None not in words:
+            texts = np.array(words, dtype=object)
+            self.arrays.append(Array(path, texts.shape, texts.dtype, lambda rows: texts[:rows]))
+            return
+        # A struct's fields are numbered as its elements are: a.2.b.
+        above, _, last = path.rpartition(".")
+        of_struct = _class_of(item.parent) == "struct"
+        for place, target in enumerate(targets, start=1):
+            number = f"{above}.{place}.{last}" if of_struct and above else f"{path}.{place}"
+            self.add_item(target, number, depth + 1, rate)
+
+    @staticmethod
+    def _text(item: Any) -> str | None:
+        """The text that a data set holds, if it holds one."""
+        if _class_of(item) != "char":
+            return None
+        if "MATLAB_empty" in item.attrs:
+            return ""
+        if 1 not in item.shape or math.prod(item.shape) > 1000:
+            return None
+        return item[()].reshape(-1).astype("<u2").tobytes().decode("utf-16-le", "replace")
+
+    def add_data_set(self, data: Any, path: str, rate: float | None) -> None:
+        if _class_of(data) != "char":
+            before = len(self.arrays)
+            super().add_data_set(data, path, rate)
+            for place in range(before, len(self.arrays)):
+                array = self.arrays[place]
+                load = partial(_reversed, array.read)
+                self.arrays[place] = Array(
+                    array.path, array.shape[::-1], array.dtype, load, array.unit, rate=array.rate
+                )
+            return
+        check_size(path, math.prod(data.shape), self.size)
+        letters = np.ascontiguousarray(data[()].T).astype("<u2")
+        words = [row.tobytes().decode("utf-16-le", "replace").rstrip() for row in letters]
+        texts = np.array(words, dtype=object)
+        self.arrays.append(Array(path, texts.shape, texts.dtype, lambda rows: texts[:rows]))
+
+
+def _reversed(load: Callable[[int | None], NDArray[Any]], rows: int | None) -> NDArray[Any]:
+    """An array with its axes as in MATLAB."""
+    values = load(None).T
+    return values if rows is None else values[:rows]
+
+
+def _class_of(item: Any) -> str:
+    """The class that MATLAB gives to what is in a file; empty where it names none."""
+    kind = item.attrs.get("MATLAB_class", b"")
+    return kind.decode("ascii", "replace") if isinstance(kind, bytes) else str(kind)

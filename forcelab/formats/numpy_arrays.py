@@ -1,0 +1,162 @@
+"""Arrays of NumPy: ``.npy``, which holds one, and ``.npz``, which holds several with names."""
+
+from __future__ import annotations
+
+import math
+import sys
+import zipfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from tokenize import TokenError
+from typing import IO, Any, Final
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+from forcelab.errors import InputError
+from forcelab.formats.arrays import Array, Tree, check_size, preview_tree, read_tree
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+
+_NPY: Final = b"\x93NUMPY"
+#: Files in an archive; more are no recording.
+_MOST_MEMBERS: Final = 100_000
+_CURE: Final = "write it again with numpy.save or numpy.savez"
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """Whether a file is an array, or a zip file of nothing else."""
+    if head.startswith(_NPY):
+        return True
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = archive.namelist()
+    except (zipfile.BadZipFile, NotImplementedError, OSError, ValueError):
+        return b".npy" in head[:100]
+    return bool(names) and all(name.endswith(".npy") for name in names)
+
+
+def read(path: Path, options: ReadOptions) -> list[Recording]:
+    """Read the arrays of a file as a demonstration, or as many as its groups are numbered."""
+    with _naming_damage(path):
+        return read_tree(_tree(path), options)
+
+
+def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
+    """What the arrays of a file would be read as."""
+    with _naming_damage(path):
+        return preview_tree(_tree(path), options)
+
+
+def _tree(path: Path) -> Tree:
+    arrays: list[Array] = []
+    left: list[str] = []
+    with path.open("rb") as file:
+        if file.read(len(_NPY)) == _NPY:
+            file.seek(0)
+            members = {"": path.stat().st_size}
+            headers = {"": _header(file)}
+        else:
+            members, headers = _zipped_headers(path)
+    for name, (shape, dtype, start) in headers.items():
+        if dtype.hasobject:
+            left.append(name)
+            continue
+        values = math.prod(shape)
+        if start + values * dtype.itemsize > members[name]:
+            raise InputError(
+                f"'{path}' is cut off: {name or 'its array'} is said to hold {values:,} values, "
+                f"and {max(0, members[name] - start):,} bytes of it are there; {_CURE}."
+            )
+        for field in dtype.names or ("",):
+            field_type = dtype.fields[field][0] if dtype.fields else dtype
+            if field_type.names:
+                continue
+            array_path = ".".join(part for part in (name, field) if part)
+            whole = (*shape, *field_type.shape)
+            load = partial(_load, path, name, field)
+            arrays.append(Array(array_path, whole, field_type.base, load))
+    remarks = []
+    if left:
+        remarks.append(
+            f"Python objects, which only running code of the file could read, were left out "
+            f"({', '.join(left) or 'the array'}); save them as numbers or texts, as in "
+            "numpy.array(labels, dtype=str)."
+        )
+    return Tree(path, tuple(arrays), tuple(remarks))
+
+
+def _zipped_headers(
+    path: Path,
+) -> tuple[dict[str, int], dict[str, tuple[tuple[int, ...], np.dtype[Any], int]]]:
+    """Bytes of each array in an archive once it is unpacked, and its header."""
+    sizes, headers = {}, {}
+    with zipfile.ZipFile(path) as archive:
+        members = archive.infolist()
+        if len(members) > _MOST_MEMBERS:
+            raise InputError(f"'{path}' holds {len(members):,} arrays; {_MOST_MEMBERS:,} at most.")
+        for member in members:
+            name = member.filename.removesuffix(".npy")
+            with archive.open(member) as file:
+                shape, dtype, _ = headers[name] = _header(file)
+            width = max(dtype.itemsize / 8, 1)
+            check_size(name, math.ceil(math.prod(shape) * width), member.compress_size)
+            sizes[name] = member.file_size
+    return sizes, headers
+
+
+def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any], int]:
+    """Shape, type and length of the header of an array."""
+    version = npy.read_magic(file)
+    read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    shape, _, dtype = read_header(file)
+    if any(length < 0 for length in shape):
+        raise ValueError("a length below zero")
+    return shape, dtype, file.tell()
+
+
+def _load(path: Path, name: str, field: str, rows: int | None) -> NDArray[Any]:
+    """The first rows of an array, or all of it."""
+    with _naming_damage(path):
+        if not name and not zipfile.is_zipfile(path):
+            values = np.load(path, mmap_mode="r", allow_pickle=False)
+        else:
+            with zipfile.ZipFile(path) as archive, archive.open(f"{name}.npy") as file:
+                values = npy.read_array(file, allow_pickle=False)
+        values = values if rows is None else values[:rows]
+        values = np.array(values[field] if field else values)
+        if values.dtype.kind == "U":
+            letters = values.reshape(-1).view(np.dtype("u4").newbyteorder(values.dtype.byteorder))
+            if (letters > sys.maxunicode).any():
+                raise ValueError(f"the text in {name or 'its array'} is none")
+    return values
+
+
+@contextmanager
+def _naming_damage(path: Path) -> Iterator[None]:
+    """Turn what is raised over a damaged file into a sentence."""
+    try:
+        yield
+    except MemoryError as error:
+        raise InputError(f"'{path}' holds more than there is memory for; save a part.") from error
+    except (
+        ValueError,
+        TypeError,
+        EOFError,
+        SyntaxError,
+        LookupError,
+        ArithmeticError,
+        RuntimeError,
+        SystemError,
+        TokenError,
+        NotImplementedError,
+        zipfile.BadZipFile,
+        zlib.error,
+    ) as error:
+        text = " ".join(str(error).split()).rstrip(".")[:160]
+        raise InputError(
+            f"'{path}' is not a whole file of arrays ({text or type(error).__name__}); {_CURE}."
+        ) from error

@@ -1,0 +1,249 @@
+"""HDF5 files written by h5py: what is read of them, and what a damaged one can do."""
+
+import random
+
+import numpy as np
+import pytest
+from process_jobs import crashing
+
+from forcelab.cli import main
+from forcelab.errors import InputError, UnclearRateError
+from forcelab.formats import hdf5, preview, read
+from forcelab.formats.recording import ReadOptions
+from forcelab.jobs import finish
+from tests.formats.array_files import CODES, FORCES, SAMPLES, TIMES, WORDS, whole_hdf5
+
+h5py = pytest.importorskip("h5py")
+
+
+@pytest.fixture
+def inside(monkeypatch):
+    """Read in this process."""
+    monkeypatch.setattr(hdf5, "read_apart", lambda job, *arguments: finish(job(*arguments)))
+
+
+@pytest.fixture
+def path(tmp_path, inside):
+    return tmp_path / "pull.h5"
+
+
+def load(path, **options):
+    (recording,) = read(path, ReadOptions(**options))
+    return recording
+
+
+def refusal(path, error=InputError, **options):
+    with pytest.raises(error) as caught:
+        read(path, ReadOptions(**options))
+    sentence = str(caught.value)
+    assert path.name in sentence
+    assert sentence.endswith(".")
+    return sentence
+
+
+def names(recording):
+    return [channel.name for channel in recording.demonstration.channels]
+
+
+def actions(recording):
+    return [segment.action for track in recording.tracks for segment in track.segments]
+
+
+@pytest.mark.parametrize("kind", ["<f2", ">f4", "<f8", ">i2", "u1"])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"chunks": (33, 2)},
+        {"chunks": (64, 3), "compression": "gzip", "shuffle": True},
+        {"compression": "lzf", "fletcher32": True},
+    ],
+    ids=["whole", "chunks", "gzip", "lzf"],
+)
+def test_numbers_are_kept_however_they_are_stored(path, kind, options):
+    force = (FORCES * 50 + 100).astype(kind)
+    with h5py.File(path, "w") as file:
+        file["wrist/time"] = TIMES
+        file.create_dataset("wrist/force", data=force, **options)
+    demonstration = load(path).demonstration
+    assert np.array_equal(demonstration.signals, force.astype(float))
+    assert np.array_equal(demonstration.times, TIMES)
+
+
+def test_attributes_tell_units_names_rate_scale_and_what_is_missing(path):
+    counts = np.round(FORCES * 1000).astype("<i2")
+    counts[7, 1] = -32768
+    with h5py.File(path, "w") as file:
+        data = file.create_dataset("adc/wrench", data=counts, compression="gzip")
+        data.attrs.update({"units": "N", "scale_factor": 0.001, "add_offset": 1.5})
+        data.attrs.update({"_FillValue": np.int16(-32768), "columns": ["left x", "left y", "z"]})
+        file["adc"].attrs["sampling_rate"] = 500
+    demonstration = load(path).demonstration
+    assert [(c.name, c.unit) for c in demonstration.channels] == [
+        ("left x", "N"),
+        ("left y", "N"),
+        ("z", "N"),
+    ]
+    assert demonstration.rate == pytest.approx(500)
+    expected = counts * 0.001 + 1.5
+    expected[7, 1] = np.nan
+    assert np.allclose(demonstration.signals, expected, equal_nan=True)
+
+
+def test_uneven_stamps_are_kept(path):
+    stamps = np.cumsum(np.random.default_rng(3).uniform(0.001, 0.003, SAMPLES))
+    with h5py.File(path, "w") as file:
+        file["t"], file["force"] = stamps, FORCES
+    assert np.array_equal(load(path).demonstration.times, stamps - stamps[0])
+
+
+def strings(file):
+    file.create_dataset("label", data=list(WORDS), dtype=h5py.string_dtype())
+
+
+def fixed_strings(file):
+    file["label"] = np.char.encode(WORDS)
+
+
+def enumeration(file):
+    kinds = h5py.enum_dtype({"grab": 0, "hold": 1, "none": -1}, basetype="i1")
+    file.create_dataset("phase", data=CODES, dtype=kinds)
+
+
+def flags(file):
+    file["phase"] = CODES.astype("i1")
+    file["phase"].attrs["flag_meanings"] = "grab hold"
+
+
+def records(file):
+    del file["t"], file["force"]
+    table = np.zeros(SAMPLES, [("t", "f8"), ("fx", "f4"), ("label", "S4")])
+    table["t"], table["fx"], table["label"] = TIMES, FORCES[:, 0], WORDS
+    file["table"] = table
+
+
+@pytest.mark.parametrize("write", [strings, fixed_strings, enumeration, flags, records])
+def test_labels_are_words_or_codes_with_names(path, write):
+    with h5py.File(path, "w") as file:
+        file["t"], file["force"] = TIMES, FORCES
+        write(file)
+    assert actions(load(path)) == ["grab", "hold"]
+
+
+def test_a_file_of_robomimic_is_a_demonstration_a_group(path):
+    with h5py.File(path, "w") as file:
+        for number in (0, 1, 2, 10):
+            group = file.create_group(f"data/demo_{number}")
+            group.attrs["num_samples"] = SAMPLES
+            group["obs/robot0_eef_pos"] = FORCES + number
+            group["obs/agentview_image"] = np.zeros((SAMPLES, 4, 4, 3), np.uint8)
+            group["actions"], group["rewards"] = np.zeros((SAMPLES, 7)), np.zeros(SAMPLES)
+        file["data"].attrs["env_args"] = '{"env_name": "Lift"}'
+        file["mask/train"] = np.array([b"demo_0", b"demo_1"])
+    assert "agentview_image (200 × 4 × 4 × 3), obs/robot0_eef_pos (200 × 3)" in refusal(path)
+    recordings = read(path, ReadOptions(signals=("obs/robot0_eef_pos",), rate=20.0))
+    found = [recording.demonstration for recording in recordings]
+    assert [d.name for d in found] == [f"pull demo_{i}" for i in (0, 1, 2, 10)]
+    assert np.array_equal(found[3].signals, FORCES + 10)
+    assert names(recordings[0]) == [f"robot0_eef_pos {i}" for i in (1, 2, 3)]
+    assert "Pictures stay in the file; save them as a video and attach that." in (
+        recordings[0].remarks
+    )
+    uses = {use.name: use for use in preview(path, ReadOptions())}
+    assert set(uses) == {"actions", "obs/robot0_eef_pos", "rewards", "mask/train"}
+
+
+def test_a_file_of_aloha_needs_its_rate_and_what_to_read(path):
+    with h5py.File(path, "w") as file:
+        file.attrs["sim"] = True
+        for name in ("observations/qpos", "observations/qvel", "action"):
+            file[name] = np.tile(np.arange(14.0), (SAMPLES, 1))
+        file["observations/images/top"] = np.zeros((SAMPLES, 4, 4, 3), np.uint8)
+    assert "no column of times" in refusal(path, UnclearRateError, signals=("observations/qpos",))
+    recording = load(path, signals=("/observations",), rate=50.0)
+    assert len(names(recording)) == 28
+    assert recording.demonstration.rate == pytest.approx(50)
+
+
+class TestForeignFiles:
+    def test_nothing_outside_the_file_is_opened(self, path, tmp_path):
+        other = tmp_path / "other.h5"
+        with h5py.File(other, "w") as file:
+            file["force"] = FORCES
+        (tmp_path / "raw").write_bytes(FORCES.tobytes())
+        with h5py.File(path, "w") as file:
+            file["t"], file["fx"] = TIMES, FORCES[:, 0]
+            file["link"] = h5py.ExternalLink(str(other), "/force")
+            file["soft"] = h5py.SoftLink("/link")
+            layout = h5py.VirtualLayout(FORCES.shape, "f8")
+            layout[:] = h5py.VirtualSource(str(other), "force", FORCES.shape)
+            file.create_virtual_dataset("force", layout)
+            raw = [(str(tmp_path / "raw"), 0, FORCES.nbytes)]
+            file.create_dataset("wrench", FORCES.shape, "f8", external=raw)
+        recording = load(path)
+        assert names(recording) == ["fx"]
+        assert "force, wrench: left out, its data lie in other files." in recording.remarks
+        assert "link: left out, a link to another file." in recording.remarks
+
+    def test_circles_end(self, path):
+        with h5py.File(path, "w") as file:
+            file["a/t"], file["a/force"] = TIMES, FORCES
+            file["a/back"], file["a/again"] = file["/"], file["a"]
+        assert names(load(path)) == ["fx", "fy", "fz"]
+
+    def test_what_is_nested_too_deep_is_refused(self, path):
+        with h5py.File(path, "w") as file:
+            file["/".join("abcdefgh" * 5)] = TIMES
+        assert "nested deeper than 32 groups" in refusal(path)
+
+    @pytest.mark.parametrize("chunks", [(10**5, 3), (5 * 10**6, 3)])
+    def test_sizes_without_data_are_not_believed(self, path, chunks):
+        with h5py.File(path, "w") as file:
+            data = file.create_dataset("force", (10**9, 3), "f8", chunks=chunks, compression=9)
+            if chunks[0] < 10**6:
+                data[:10] = FORCES[:10]
+        assert "force is said to hold" in refusal(path, rate=10.0)
+
+    def test_mutated_files_are_a_sentence_each(self, path, tmp_path):
+        change_bytes = pytest.importorskip("tests.fuzz.ros_bags").change_bytes
+        (tmp_path / "whole").mkdir()
+        for number, source in enumerate(whole_hdf5(tmp_path / "whole") * 4):
+            path.write_bytes(source.read_bytes())
+            chance = random.Random(number)
+            for _ in range(4):
+                change_bytes(path, chance)
+            try:
+                read(path)
+            except InputError as error:
+                assert str(error).isprintable()
+
+    def test_a_file_that_ends_the_process_is_a_sentence(self, tmp_path, monkeypatch):
+        monkeypatch.setattr(hdf5, "_reading", crashing)
+        path = tmp_path / "a.h5"
+        with h5py.File(path, "w") as file:
+            file["force"] = FORCES
+        assert "ended or held up the process that read it, as damaged files do" in refusal(path)
+
+
+def test_the_command_reads_a_file_in_a_process_of_its_own(tmp_path, capsys):
+    path = tmp_path / "pull.h5"
+    with h5py.File(path, "w") as file:
+        file["t"], file["force"], file["label"] = TIMES, FORCES, CODES + 1
+    project = str(tmp_path / "p.forcelab")
+    assert main(["import", project, str(path), "--task", "pull"]) == 0
+    assert "1 recording: 1 new" in capsys.readouterr().out
+    path.write_bytes(path.read_bytes()[:3000])
+    assert main(["import", project, str(path)]) == 1
+    assert "is not a whole HDF5 file (" in capsys.readouterr().err
+
+
+def test_a_missing_library_is_named_with_the_extra_that_brings_it(tmp_path, monkeypatch):
+    path = tmp_path / "pull.h5"
+    with h5py.File(path, "w") as file:
+        file["force"] = FORCES
+
+    def missing(name):
+        raise ModuleNotFoundError(name, name=name)
+
+    monkeypatch.setattr("forcelab.extras.import_module", missing)
+    assert "is an HDF5 file, which needs the package h5py; install it with" in refusal(path)
