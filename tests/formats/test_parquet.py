@@ -105,6 +105,14 @@ def test_a_table_is_read_as_the_same_table_in_text(tmp_path, seed):
     assert after == before
 
 
+@pytest.mark.parametrize("encoding", ["DELTA_BYTE_ARRAY", "DELTA_LENGTH_BYTE_ARRAY", "PLAIN"])
+def test_words_are_read_however_they_are_encoded(tmp_path, encoding):
+    columns = {"t": np.arange(50) / 10, "fx": forces(50)[:, 0], "label": ["a"] * 25 + ["b"] * 25}
+    how = {"use_dictionary": False, "column_encoding": {"label": encoding}}
+    recording = read_single(write_arrow(tmp_path / "a.parquet", columns, **how))
+    assert labels(recording) == [(0, 2.5, "a"), (2.5, 5.0, "b")]
+
+
 def test_columns_are_chosen_as_those_of_text_by_name_or_number(tmp_path):
     values = forces(50)
     columns = {
