@@ -40,7 +40,7 @@ _MOST: Final = 64
 #: Structures are nested no deeper.
 _DEEPEST: Final = 8
 #: A file that takes more bytes in memory than these, and than so many times its size, is damaged.
-_ROOM, _MOST_TIMES = 1 << 28, 1000
+_ROOM, _MOST_TIMES = 1 << 27, 100
 #: So many names are told at most.
 _SHOWN: Final = 8
 _CURE: Final = "write it again, or copy it again from where it is from"
