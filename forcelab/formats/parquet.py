@@ -432,8 +432,6 @@ def _naming_damage(path: Path) -> Iterator[None]:
     try:
         with np.errstate(invalid="ignore", over="ignore"):
             yield
-    except InputError:
-        raise
     except MemoryError as error:
         raise InputError(f"'{path}' is said to need more memory than there is; {_CURE}.") from error
     except (*damage, OSError) as error:

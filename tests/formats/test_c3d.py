@@ -147,6 +147,8 @@ def test_frames_that_are_cut_off_are_told_or_refused(tmp_path):
     assert recording.remarks[0].startswith("The file ends after ")
     with pytest.raises(InputError, match="ends after .* of its 30 frames"):
         read(path, ReadOptions(strict=True))
+    path.write_bytes(whole + bytes(1024))
+    assert "says that it has 30 frames, and has room for more" in read_single(path).remarks[0]
 
 
 @pytest.mark.parametrize("seed", range(60))
