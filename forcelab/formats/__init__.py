@@ -55,20 +55,20 @@ class _Reader(Protocol):
 _EARLY: Final = (
     Format(
         name="archive",
-        description="archives of forcelab projects",
+        description="archives of projects",
         module="forcelab.formats.archive",
         starts=(b"PK",),
     ),
     Format(
         name="excel",
-        description="Excel workbooks (*.xlsx)",
+        description="Excel",
         module="forcelab.formats.excel",
         starts=(b"PK",),
         columns=True,
     ),
     Format(
         name="pdl",
-        description="the paper's databases (*.pdl)",
+        description="*.pdl",
         module="forcelab.formats.pdl",
         starts=(b"\x80", b"]", b"}", b"(", b"c"),
     ),
@@ -81,14 +81,14 @@ _EARLY: Final = (
     ),
     Format(
         name="xdf",
-        description="XDF files (Lab Streaming Layer)",
+        description="XDF",
         module="forcelab.formats.xdf",
         starts=(b"XDF:",),
         columns=True,
     ),
     Format(
         name="c3d",
-        description="C3D files of motion capture",
+        description="C3D",
         module="forcelab.formats.c3d",
         # The block of the parameters, and a mark.
         starts=tuple(bytes([block, 0x50]) for block in range(2, 256)),
@@ -96,14 +96,14 @@ _EARLY: Final = (
     ),
     Format(
         name="tdms",
-        description="TDMS files (LabVIEW)",
+        description="TDMS",
         module="forcelab.formats.tdms",
         starts=(b"TDSm",),
         columns=True,
     ),
     Format(
         name="parquet",
-        description="Parquet and Feather (Arrow) tables",
+        description="Parquet and Feather",
         module="forcelab.formats.parquet",
         starts=(b"PAR1", b"ARROW1\x00\x00", b"\xff\xff\xff\xff"),
         columns=True,
@@ -117,21 +117,21 @@ _EARLY: Final = (
     ),
     Format(
         name="numpy",
-        description="NumPy arrays (*.npy, *.npz)",
+        description="NumPy arrays",
         module="forcelab.formats.numpy_arrays",
         starts=(b"\x93NUMPY", b"PK"),
         columns=True,
     ),
     Format(
         name="hdf5",
-        description="HDF5 files",
+        description="HDF5",
         module="forcelab.formats.hdf5",
         starts=(b"\x89HDF\r\n\x1a\n",),
         columns=True,
     ),
     Format(
         name="matlab",
-        description="MATLAB files (*.mat)",
+        description="MATLAB",
         module="forcelab.formats.matlab",
         # Files of version 4 have no mark; they begin with the type of a variable.
         starts=(b"MATLAB ", b"\0\0", *(bytes([kind, 0, 0, 0]) for kind in (10, 20, 30, 40, 50))),
@@ -148,7 +148,7 @@ _LATE: Final = (
     ),
     Format(
         name="optoforce",
-        description="raw dumps of OptoForce sensors",
+        description="OptoForce dumps",
         module="forcelab.formats.optoforce",
     ),
 )
@@ -205,7 +205,7 @@ def identify(path: str | os.PathLike[str]) -> Format:
                 f"'{path}' holds labels, which belong to a demonstration: import the recording "
                 f"first, then its labels (forcelab labels; in the window File > Import labels)."
             )
-        readable = "; ".join(format_.description for format_ in all_formats())
+        readable = ", ".join(format_.description for format_ in all_formats())
         raise InputError(f"'{path}' looks like {kind}; what can be read: {readable}.")
 
 

@@ -79,7 +79,7 @@ def test_a_foreign_file_is_told_by_what_it_is(tmp_path, kind, data, name):
     (tmp_path / name).write_bytes(data)
     with pytest.raises(InputError) as refusal:
         read(tmp_path / name)
-    readable = "; ".join(known.description for known in all_formats())
+    readable = ", ".join(known.description for known in all_formats())
     assert str(refusal.value) == (
         f"'{tmp_path / name}' looks like {kind}; what can be read: {readable}."
     )
