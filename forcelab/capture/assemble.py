@@ -409,25 +409,16 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
     aligned = align(streams, names)
     start = aligned.start
     stamps["start"] = np.array(start)
-    videos: list[VideoReference] = []
-    for i, (camera, frames) in enumerate(zip(cameras, index.frames, strict=True)):
-        stamps[f"frames_{i}"] = frames[:, :2]
-        file = folder / str(camera["file"])
-        if len(frames) and file.is_file():
-            called = str(camera["name"])
-            if called in [video.name for video in videos]:  # two of one model
-                called = ""
-            videos.append(VideoReference(file, _video_clock(frames, start), called))
-        elif not len(frames):
-            remarks.append(f"{camera['name']} gave no picture.")
-        remarks += camera_remarks(str(camera["name"]), frames[:, 0])
+    stamps |= {f"frames_{i}": frames[:, :2] for i, frames in enumerate(index.frames)}
+    videos, of_cameras = _assemble_videos(cameras, index.frames, folder, start)
+    remarks += of_cameras
     demonstration = Demonstration(
         name,
         task,
         aligned.times,
         aligned.signals,
         channels_of_all([device.channels for device in devices]),
-        videos=tuple(videos),
+        videos=videos,
     )
     return AssembledRecording(
         demonstration,
@@ -440,7 +431,28 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
     )
 
 
-def camera_remarks(name: str, arrived: NDArray[np.float64]) -> list[str]:
+def _assemble_videos(
+    cameras: Sequence[Mapping[str, Any]],
+    frames_of: Sequence[NDArray[np.float64]],
+    folder: Path,
+    start: float,
+) -> tuple[tuple[VideoReference, ...], list[str]]:
+    """The cameras' videos on the clock that reads zero at `start`, and remarks."""
+    videos: list[VideoReference] = []
+    remarks = []
+    for camera, frames in zip(cameras, frames_of, strict=True):
+        file, name = folder / str(camera["file"]), str(camera["name"])
+        if len(frames) and file.is_file():
+            # Of two cameras of one model the second has no name of its own.
+            own = "" if name in [video.name for video in videos] else name
+            videos.append(VideoReference(file, _video_clock(frames, start), own))
+        elif not len(frames):
+            remarks.append(f"{name} gave no picture.")
+        remarks += away_remarks(name, frames[:, 0])
+    return tuple(videos), remarks
+
+
+def away_remarks(name: str, arrived: NDArray[np.float64]) -> list[str]:
     """A sentence about a camera that was away for a while."""
     away = np.diff(arrived)
     away = away[away > SILENT_SECONDS]

@@ -11,7 +11,7 @@ from forcelab.capture.assemble import (
     LiveMarks,
     align,
     assemble,
-    camera_remarks,
+    away_remarks,
     loss_remark,
 )
 from forcelab.capture.device import Block
@@ -322,12 +322,12 @@ def test_gaps_are_counted_in_their_sentence(away, lost, remark):
 
 def test_a_camera_was_away_as_often_as_its_frames_have_long_holes():
     frames = np.arange(300) / 30
-    assert camera_remarks("camera 0", frames) == []
+    assert away_remarks("camera 0", frames) == []
     frames[100:] += 3.0
-    (remark,) = camera_remarks("camera 0", frames)
+    (remark,) = away_remarks("camera 0", frames)
     assert remark == "camera 0 was away once, 3.0 s in all; its video has no frames then."
     frames[200:] += 2.0
-    (remark,) = camera_remarks("camera 0", frames)
+    (remark,) = away_remarks("camera 0", frames)
     assert "away 2 times, 5.1 s in all" in remark
 
 
