@@ -183,6 +183,12 @@ LABEL_FORMATS: Final[tuple[LabelFormat, ...]] = (
         module="forcelab.formats.boris_labels",
     ),
     LabelFormat(
+        name="boris.gz",
+        description="compressed projects of BORIS",
+        module="forcelab.formats.boris_labels",
+        starts=(b"\x1f\x8b",),
+    ),
+    LabelFormat(
         name="label-studio",
         description="JSON of Label Studio",
         module="forcelab.formats.label_studio",
