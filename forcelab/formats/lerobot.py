@@ -233,7 +233,8 @@ def _videos(
                 raise InputError(f"{sentence}; leave it out (--leave-out {camera}).")
             remarks.append(f"{sentence}.")
         name = camera.removeprefix("observation.").removeprefix("images.")
-        videos.append(VideoReference(file, ClockMap(first), name))
+        own = name if name not in [video.name for video in videos] else camera
+        videos.append(VideoReference(file, ClockMap(first), own))
     return tuple(videos), remarks
 
 
@@ -244,19 +245,26 @@ def _write_pictures(
 
     Also gives the time of the first one, and how many there are.
     """
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
     from forcelab.video.jpeg_writer import JpegVideoWriter, encode_jpeg
     from forcelab.video.pictures import PictureError, check_jpeg, decode_png, is_png
 
+    if not (
+        pa.types.is_struct(column.type)
+        and column.type.get_field_index("bytes") >= 0
+        and pa.types.is_binary(column.type.field("bytes").type)
+    ):
+        raise InputError("they are not stored as bytes")
+    contents = pc.struct_field(column, "bytes")
     file, first, fault = folder / "pictures.mkv", 0.0, ""
     count, size = 0, (0, 0)
     with ExitStack() as stack:
         stack.enter_context(file_errors(f"The pictures were not written to '{file}'"))
         for row, time in zip(times.rows.tolist(), times.times.tolist(), strict=True):
-            content = column[row].as_py()
-            data = content.get("bytes") if isinstance(content, dict) else None
+            data = contents[row].as_py() or b""
             try:
-                if not isinstance(data, bytes):
-                    raise PictureError("there is none")
                 jpeg, own = check_jpeg(encode_jpeg(decode_png(data)) if is_png(data) else data)
                 if count and own != size:
                     raise PictureError("it is of another size")

@@ -460,6 +460,11 @@ def test_pictures_beside_the_numbers_become_a_video(tmp_path):
     assert uses["observation.image"] == "video"
     with pytest.raises(InputError, match="4 pictures of an episode of 5 frames; leave it out"):
         read(folder, ReadOptions(unpack=tmp_path, strict=True))
+    table = pq.read_table(file)
+    odd = pa.array([1] * len(table), pa.timestamp("ns"))
+    write_table(table.set_column(table.num_columns - 1, "observation.image", odd), file)
+    sentence = "There are no pictures of 'observation.image': they are not stored as bytes."
+    assert sentence in read(folder, ReadOptions(unpack=tmp_path))[0].remarks
 
 
 def changed_info(folder, **changes):
