@@ -406,7 +406,10 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
         stamps[f"frames_{i}"] = frames[:, :2]
         file = folder / str(camera["file"])
         if len(frames) and file.is_file():
-            videos.append(VideoReference(file, _video_clock(frames, start), str(camera["name"])))
+            called = str(camera["name"])
+            if called in [video.name for video in videos]:  # two of one model
+                called = ""
+            videos.append(VideoReference(file, _video_clock(frames, start), called))
         elif not len(frames):
             remarks.append(f"{camera['name']} gave no picture.")
         remarks += camera_remarks(str(camera["name"]), frames[:, 0])

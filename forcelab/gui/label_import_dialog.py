@@ -112,8 +112,8 @@ class LabelImportDialog(QDialog):
 
     def _heading(self) -> QHBoxLayout:
         label = QLabel(
-            "Label files, chosen or dropped here: ELAN, TextGrids of Praat, BORIS, Audacity, "
-            "tables (CSV). Each belongs to the demonstration of its name."
+            "Label files, chosen or dropped here: ELAN, TextGrids of Praat, BORIS, Label Studio, "
+            "Audacity, tables (CSV). Each belongs to the demonstration of its name."
         )
         label.setWordWrap(True)
         self.pick = QPushButton("Choose files…")

@@ -71,6 +71,28 @@ def test_lost_samples_are_absent_stamps_and_the_clock_goes_on(tmp_path):
     assert assembled.tracks == ()
 
 
+def test_each_camera_that_gave_pictures_is_a_video_even_if_two_have_one_name(tmp_path):
+    times = START + np.arange(100) / 1000
+    names = ("webcam", "webcam", "side", "gone")
+    cameras = [{"name": name, "file": f"{i}.mkv"} for i, name in enumerate(names)]
+    for camera in cameras[:-1]:
+        (tmp_path / camera["file"]).touch()
+    frames = [
+        note(RecordKind.FRAME, i, frames=[[START + 0.01 * i + at, None, at] for at in (0.0, 0.04)])
+        for i in range(4)
+    ]
+    recorded = [*samples(times, three(times)), *frames]
+    d = assemble(contents([device()], recorded, cameras=cameras), tmp_path).demonstration
+    assert d.name == "LEGO 01"
+    assert [(v.name, v.path.name) for v in d.videos] == [
+        ("webcam", "0.mkv"),
+        ("video 2", "1.mkv"),
+        ("side", "2.mkv"),
+    ]
+    offsets = np.array([video.clock.offset for video in d.videos])
+    np.testing.assert_allclose(np.diff(offsets), 0.01, atol=1e-9)
+
+
 @settings(max_examples=25, deadline=None)
 @given(
     shift=st.floats(-0.01, 0.01),
