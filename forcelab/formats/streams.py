@@ -112,7 +112,7 @@ def make_recording(
         grid_rate=options.rate,
     )
     start = zero + (aligned.start - _LEAD)
-    tracks, label_remarks = _tracks(events, options, start, demonstration)
+    tracks, label_remarks = event_tracks(events, options, start, demonstration)
     tracks, beside_remarks = own_or_beside_tracks(path, tracks, options, start, demonstration)
     return Recording(
         demonstration,
@@ -243,10 +243,13 @@ def _chosen_events(events: Sequence[Events], options: ReadOptions) -> list[Event
 _EDGE = re.compile(r"(.*?)[\W_]*(?:(start|begin|onset|on)|(end|stop|offset|off))", re.IGNORECASE)
 
 
-def _tracks(
+def event_tracks(
     events: Sequence[Events], options: ReadOptions, start: float, demonstration: Demonstration
 ) -> tuple[tuple[Track, ...], list[str]]:
-    """A track for each kind of events, and how they became segments."""
+    """A track for each kind of events, and how they became segments.
+
+    `start` is the time of the demonstration's zero on their clock.
+    """
     tracks: list[Track] = []
     remarks: list[str] = []
     chosen = _chosen_events(events, options)

@@ -68,7 +68,7 @@ def test_lost_samples_are_absent_stamps_and_the_clock_goes_on(tmp_path):
     assert (begin, end) == (pytest.approx(0.7, abs=1e-3), pytest.approx(0.8, abs=1e-3))
     assert assembled.remarks == ("101 samples of a were lost; these are gaps.",)
     assert d.video is None
-    assert assembled.track is None
+    assert assembled.tracks == ()
 
 
 def test_each_camera_that_gave_pictures_is_a_video_even_if_two_have_one_name(tmp_path):
@@ -242,14 +242,16 @@ def test_marks_of_keys_held_down_become_segments(tmp_path):
         note(RecordKind.MARK, at=START + at, action=action, down=down) for at, action, down in marks
     ]
     assembled = assemble(contents([device()], records), tmp_path)
-    segments = [(round(s.start, 3), round(s.end, 3), s.action) for s in assembled.track.segments]
+    segments = [
+        (round(s.start, 3), round(s.end, 3), s.action) for s in assembled.tracks[0].segments
+    ]
     assert segments == [
         (0, 0.05, "still"),
         (0.1, 0.2, "grab"),
         (0.2, 0.4, "hold"),
         (0.9, 1.0, "pull"),
     ]
-    assert assembled.track.author == "Ann"
+    assert assembled.tracks[0].author == "Ann"
 
 
 def test_a_torn_end_is_said(tmp_path):
