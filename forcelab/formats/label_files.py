@@ -534,16 +534,16 @@ class _Importer:
             self._leave_out(path, labels, None, match)
             return
         info, author = match
-        try:
-            demonstration = self._project.demonstrations.load(info.id)
-        except InputError as error:
-            self._leave_out(path, labels, info, str(error))
-            return
         # A file of one track may have its author in its name.
         if author and [track.author for track in labels.tracks] == [self._options.author]:
             author = self._as_in_file_names.get(author, author)
             labels = replace(labels, tracks=(replace(labels.tracks[0], author=author),))
-        tracks, remark = _on_force_clock(labels, demonstration, self._options.offset)
+        try:
+            demonstration = self._project.demonstrations.load(info.id)
+            tracks, remark = _on_force_clock(labels, demonstration, self._options.offset)
+        except InputError as error:  # of a file that is gone, or times beyond all clocks
+            self._leave_out(path, labels, info, str(error))
+            return
         self.remarks[path] += filter(None, [remark, self._wrong_length(labels, info)])
         for track in tracks:
             if track.segments:
@@ -692,9 +692,11 @@ def _on_force_clock(
     tracks = []
     for track in labels.tracks:
         edges = np.array([(s.start, s.end) for s in track.segments]).reshape(-1, 2)
-        if origin or clock != ClockMap():
-            edges = clock.to_force(edges + origin)
-        tracks.append(_with_edges(track, edges + offset))
+        with np.errstate(over="ignore"):  # no segment has such an edge, which is told
+            if origin or clock != ClockMap():
+                edges = clock.to_force(edges + origin)
+            edges = edges + offset
+        tracks.append(_with_edges(track, edges))
     return on_samples(tracks, demonstration.times), remark
 
 

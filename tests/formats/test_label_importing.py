@@ -179,6 +179,19 @@ def test_predictions_and_labels_beyond_the_end_are_left_out(load, project):
     assert stored(project, "02", "Ann") == (Segment(6.5, 10.0, "grab"),)
 
 
+@pytest.mark.parametrize(("end", "offset"), [("1.0000000000000002", 5.0), ("1e308", 1e308)])
+def test_times_that_no_clock_can_hold_are_left_out_and_other_files_are_not(
+    project, tmp_path, end, offset
+):
+    far, near = tmp_path / "02.csv", tmp_path / "pen - 01.csv"
+    far.write_text(f"start,end,action,author\n1.0,{end},grab,Ann\n")
+    near.write_text(to_csv([Track("Ann", OTHER)]))
+    report = finish(importing_labels(project, [far, near], LabelOptions(offset=offset)))
+    assert report.tracks[0].status == "left out"
+    assert "must end after it starts" in report.tracks[0].reason
+    assert report.tracks[1].status == ("new" if offset == 5.0 else "left out")
+
+
 def test_two_files_with_other_labels_of_one_author_do_not_both_count(load, project, tmp_path):
     files = [tmp_path / name for name in ("02.csv", "02.labels.csv", "pen - 02.csv")]
     for file, segments in zip(files, (ANN, OTHER, ANN), strict=True):
