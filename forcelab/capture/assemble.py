@@ -311,6 +311,9 @@ class LiveMarks:
 #: Share of a period by which arrivals of a device without a counter may be off before they are
 #: taken as they came, instead of evenly.
 _UNEVEN = 1.0
+#: Stamps from which a stream's even times are told, and the share by which its usual step may
+#: differ from the mean one: by more, samples are missing again and again.
+_FEWEST_STAMPS, _ALIKE = 16, 0.005
 _FORCE = re.compile(r"([ft][xyz])(\d*)")
 
 
@@ -385,12 +388,16 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
         if block.ticks is not None and len(block):
             stamps[f"ticks_{i}"] = block.ticks
         host, breaks = block.arrived, np.array(log.breaks, dtype=np.int64)
-        as_they_came = device.holds or device.stamped
-        fitted = None if as_they_came else _fit_device(block, breaks, device.counted, device.rate)
+        if device.holds:
+            fitted = None
+        elif device.stamped:
+            fitted = _even_stamps(block.arrived, breaks, device.rate)
+        else:
+            fitted = _fit_device(block, breaks, device.counted, device.rate)
         if fitted is not None:
             stamps[f"clock_{i}"] = np.array([fitted.offset, fitted.rate, fitted.residual])
             host, precision = fitted.host, max(precision, fitted.residual)
-        elif len(host) and not as_they_came:
+        elif len(host) and not (device.holds or device.stamped):
             host, bound = spread_deliveries(host, breaks)
             precision = max(precision, bound)
         before = device.holds and len(host) > 0 and bool(host[0] <= begun)
@@ -402,22 +409,16 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
     aligned = align(streams, names)
     start = aligned.start
     stamps["start"] = np.array(start)
-    videos: list[VideoReference] = []
-    for i, (camera, frames) in enumerate(zip(cameras, index.frames, strict=True)):
-        stamps[f"frames_{i}"] = frames[:, :2]
-        file = folder / str(camera["file"])
-        if len(frames) and file.is_file():
-            videos.append(VideoReference(file, _video_clock(frames, start), str(camera["name"])))
-        elif not len(frames):
-            remarks.append(f"{camera['name']} gave no picture.")
-        remarks += camera_remarks(str(camera["name"]), frames[:, 0])
+    stamps |= {f"frames_{i}": frames[:, :2] for i, frames in enumerate(index.frames)}
+    videos, of_cameras = _assemble_videos(cameras, index.frames, folder, start)
+    remarks += of_cameras
     demonstration = Demonstration(
         name,
         task,
         aligned.times,
         aligned.signals,
         channels_of_all([device.channels for device in devices]),
-        videos=tuple(videos),
+        videos=videos,
     )
     return AssembledRecording(
         demonstration,
@@ -430,7 +431,28 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
     )
 
 
-def camera_remarks(name: str, arrived: NDArray[np.float64]) -> list[str]:
+def _assemble_videos(
+    cameras: Sequence[Mapping[str, Any]],
+    frames_of: Sequence[NDArray[np.float64]],
+    folder: Path,
+    start: float,
+) -> tuple[tuple[VideoReference, ...], list[str]]:
+    """The cameras' videos on the clock that reads zero at `start`, and remarks."""
+    videos: list[VideoReference] = []
+    remarks = []
+    for camera, frames in zip(cameras, frames_of, strict=True):
+        file, name = folder / str(camera["file"]), str(camera["name"])
+        if len(frames) and file.is_file():
+            # Of two cameras of one model the second has no name of its own.
+            own = "" if name in [video.name for video in videos] else name
+            videos.append(VideoReference(file, _video_clock(frames, start), own))
+        elif not len(frames):
+            remarks.append(f"{name} gave no picture.")
+        remarks += away_remarks(name, frames[:, 0])
+    return tuple(videos), remarks
+
+
+def away_remarks(name: str, arrived: NDArray[np.float64]) -> list[str]:
     """A sentence about a camera that was away for a while."""
     away = np.diff(arrived)
     away = away[away > SILENT_SECONDS]
@@ -453,6 +475,25 @@ def _fit_device(
     fitted = fit_timestamps(block.arrived, ticks, breaks, rate, counted=False)
     few_stretches = len(fitted.stretches) < 0.1 * len(block)
     return fitted if fitted.residual <= _UNEVEN * fitted.rate and few_stretches else None
+
+
+def _even_stamps(
+    stamps: NDArray[np.float64], breaks: NDArray[np.int64], rate: float
+) -> Timestamps | None:
+    """Even times of a stream whose sender stamped unevenly what was sampled evenly.
+
+    None where the stamps say that samples are missing, which even times would move all others for:
+    they are kept then.
+    """
+    if len(stamps) < _FEWEST_STAMPS:
+        return None
+    fitted = fit_timestamps(stamps, np.arange(len(stamps)), breaks, rate, counted=False)
+    usual = float(np.median(np.diff(stamps))) or fitted.rate  # those of a delivery may be alike
+    late = stamps - fitted.host
+    window = int(np.clip(1.0 / fitted.rate, 1, len(stamps) // 4))
+    parts = np.median(late[: len(late) // window * window].reshape(-1, window), axis=1)
+    complete = np.abs(parts - np.median(late)).max() <= 0.5 * fitted.rate
+    return fitted if complete and abs(fitted.rate - usual) <= _ALIKE * usual else None
 
 
 def loss_remark(

@@ -2,8 +2,9 @@
 
 A stream's samples bring the stamps that the program which sends them gave them, on the clock of its
 computer. They are carried onto this one's by liblsl, which measures how the two clocks differ all
-the while (to some 0.2 ms), and are believed: nothing is fitted to them, so that a sample that the
-sender left out is a gap. A stream that states no rate holds its last value, as one of events does.
+the while (to some 0.2 ms), and are believed: a sample that the sender left out is a gap. Once a
+recording has ended, stamps that jitter, and where none is missing, are evened out. A stream that
+states no rate holds its last value, as one of events does.
 """
 
 from __future__ import annotations
@@ -172,20 +173,13 @@ class LslStream:
             info = self._connect(SEARCH_SECONDS)
             self.channels = _channels(info)
             self.rate = max(info.nominal_srate(), 0.0)
-            self.holds = self.rate == 0
-            _, stamp = self._inlet.pull_sample(0.0 if self.holds else ANSWER_SECONDS)
+            self.holds, self.stamped = self.rate == 0, True
+            if not self.holds:
+                self._check_clock(self._inlet.pull_sample(ANSWER_SECONDS)[1])
         except UnpluggedError as error:
             raise InputError(str(error)) from error
         except _errors() as error:
             raise InputError(f"{self.name} was lost while it was opened ({error}).") from error
-        off = 0.0 if stamp is None else stamp + self._offset - time.monotonic()
-        self.stamped = abs(off) < FARTHEST_STAMP
-        if not self.stamped:
-            self._messages.put(
-                f"The stamps of {self.name} are {abs(off):.4g} s {'ahead' if off > 0 else 'old'}: "
-                f"its program does not stamp by the clock of LSL, so that its samples get the time "
-                f"of their arrival."
-            )
 
     def reopen(self) -> None:
         """Find it again, as it was; UnpluggedError while it is not back."""
@@ -218,7 +212,9 @@ class LslStream:
         now = time.monotonic()
         self._next = now + GATHER_SECONDS
         values = np.concatenate([[first], self._buffer[: len(stamps)]]).astype(np.float64)
-        self._latest = values[-1]
+        if self._latest is None and self.holds:
+            self._check_clock(stamp)
+        self._latest = values[-1].copy()
         if self._zero is not None:
             values -= self._zero
         return Block(self._times(np.array([stamp, *stamps]), now), None, values)
@@ -236,6 +232,17 @@ class LslStream:
         inlet, self._inlet = self._inlet, None
         if inlet is not None:
             inlet.close_stream()
+
+    def _check_clock(self, stamp: float | None) -> None:
+        """See by the first stamp that is known whether it is of liblsl's clock."""
+        off = 0.0 if stamp is None else stamp + self._offset - time.monotonic()
+        self.stamped = abs(off) < FARTHEST_STAMP
+        if not self.stamped:
+            self._messages.put(
+                f"The stamps of {self.name} are {abs(off):.4g} s {'ahead' if off > 0 else 'old'}: "
+                f"its program does not stamp by the clock of LSL, so that its samples get the time "
+                f"of their arrival."
+            )
 
     def _times(self, stamps: NDArray[np.float64], now: float) -> NDArray[np.float64]:
         """Stamps on the host's monotonic clock, which never go back; or when they arrived."""
@@ -274,9 +281,11 @@ class LslStream:
         if not self._stream:  # any stream of numbers
             named = [info for info in named if info.channel_format() in FORMATS] or named
         if len({info.uid() for info in named}) > 1:
+            source = named[0].source_id()
+            cure = f"say which, such as lsl:{named[0].name()}?source={source}"
             raise InputError(
-                f"{len(named)} streams may be meant by '{self.name}'; say which, such as "
-                f"lsl:{named[0].name()}?source={named[0].source_id()}."
+                f"{len(named)} streams may be meant by '{self.name}'; "
+                f"{cure if source else 'give them names that differ'}."
             )
         info = named[0]
         self._stream = info.name()

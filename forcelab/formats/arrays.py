@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import ForcelabError, InputError
-from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
+from forcelab.formats.recording import ANY_USE, ColumnUse, ReadOptions, Recording, Use
 from forcelab.formats.rosbag_topics import Field, name_forces, values_within, with_sensors
 from forcelab.formats.table import TableBody, make_recording, preview_layout
 from forcelab.formats.table_columns import ColumnRoles, TextColumn, choose_roles, is_counter_name
@@ -161,7 +161,7 @@ def preview_tree(tree: Tree, options: ReadOptions) -> tuple[ColumnUse, ...]:
     except InputError:
         if options.signals or options.leave_out or options.label or options.time:
             raise
-        return tuple(_unread(array) for array in arrays if array.is_usable)
+        return tuple(use for array in arrays for use in _unread(array))
     return tuple(chosen.uses())
 
 
@@ -214,7 +214,10 @@ class _Choice:
             )
         options = _without_slashes(options)
         roles = [options.time, options.label, options.counter]
-        for name in filter(None, [*roles, *options.signals, *options.leave_out]):
+        names = list(filter(None, [*roles, *options.signals, *options.leave_out]))
+        #: Beginnings of names of columns, whose arrays are told column by column.
+        self._apart = {re.sub(r"\d+$", "", name) for name in names}
+        for name in names:
             if not (found := self._named(name)):
                 raise InputError(f"'{tree.path}' has no array '{name}'; it holds {self._holds()}.")
             if name in roles and (len(found) > 1 or found[0].path == name):
@@ -504,36 +507,55 @@ class _Choice:
     def uses(self) -> Iterator[ColumnUse]:
         """What each array is read as, and each column of one that is read as several things."""
         rows = preview_layout(self.layout, self.options, self.roles)
+        if self.layout.rate and self.roles.time is None:
+            yield ColumnUse("rate", "Hz", "times", (f"{self.layout.rate:g}",), ("times",), "1")
         for array in self._arrays:
-            own = [row for row, part in zip(rows, self.parts, strict=True) if part[0] is array]
-            kinds = {row.use for row in own}
+            own = {
+                place: row
+                for row, (other, place) in zip(rows, self.parts, strict=True)
+                if other is array
+            }
+            width = array.width(self.rows) if own else 1
+            apart = len({row.use for row in own.values()}) > 1 or f"{array.path} " in self._apart
             if not own:
-                if array.is_usable:
-                    yield _unread(array)
-            elif len(own) == 1 or len(kinds) > 1 or not array.path:
-                for place, row in enumerate(own):
-                    whole = array.path if len(own) == 1 else f"{array.path} {place + 1}".strip()
-                    name = whole if array.path else row.name
+                yield from _unread(array)
+            elif width == 1 or apart or not array.path:
+                table = array.sample_table(self.rows, 3)
+                for place in range(width):
+                    row = own.get(place) or ColumnUse("", "", "left out", _few(table[:, place]))
+                    name = array.path if width == 1 else f"{array.path} {place + 1}"
+                    name = name if array.path else row.name
                     yield replace(row, name=name, size=array.size_text)
             else:
-                cells = tuple(row.cells[0] for row in own[:3])
-                yield ColumnUse(array.path, array.unit, own[0].use, cells, _WHOLE, array.size_text)
+                cells = _few(array.sample_table(self.rows, 1)[0])
+                use = own[0].use
+                yield ColumnUse(array.path, array.unit, use, cells, _WHOLE, array.size_text)
 
 
 _WHOLE: Final[tuple[Use, ...]] = ("signal", "left out")
 _TEXT: Final[tuple[Use, ...]] = ("labels", "times", "left out")
 
 
-def _unread(array: Array) -> ColumnUse:
-    """An array that is not read, and what it can be made."""
+def _unread(array: Array) -> Iterator[ColumnUse]:
+    """An array that is not read, and what it can be made; of a single value nothing is told."""
     choices: tuple[Use, ...] = _WHOLE
+    cells: tuple[str, ...] = ()
     if array.is_text:
         choices = _TEXT
     elif array.is_vector:
-        choices = ("signal", "times", "counter", "labels", "left out")
-    table = array.sample_table(array.length, 3)
-    cells = tuple(_cells(table[:, 0] if array.is_vector else table[0, :3]))
-    return ColumnUse(array.path, array.unit, "left out", cells, choices, array.size_text)
+        choices = ANY_USE
+    if array.is_usable:
+        table = array.sample_table(array.length, 3)
+        cells = _few(table[:, 0] if array.is_vector else table[0])
+    if array.length > 1:
+        choices = choices if array.is_usable else ("left out",)
+        yield ColumnUse(array.path, array.unit, "left out", cells, choices, array.size_text)
+
+
+def _few(values: NDArray[Any]) -> tuple[str, ...]:
+    """The first three of some values, of numbers not all digits."""
+    cells = _cells(values[:3])
+    return tuple(f"{float(c):.4g}" if values.dtype.kind == "f" and c else c for c in cells)
 
 
 def _without_slashes(options: ReadOptions) -> ReadOptions:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
+import re
 from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction, QDragEnterEvent, QDragMoveEvent, QDropEvent, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -34,8 +38,8 @@ from PySide6.QtWidgets import (
 from forcelab.errors import InputError
 from forcelab.formats import identify, preview
 from forcelab.formats.importing import ImportReport, importing
-from forcelab.formats.lerobot import stated_episodes
-from forcelab.formats.recording import ColumnUse, ReadOptions, Use, parse_episodes
+from forcelab.formats.lerobot_dataset import stated_episodes
+from forcelab.formats.recording import ANY_USE, ColumnUse, ReadOptions, Use, parse_episodes
 from forcelab.formats.signatures import is_lerobot_folder, lerobot_folder
 from forcelab.formats.table import rate_in
 from forcelab.formats.table_sniff import is_time_name
@@ -68,10 +72,15 @@ CELL_PADDING = 3
 
 
 class ImportColumns(QWidget):
-    """What each column of a table or bag is read as; shown for one file, the first at first.
+    """What each column of a table, or array in a file, is read as; shown for one file.
 
-    `table` has a row for each column: its name, its first cells, and the choice.
+    That is the first file at first. `table` has a row for each column: its name, its first cells,
+    the choice, and the size of an array; arrays stand below the group that they are in. What was
+    chosen for a file is proposed for the next one that has the same columns.
     """
+
+    #: The samples a second that were given for a file of the same build.
+    rate_proposed = Signal(float)
 
     def __init__(self) -> None:
         super().__init__()
@@ -80,20 +89,24 @@ class ImportColumns(QWidget):
         self._untouched: tuple[ColumnUse, ...] = ()
         self._rate, self._trouble = 0.0, ""
         self._rate_in_file: float | None = None
+        self._proposed = False
         self.uses: tuple[ColumnUse, ...] = ()
         self.heading = QLabel()
         self.heading.setWordWrap(True)
-        self.table = QTableWidget(0, 3)
+        self.table = QTableWidget(0, 4)
         self.table.setAccessibleName("Columns of the table")
-        self.table.setHorizontalHeaderLabels(["Column", "First cells", "Read as"])
+        self.table.setHorizontalHeaderLabels(["Column", "First cells", "Read as", "Size"])
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
         header.setSectionResizeMode(2, QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(3, QHeaderView.ResizeMode.ResizeToContents)
+        header.moveSection(3, 1)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         header.setHighlightSections(False)
         self.table.verticalHeader().hide()
         self.table.setShowGrid(False)
+        self.table.setWordWrap(False)
         self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         high = QComboBox().sizeHint().height() + 2 * CELL_PADDING
@@ -110,7 +123,13 @@ class ImportColumns(QWidget):
             return
         self._path = next((file for file in files if _has_columns(file)), None)
         self._wishes.clear()
+        self._proposed = False
         self._fill()
+        if self._path is not None and (choice := _remembered(self._build)) is not None:
+            self._wishes, rate = choice
+            self._proposed = True
+            self._fill()
+            self.rate_proposed.emit(rate)
 
     def show_file(self, path: Path) -> None:
         """Show the columns of another file, if it has any; choices hold for all files."""
@@ -161,22 +180,66 @@ class ImportColumns(QWidget):
             uses, trouble = self._previewed(self.options(ReadOptions()))
             self.uses = uses or self._untouched
         self.setVisible(bool(self.uses))
-        self.table.setRowCount(len(self.uses))
-        for row, column in enumerate(self.uses):
-            name = f"{column.name} [{column.unit}]" if column.unit else column.name
-            for place, text in enumerate((name, "   ".join(column.cells))):
-                item = QTableWidgetItem(text)
-                item.setToolTip(text)
-                self.table.setItem(row, place, item)
-            self.table.setCellWidget(row, 2, _pad_columns(self._choice(column)))
+        self._fill_table()
         self._trouble = trouble
         self._show_status()
+
+    def _fill_table(self) -> None:
+        """Make a row for each column, and one above those of a group of arrays."""
+        arrays = any(column.size for column in self.uses)
+        self.table.setColumnHidden(3, not arrays)
+        self.table.setHorizontalHeaderItem(0, QTableWidgetItem("Array" if arrays else "Column"))
+        groups: dict[str, list[ColumnUse]] = {"": []}
+        for column in self.uses:
+            groups.setdefault(_group(column), []).append(column)
+        self.table.clearSpans()
+        self.table.setRowCount(len(self.uses) + len(groups) - 1)
+        row = 0
+        for group, columns in groups.items():
+            if group:
+                self._fill_row(row, (group.rstrip("/."), "", "", ""), bold=True)
+                self.table.removeCellWidget(row, 2)
+                self.table.setSpan(row, 0, 1, 4)
+                row += 1
+            for column in columns:
+                name = column.name.removeprefix(group)
+                name = f"{name} [{column.unit}]" if column.unit else name
+                texts = ("      " * bool(group) + name, "   ".join(column.cells), "", column.size)
+                self._fill_row(row, texts)
+                self.table.setCellWidget(row, 2, _pad_columns(self._choice(column)))
+                row += 1
+
+    def _fill_row(self, row: int, texts: Sequence[str], bold: bool = False) -> None:
+        font = self.table.font()
+        font.setBold(bold)
+        for place, text in enumerate(texts):
+            item = QTableWidgetItem(text)
+            item.setToolTip(text.strip())
+            item.setFont(font)
+            self.table.setItem(row, place, item)
+
+    @property
+    def _build(self) -> str:
+        """What files have in common whose columns have the same names and numbers of axes."""
+        columns = sorted((column.name, column.size.count("×")) for column in self._untouched)
+        return hashlib.sha256(json.dumps(columns).encode()).hexdigest()[:16] if columns else ""
+
+    def choice(self) -> str:
+        """What is chosen for files of this build, to be remembered once they are imported."""
+        timed = any(column.use == "times" for column in self.uses)
+        return json.dumps([self._build, self._wishes, 0.0 if timed else self._rate])
 
     def _show_status(self) -> None:
         """Say which file is shown, and what is missing."""
         self.heading.setText(self._trouble or self._file_sentence())
-        wrong = self._trouble or not self._timed
+        wrong = self._trouble or not self._timed or not self._has_signals
         self.heading.setStyleSheet(f"color: {colours().warning}" if wrong else "")
+
+    @property
+    def _has_signals(self) -> bool:
+        """Whether anything becomes a channel, or cannot before the table is read as a whole."""
+        uses = {column.use for column in self.uses}
+        return not uses or bool(uses & {"signal", "counter"})
 
     @property
     def _timed(self) -> bool:
@@ -200,6 +263,10 @@ class ImportColumns(QWidget):
         """Which file this is and how its times are known."""
         name = self._path.name if self._path else ""
         kinds = [column.use for column in self.uses]
+        if not self._has_signals:
+            return f"It is not plain which are the signals in {name}; choose them:"
+        if self._timed and self._proposed and self._wishes:
+            return f"Columns of {name}, read as was chosen for such a file before:"
         if self._timed:
             return f"Columns of {name}, and what each is read as:"
         if "counter" in kinds:
@@ -240,6 +307,40 @@ def _pad_columns(choice: QComboBox) -> QWidget:
     row.setContentsMargins(0, CELL_PADDING, 2 * CELL_PADDING, CELL_PADDING)
     row.addWidget(choice)
     return cell
+
+
+#: How many builds of files are remembered.
+_REMEMBERED = 100
+
+
+def _choices() -> list[tuple[str, dict[str, Use], float]]:
+    """What was chosen for files of each build, the latest first."""
+    choices = []
+    for text in settings.strings("import/choices"):
+        with suppress(ValueError, TypeError, AttributeError):
+            build, wishes, rate = json.loads(text)
+            known = {str(n): use for n, use in wishes.items() if use in ANY_USE}
+            choices.append((str(build), known, min(max(float(rate), 0.0), 1e6)))
+    return choices
+
+
+def _remembered(build: str) -> tuple[dict[str, Use], float] | None:
+    """What was chosen for files of a build; None where nothing was."""
+    return next(((wishes, rate) for other, wishes, rate in _choices() if other == build), None)
+
+
+def _remember(choice: str) -> None:
+    """Remember what was chosen for files of a build; what is found by itself is no choice."""
+    build, wishes, rate = json.loads(choice)
+    others = [json.dumps(other) for other in _choices() if other[0] != build]
+    latest = [choice] if build and (wishes or rate) else []
+    settings.store("import/choices", [*latest, *others][:_REMEMBERED])
+
+
+def _group(column: ColumnUse) -> str:
+    """The group that an array is in, with its separator; empty for what is in none."""
+    bare = re.sub(r" \d+$", "", column.name)
+    return column.name[: max(bare.rfind("/"), bare.rfind(".")) + 1] if column.size else ""
 
 
 def _role_name(use: Use) -> str:
@@ -359,6 +460,7 @@ class ImportDialog(QDialog):
         self._rate.setSpecialValueText("from the time column")
         self._rate.setAccessibleName("Sample rate of files without times")
         self._rate.valueChanged.connect(self.columns.set_rate)
+        self.columns.rate_proposed.connect(self._rate.setValue)
         self.jitter = QDoubleSpinBox()
         self.jitter.setRange(0, 1e6)
         self.jitter.setDecimals(3)
@@ -553,7 +655,7 @@ class ImportDialog(QDialog):
         self._show_report("")
         self._jobs.run(
             importing(path, files, options),
-            partial(self._imported, path, files),
+            partial(self._imported, path, files, self.columns.choice()),
             self._failed,
             self._bar.show_progress,
             key="import",
@@ -564,9 +666,13 @@ class ImportDialog(QDialog):
         project = self._document.project
         return project.coding.coders() if project else ()
 
-    def _imported(self, path: Path, files: Sequence[str], report: ImportReport) -> None:
+    def _imported(
+        self, path: Path, files: Sequence[str], choice: str, report: ImportReport
+    ) -> None:
         """Report the import; files that failed or were added meanwhile stay in the list."""
         self._bar.setVisible(False)
+        if report.demonstrations:
+            _remember(choice)
         if self._document.project is None and self._open_project is not None:
             self._open_project(path)
             self._propose_project(())

@@ -72,6 +72,17 @@ def test_a_clock_that_is_ahead_is_corrected(project, monkeypatch):
     assert remarks == []
 
 
+def test_uneven_stamps_of_what_was_sampled_evenly_are_evened_out(project):
+    delays = np.random.default_rng(0).uniform(0.0, 0.004, 1000)  # of deliveries of ten samples
+    with sending("forces", late=lambda k: delays[k // 10]) as sender:
+        demonstration, start, _ = record(
+            project, parse_device("lsl:forces"), lambda r: r.state().devices[0].samples > 400
+        )
+    sent = host_clock(sender.stamp(demonstration.signals[:, 0]))
+    assert np.abs(demonstration.times + start - sent).max() < 0.5 * 0.004  # in less than a second
+    assert np.ptp(np.diff(demonstration.times)) < 1e-4
+
+
 def test_samples_that_the_sender_left_out_are_a_gap_and_move_no_other(project):
     left_out = {k for k in range(10_000) if k % 100 in (50, 51) or k % 1000 > 900}
     with sending("forces", leave_out=left_out) as sender:
@@ -136,7 +147,15 @@ def test_a_stream_without_a_rate_holds_its_values():
     device.zero()
     outlet.push_sample([11, 8, 0], stamp + 0.5)
     assert device.read(5.0).values.tolist() == [[10.0, 10.0, -32_767.0]]
+    device.zero()  # of what it reads, not of what is left of that
+    outlet.push_sample([12, 8, 0], stamp + 0.75)
+    assert device.read(5.0).values.tolist() == [[1.0, 0.0, 0.0]]
     device.close()
+    device.close()
+    device.open()
+    outlet.push_sample([1, 2, 3], time.time())
+    assert device.read(5.0).arrived == pytest.approx(time.monotonic(), abs=1.0)
+    assert "its program does not stamp by the clock of LSL" in device.remarks()[0]
     device.close()
 
 

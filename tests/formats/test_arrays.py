@@ -177,15 +177,16 @@ class TestWhatIsChosen:
     def test_the_dialog_is_told_what_each_array_can_be(self, path):
         uses = preview(path, ReadOptions())
         assert [(use.name, use.size, use.use) for use in uses] == [
+            ("image", "9 × 4 × 4 × 3", "left out"),
             ("obs/pos", "200 × 3", "left out"),
             ("obs/vel", "100 × 3", "left out"),
             ("aux/when", "200", "left out"),
             ("kind", "200", "left out"),
         ]
-        assert uses[0].choices == ("signal", "left out")
-        assert uses[1].cells[0].startswith(f"{FORCES[0, 0]:.3g}"[:4])
+        assert [use.choices for use in uses[:2]] == [("left out",), ("signal", "left out")]
+        assert uses[1].cells == tuple(f"{value:.4g}" for value in FORCES[0])
         uses = preview(path, ReadOptions(signals=("obs/pos",), time="aux/when", label="kind"))
-        assert [use.use for use in uses] == ["signal", "left out", "times", "labels"]
+        assert [use.use for use in uses[1:]] == ["signal", "left out", "times", "labels"]
 
     def test_the_dialog_lists_columns_that_are_read_as_different_things(self, tmp_path):
         path = write_npz(tmp_path / "a.npz", data=np.column_stack([TIMES, FORCES]), label=WORDS)

@@ -150,7 +150,14 @@ def test_a_file_of_robomimic_is_a_demonstration_a_group(path):
         recordings[0].remarks
     )
     uses = {use.name: use for use in preview(path, ReadOptions())}
-    assert set(uses) == {"actions", "obs/robot0_eef_pos", "rewards", "mask/train"}
+    assert set(uses) == {
+        "actions",
+        "obs/agentview_image",
+        "obs/robot0_eef_pos",
+        "rewards",
+        "mask/train",
+    }
+    assert uses["obs/agentview_image"].choices == ("left out",)
 
 
 def test_a_file_of_aloha_needs_its_rate_and_what_to_read(path):

@@ -3,6 +3,7 @@
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 from factories import foam_demonstration, numbered_frame
 from PySide6.QtCore import Qt
@@ -26,6 +27,7 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import guard_typing
 from forcelab.project import Project
 from forcelab.resources import asset
+from tests.formats.array_files import CODES, FORCES, SAMPLES, TIMES, write_npz
 from tests.formats.optoforce_streams import stream
 
 FOAM = Path(__file__).parents[2] / "assets" / "foam-01.csv"
@@ -444,6 +446,97 @@ def test_channels_and_markers_of_streams_are_chosen(document, open_on, tmp_path,
     until(lambda: document.id)
     names = [channel.name for channel in document.demonstration.channels]
     assert names == ["fx", "fy", "fz", "Pose 3"]
+
+
+def write_fold(path, forces=FORCES):
+    """A file of arrays whose names do not say which are the signals."""
+    arrays = {"obs/qpos": forces, "obs/qvel": -forces, "clock/seen": TIMES, "phase": CODES + 1}
+    return write_npz(path, action=np.zeros((SAMPLES, 7)), **arrays)
+
+
+def pick(dialog, name, text):
+    """Choose by mouse and keys what an array is read as."""
+    box = named(dialog, QComboBox, f"{name} is read as")
+    dialog.columns.table.scrollTo(dialog.columns.table.indexAt(box.parentWidget().pos()))
+    QTest.mouseClick(box, Qt.MouseButton.LeftButton)
+    view = box.view()
+    for _ in range(box.findText(text) - box.currentIndex()):
+        QTest.keyClick(view, Qt.Key.Key_Down)
+    assert view.currentIndex().data() == text
+    QTest.keyClick(view, Qt.Key.Key_Return)
+
+
+def test_what_is_in_a_file_of_arrays_is_shown_as_a_tree(open_on, tmp_path):
+    dialog = open_on(write_fold(tmp_path / "a.npz"))
+    table = dialog.columns.table
+    rows = [
+        [item.text().strip() if (item := table.item(row, place)) else "" for place in (0, 3)]
+        for row in range(table.rowCount())
+    ]
+    assert rows == [
+        ["action", "200 × 7"],
+        ["phase", "200"],
+        ["obs", ""],
+        ["qpos", "200 × 3"],
+        ["qvel", "200 × 3"],
+        ["clock", ""],
+        ["seen", "200"],
+    ]
+    table.scrollToBottom()
+    place = table.verticalScrollBar().value()
+    dialog.columns.wish("obs/qvel", "signal")
+    assert table.verticalScrollBar().value() == place > 0
+    dialog.columns.wish("obs/qvel", "left out")
+    assert dialog.columns.heading.text().startswith("It is not plain which are the signals in a")
+
+
+def test_arrays_are_chosen_once_for_files_of_the_same_build(document, open_on, tmp_path, until):
+    dialog = open_on(write_fold(tmp_path / "a.npz"))
+    pick(dialog, "obs/qpos", "signal")
+    pick(dialog, "clock/seen", "times")
+    pick(dialog, "phase", "labels")
+    assert dialog.columns.heading.text().startswith("Columns of a.npz, and what each is read as")
+    QTest.keyClick(named(dialog, QComboBox, "Task"), Qt.Key.Key_Return)
+    until(lambda: document.id)
+    assert [channel.name for channel in document.demonstration.channels] == [
+        "qpos 1",
+        "qpos 2",
+        "qpos 3",
+    ]
+    assert document.demonstration.times.tolist() == TIMES.tolist()
+    dialog.close()
+
+    dialog = open_on(write_fold(tmp_path / "b.npz", FORCES + 1))
+    heading = dialog.columns.heading.text()
+    assert heading == "Columns of b.npz, read as was chosen for such a file before:"
+    assert read_as(dialog)["clock/seen"] == "times"
+    QTest.keyClick(named(dialog, QComboBox, "Task"), Qt.Key.Key_Return)
+    until(lambda: len(document.infos) == 2)
+    with Project.open(document.project.path) as project:
+        info = next(info for info in project.demonstrations.infos() if info.name == "b")
+        assert project.demonstrations.load(info.id).signals.tolist() == (FORCES + 1).tolist()
+    dialog.close()
+
+    other = open_on(write_npz(tmp_path / "c.npz", a=FORCES, b=FORCES))
+    assert set(read_as(other).values()) == {"left out"}
+
+
+def test_a_rate_is_remembered_with_the_arrays_that_need_it(document, open_on, tmp_path, until):
+    dialog = open_on(write_npz(tmp_path / "a.npz", a=FORCES, b=FORCES))
+    pick(dialog, "b", "signal")
+    named(dialog, QDoubleSpinBox, "Sample rate of files without times").setValue(40.0)
+    import_button(dialog).click()
+    until(lambda: document.id)
+    dialog.close()
+    dialog = open_on(write_npz(tmp_path / "b.npz", a=FORCES, b=FORCES))
+    assert named(dialog, QDoubleSpinBox, "Sample rate of files without times").value() == 40.0
+    assert read_as(dialog) == {"a": "left out", "b": "signal"}
+
+
+def test_choices_that_were_written_by_something_else_are_not_used(open_on, tmp_path):
+    settings.store("import/choices", ["[", "3", '["x", {"a": "run"}, 1]', '["y", {}, "nan"]'])
+    dialog = open_on(write_fold(tmp_path / "a.npz"))
+    assert set(read_as(dialog).values()) == {"left out"}
 
 
 @pytest.mark.parametrize("ros", [1, 2])
