@@ -48,9 +48,9 @@ _SAMPLE: Final = 400
 MOST_COLUMNS: Final = 512
 #: An array may take as many bytes in memory, and so many times those that are stored of it.
 ROOM, MOST_TIMES = 2**26, 100
-#: So many times the size of a file may reading it take beside a gigabyte, and beside a minute a
-#: second for so many bytes of it.
-_TIMES_SIZE, _BYTES_A_SECOND = 32, 10**7
+#: What reading a file may take: beside a gigabyte so many times its size, and beside so many
+#: seconds of computing one for so many bytes of it.
+_TIMES_SIZE, _SECONDS, _BYTES_A_SECOND = 32, 30, 10**6
 #: So many names are told at most.
 _SHOWN: Final = 8
 
@@ -671,7 +671,7 @@ def _within_bounds(
 
 
 def _set_bounds(size: int) -> None:
-    """Let this process take a gigabyte and a minute more, and what a file of that size needs."""
+    """Let this process take a gigabyte and half a minute, and what a file of that size needs."""
     try:
         import resource
     except ImportError:  # Windows has no such limits
@@ -679,7 +679,7 @@ def _set_bounds(size: int) -> None:
     with suppress(OSError, ValueError):
         pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
         memory = pages * resource.getpagesize() + 2**30 + _TIMES_SIZE * size
-        seconds = math.ceil(time.process_time()) + 60 + size // _BYTES_A_SECOND
+        seconds = math.ceil(time.process_time()) + _SECONDS + size // _BYTES_A_SECOND
         for bound, limit in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, seconds)):
             _, hard = resource.getrlimit(bound)
             if hard == resource.RLIM_INFINITY or limit < hard:
