@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from forcelab.errors import InputError as InputError
     from forcelab.formats import read as read
     from forcelab.formats.importing import import_files as import_files
+    from forcelab.formats.label_files import LabelOptions as LabelOptions
+    from forcelab.formats.label_files import import_labels as import_labels
     from forcelab.formats.recording import ReadOptions as ReadOptions
     from forcelab.jobs import finish as finish
     from forcelab.label_map import MergeMap as MergeMap
@@ -79,6 +81,7 @@ _HOMES = {
     "ForcelabError": ("errors", "ForcelabError"),
     "Haar": ("signals.wavelets", "Haar"),
     "InputError": ("errors", "InputError"),
+    "LabelOptions": ("formats.label_files", "LabelOptions"),
     "LabelledDemonstration": ("recognition.examples", "LabelledDemonstration"),
     "MergeMap": ("label_map", "MergeMap"),
     "Morlet": ("signals.wavelets", "Morlet"),
@@ -102,6 +105,7 @@ _HOMES = {
     "finish": ("jobs", "finish"),
     "glossary": ("terms", "glossary"),
     "import_files": ("formats.importing", "import_files"),
+    "import_labels": ("formats.label_files", "import_labels"),
     "latest_run": ("review.run_result", "latest_run"),
     "join_cluster": ("cluster", "join_cluster"),
     "leave_one_out": ("recognition.cross_validation", "leave_one_out"),

@@ -69,13 +69,16 @@ class JournalIndex:
     frames: list[NDArray[np.float64]]
     #: Keys of actions that went down or up.
     marks: list[dict[str, Any]]
+    #: Of each device, the times (s, host's clock) and texts of markers.
+    markers: list[list[tuple[float, str]]]
 
 
 def index_records(records: Iterable[Record], columns: Sequence[int], cameras: int) -> JournalIndex:
     """Sort records by device, of so many `columns` each, and by camera."""
     devices = [DeviceLog(SampleBuffer(number)) for number in columns]
     rows: list[list[float]] = [[] for _ in range(cameras)]
-    marks = []
+    marks: list[dict[str, Any]] = []
+    markers: list[list[tuple[float, str]]] = [[] for _ in columns]
     for record in records:
         if record.kind == RecordKind.BLOCK and record.device < len(devices):
             devices[record.device].samples.add(record.payload)
@@ -83,13 +86,18 @@ def index_records(records: Iterable[Record], columns: Sequence[int], cameras: in
             event = decode_json(record)
             devices[record.device].event(event.get("what"), float(event.get("at", np.nan)))
         elif record.kind == RecordKind.MARK:
-            marks.append(decode_json(record))
+            mark = decode_json(record)
+            if "marker" not in mark:
+                marks.append(mark)
+            elif record.device < len(devices):
+                markers[record.device].append((float(mark["at"]), str(mark["marker"])))
         elif record.kind == RecordKind.FRAME and record.device < cameras:
             for stamps in decode_json(record)["frames"]:
                 rows[record.device] += [np.nan if x is None else float(x) for x in stamps]
     for device in devices:
         device.end()
-    return JournalIndex(devices, [np.array(row).reshape(-1, 3) for row in rows], marks)
+    frames = [np.array(row).reshape(-1, 3) for row in rows]
+    return JournalIndex(devices, frames, marks, markers)
 
 
 _EDGE = 0.25  # s by which devices may begin or end apart and be cut to what they share
@@ -311,6 +319,9 @@ class LiveMarks:
 #: Share of a period by which arrivals of a device without a counter may be off before they are
 #: taken as they came, instead of evenly.
 _UNEVEN = 1.0
+#: Stamps from which a stream's even times are told, and the share by which its usual step may
+#: differ from the mean one: by more, samples are missing again and again.
+_FEWEST_STAMPS, _ALIKE = 16, 0.005
 _FORCE = re.compile(r"([ft][xyz])(\d*)")
 
 
@@ -319,8 +330,8 @@ class AssembledRecording:
     """A journal's demonstration, and what is stored beside it."""
 
     demonstration: Demonstration
-    #: What was marked live; None where nothing was.
-    track: Track | None
+    #: What was marked live; and the markers of streams, each a track of its stream.
+    tracks: tuple[Track, ...]
     #: Sentences for the user.
     remarks: tuple[str, ...]
     #: The raw stamps: ``devices`` (names), and of device i ``arrived_i`` (s, host's monotonic
@@ -380,48 +391,37 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
     stamps: dict[str, NDArray[Any]] = {"devices": np.array(names, dtype=np.str_)}
     streams, precision = [], 0.0
     for i, (device, log) in enumerate(zip(devices, index.devices, strict=True)):
-        block = log.samples.block()
-        stamps[f"arrived_{i}"] = block.arrived
-        if block.ticks is not None and len(block):
-            stamps[f"ticks_{i}"] = block.ticks
-        host, breaks = block.arrived, np.array(log.breaks, dtype=np.int64)
-        as_they_came = device.holds or device.stamped
-        fitted = None if as_they_came else _fit_device(block, breaks, device.counted, device.rate)
-        if fitted is not None:
-            stamps[f"clock_{i}"] = np.array([fitted.offset, fitted.rate, fitted.residual])
-            host, precision = fitted.host, max(precision, fitted.residual)
-        elif len(host) and not as_they_came:
-            host, bound = spread_deliveries(host, breaks)
-            precision = max(precision, bound)
-        before = device.holds and len(host) > 0 and bool(host[0] <= begun)
-        stream = DeviceStream(
-            host, block.values, device.holds, fitted is not None, tuple(log.away), before
-        )
+        stream, device_precision, kept = _time_samples(device, log, begun)
         streams.append(stream)
-        remarks.append(loss_remark(device.name, stream, stamps.get(f"ticks_{i}"), device.counted))
+        precision = max(precision, device_precision)
+        stamps |= {f"{key}_{i}": values for key, values in kept.items()}
+        if device.channels:
+            ticks = stamps.get(f"ticks_{i}")
+            remarks.append(loss_remark(device.name, stream, ticks, device.counted))
     aligned = align(streams, names)
     start = aligned.start
     stamps["start"] = np.array(start)
-    videos: list[VideoReference] = []
-    for i, (camera, frames) in enumerate(zip(cameras, index.frames, strict=True)):
-        stamps[f"frames_{i}"] = frames[:, :2]
-        file = folder / str(camera["file"])
-        if len(frames) and file.is_file():
-            videos.append(VideoReference(file, _video_clock(frames, start), str(camera["name"])))
-        elif not len(frames):
-            remarks.append(f"{camera['name']} gave no picture.")
-        remarks += camera_remarks(str(camera["name"]), frames[:, 0])
+    stamps |= {f"frames_{i}": frames[:, :2] for i, frames in enumerate(index.frames)}
+    videos, of_cameras = _assemble_videos(cameras, index.frames, folder, start)
+    remarks += of_cameras
     demonstration = Demonstration(
         name,
         task,
         aligned.times,
         aligned.signals,
         channels_of_all([device.channels for device in devices]),
-        videos=tuple(videos),
+        videos=videos,
     )
+    marked = marks_track(index.marks, start, demonstration.end, author)
+    tracks = [] if marked is None else [marked]
+    for device, markers in zip(devices, index.markers, strict=True):
+        if markers:
+            found, sentences = _marker_tracks(device.name, markers, start, demonstration)
+            tracks += found
+            remarks += sentences
     return AssembledRecording(
         demonstration,
-        marks_track(index.marks, start, demonstration.end, author),
+        tuple(tracks),
         tuple(remark for remark in remarks if remark),
         stamps,
         streams[aligned.lead].values[aligned.within],
@@ -430,7 +430,71 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
     )
 
 
-def camera_remarks(name: str, arrived: NDArray[np.float64]) -> list[str]:
+def _time_samples(
+    device: _RecordedDevice, log: DeviceLog, begun: float
+) -> tuple[DeviceStream, float, dict[str, NDArray[Any]]]:
+    """A device's samples on the host's clock, to how many seconds, and its raw stamps."""
+    block, precision = log.samples.block(), 0.0
+    kept: dict[str, NDArray[Any]] = {"arrived": block.arrived}
+    if block.ticks is not None and len(block):
+        kept["ticks"] = block.ticks
+    host, breaks = block.arrived, np.array(log.breaks, dtype=np.int64)
+    if device.holds:
+        fitted = None
+    elif device.stamped:
+        fitted = _even_stamps(block.arrived, breaks, device.rate)
+    else:
+        fitted = _fit_device(block, breaks, device.counted, device.rate)
+    if fitted is not None:
+        kept["clock"] = np.array([fitted.offset, fitted.rate, fitted.residual])
+        host, precision = fitted.host, fitted.residual
+    elif len(host) and not (device.holds or device.stamped):
+        host, precision = spread_deliveries(host, breaks)
+    before = device.holds and len(host) > 0 and bool(host[0] <= begun)
+    stream = DeviceStream(
+        host, block.values, device.holds, fitted is not None, tuple(log.away), before
+    )
+    return stream, precision, kept
+
+
+def _marker_tracks(
+    name: str,
+    markers: Sequence[tuple[float, str]],
+    start: float,
+    demonstration: Demonstration,
+) -> tuple[tuple[Track, ...], list[str]]:
+    """What markers of a device (s, host's clock) say, as a track of it, and how that was read."""
+    # Only recordings with markers need what reads them, the same as of files.
+    from forcelab.formats.recording import ReadOptions
+    from forcelab.formats.streams import Events, event_tracks
+
+    times, words = zip(*markers, strict=True)
+    events = Events(name, np.array(times), list(words))
+    return event_tracks([events], ReadOptions(author=name), start, demonstration)
+
+
+def _assemble_videos(
+    cameras: Sequence[Mapping[str, Any]],
+    frames_of: Sequence[NDArray[np.float64]],
+    folder: Path,
+    start: float,
+) -> tuple[tuple[VideoReference, ...], list[str]]:
+    """The cameras' videos on the clock that reads zero at `start`, and remarks."""
+    videos: list[VideoReference] = []
+    remarks = []
+    for camera, frames in zip(cameras, frames_of, strict=True):
+        file, name = folder / str(camera["file"]), str(camera["name"])
+        if len(frames) and file.is_file():
+            # Of two cameras of one model the second has no name of its own.
+            own = "" if name in [video.name for video in videos] else name
+            videos.append(VideoReference(file, _video_clock(frames, start), own))
+        elif not len(frames):
+            remarks.append(f"{name} gave no picture.")
+        remarks += away_remarks(name, frames[:, 0])
+    return tuple(videos), remarks
+
+
+def away_remarks(name: str, arrived: NDArray[np.float64]) -> list[str]:
     """A sentence about a camera that was away for a while."""
     away = np.diff(arrived)
     away = away[away > SILENT_SECONDS]
@@ -453,6 +517,25 @@ def _fit_device(
     fitted = fit_timestamps(block.arrived, ticks, breaks, rate, counted=False)
     few_stretches = len(fitted.stretches) < 0.1 * len(block)
     return fitted if fitted.residual <= _UNEVEN * fitted.rate and few_stretches else None
+
+
+def _even_stamps(
+    stamps: NDArray[np.float64], breaks: NDArray[np.int64], rate: float
+) -> Timestamps | None:
+    """Even times of a stream whose sender stamped unevenly what was sampled evenly.
+
+    None where the stamps say that samples are missing, which even times would move all others for:
+    they are kept then.
+    """
+    if len(stamps) < _FEWEST_STAMPS:
+        return None
+    fitted = fit_timestamps(stamps, np.arange(len(stamps)), breaks, rate, counted=False)
+    usual = float(np.median(np.diff(stamps))) or fitted.rate  # those of a delivery may be alike
+    late = stamps - fitted.host
+    window = int(np.clip(1.0 / fitted.rate, 1, len(stamps) // 4))
+    parts = np.median(late[: len(late) // window * window].reshape(-1, window), axis=1)
+    complete = np.abs(parts - np.median(late)).max() <= 0.5 * fitted.rate
+    return fitted if complete and abs(fitted.rate - usual) <= _ALIKE * usual else None
 
 
 def loss_remark(

@@ -89,7 +89,7 @@ class SampleBuffer:
         return Block(
             np.frombuffer(self._arrived, "<f8"),
             np.frombuffer(self._ticks, "<i8") if self._has_ticks else None,
-            np.frombuffer(self._values, "<f8").reshape(-1, self._columns),
+            np.frombuffer(self._values, "<f8").reshape(len(self), self._columns),
         )
 
 
@@ -128,7 +128,9 @@ class RecordKind(IntEnum):
     HEADER = 1  #: JSON: what is recorded
     BLOCK = 2  #: samples of a device
     EVENT = 3  #: JSON: ``{"at": s, "what": ...}``, such as that a device was unplugged
-    MARK = 4  #: JSON: ``{"at": s, "action": ..., "down": bool}``
+    #: JSON: ``{"at": s, "action": ..., "down": bool}`` of a key, ``{"at": s, "marker": ...}`` of a
+    #: stream of markers
+    MARK = 4
     MESSAGE = 5  #: JSON: ``{"at": s, "text": ...}``, a sentence for people
     FRAME = 6  #: JSON: stamps of frames that a camera gave
 

@@ -2,8 +2,10 @@
 
 A stream's samples bring the stamps that the program which sends them gave them, on the clock of its
 computer. They are carried onto this one's by liblsl, which measures how the two clocks differ all
-the while (to some 0.2 ms), and are believed: nothing is fitted to them, so that a sample that the
-sender left out is a gap. A stream that states no rate holds its last value, as one of events does.
+the while (to some 0.2 ms), and are believed: a sample that the sender left out is a gap. Once a
+recording has ended, stamps that jitter, and where none is missing, are evened out. A stream that
+states no rate holds its last value, as one of events does; one of texts gives markers, of which a
+recording makes labels as those of an XDF file are made.
 """
 
 from __future__ import annotations
@@ -38,15 +40,16 @@ CHUNK = 4096
 MOST_VALUES, UNKNOWN_RATE = 250_000, 1000.0
 #: Seconds of samples that wait while this computer is busy.
 WAITING_SECONDS = 60
-#: NumPy's names of liblsl's numeric formats, by their numbers; the third is text.
+#: NumPy's names of liblsl's numeric formats, by their numbers, and the number of texts.
 FORMATS: Final = {1: "f4", 2: "f8", 4: "i4", 5: "i2", 6: "i1", 7: "i8"}
+TEXT: Final = 3
 #: Units as streams spell them out, and as channels have them.
 UNITS: Final = {"newton": "N", "newtons": "N", "newtonmeter": "Nm", "newtonmeters": "Nm"}
 
 
 @dataclass(frozen=True, slots=True)
 class FoundStream:
-    """A stream of numbers in the network."""
+    """A stream in the network."""
 
     name: str
     #: Such as ``"EEG"``, by whoever sends it.
@@ -57,6 +60,8 @@ class FoundStream:
     channels: int
     #: Hz; 0 where it states none.
     rate: float
+    #: Whether it sends texts, which are labels.
+    texts: bool
     #: Whether another stream has its name.
     ambiguous: bool = False
 
@@ -64,12 +69,13 @@ class FoundStream:
     def description(self) -> str:
         """In words."""
         rate = f"{self.rate:g} Hz" if self.rate > 0 else "no rate"
-        parts = (self.content, counted(self.channels, "channel"), rate, self.host)
+        numbers = (counted(self.channels, "channel"), rate)
+        parts = (self.content, *(["texts as labels"] if self.texts else numbers), self.host)
         return _one_line(", ".join(part for part in parts if part))
 
 
 def find_streams() -> tuple[FoundStream, ...]:
-    """All streams of numbers in the network that answer in time, sorted by name.
+    """All streams in the network that answer in time, sorted by name.
 
     Empty where the package that reads them is not installed.
     """
@@ -92,9 +98,10 @@ def _found_streams(infos: list[Any]) -> tuple[FoundStream, ...]:
             info.source_id(),
             info.channel_count(),
             info.nominal_srate(),
+            info.channel_format() == TEXT,
         )
         for info in infos
-        if info.channel_format() in FORMATS and info.name().strip()
+        if info.channel_format() in (*FORMATS, TEXT) and info.name().strip()
     ]
     names = [stream.name for stream in found]
     found = [replace(stream, ambiguous=names.count(stream.name) > 1) for stream in found]
@@ -132,13 +139,16 @@ def lsl_clock_offset() -> float:
 
 
 class LslStream:
-    """A stream of numbers that any program in the network sends."""
+    """A stream that any program in the network sends.
+
+    One of numbers gives samples; one of texts has no channels and gives markers.
+    """
 
     #: Nothing numbers the samples of a stream.
     counted = False
 
     def __init__(self, stream: str = "", *, source: str = "", dejitter: bool = False) -> None:
-        """The stream of this name, from this `source` if several have it; without both any one.
+        """The stream of this name, from this `source` if several have it; else the only of numbers.
 
         With `dejitter` liblsl smooths the stamps of a stream whose sender stamps unevenly what was
         sampled evenly.
@@ -150,6 +160,7 @@ class LslStream:
         #: the samples get the time of their arrival.
         self.stamped = True
         self._inlet: Any = None
+        self._markers: list[tuple[float, str]] = []
         self._offset = 0.0
         self._last = -np.inf
         self._next = 0.0
@@ -171,21 +182,14 @@ class LslStream:
         try:
             info = self._connect(SEARCH_SECONDS)
             self.channels = _channels(info)
-            self.rate = max(info.nominal_srate(), 0.0)
-            self.holds = self.rate == 0
-            _, stamp = self._inlet.pull_sample(0.0 if self.holds else ANSWER_SECONDS)
+            self.rate = max(info.nominal_srate(), 0.0) if self.channels else 0.0
+            self.holds, self.stamped = self.rate == 0, True
+            if not self.holds:
+                self._check_clock(self._inlet.pull_sample(ANSWER_SECONDS)[1])
         except UnpluggedError as error:
             raise InputError(str(error)) from error
         except _errors() as error:
             raise InputError(f"{self.name} was lost while it was opened ({error}).") from error
-        off = 0.0 if stamp is None else stamp + self._offset - time.monotonic()
-        self.stamped = abs(off) < FARTHEST_STAMP
-        if not self.stamped:
-            self._messages.put(
-                f"The stamps of {self.name} are {abs(off):.4g} s {'ahead' if off > 0 else 'old'}: "
-                f"its program does not stamp by the clock of LSL, so that its samples get the time "
-                f"of their arrival."
-            )
 
     def reopen(self) -> None:
         """Find it again, as it was; UnpluggedError while it is not back."""
@@ -194,7 +198,7 @@ class LslStream:
             info = self._connect(0.5 * SEARCH_SECONDS)
         except _errors() as error:
             raise UnpluggedError(f"{self.name} is not back yet.") from error
-        if _channels(info) != self.channels or max(info.nominal_srate(), 0.0) != self.rate:
+        if _channels(info) != self.channels or self.rate not in (0.0, info.nominal_srate()):
             self.close()
             raise InputError(f"{self.name} has other channels or another rate; connect it anew.")
 
@@ -210,7 +214,15 @@ class LslStream:
             first, stamp = self._inlet.pull_sample(max(timeout - max(pause, 0.0), 0.0))
             if first is None:
                 return None
+            if self.holds and self._last == -np.inf:
+                self._check_clock(stamp)
+            if not self.channels:
+                self._add_marker(first, stamp)
+                return None
             _, stamps = self._inlet.pull_chunk(0.0, len(self._buffer), self._buffer)
+        except UnicodeDecodeError:
+            self._messages.put_once("text", f"{self.name} sent bytes that are no text.")
+            return None
         except _errors() as error:
             raise UnpluggedError(
                 f"{self.name} is gone; start the program that sends it again."
@@ -218,7 +230,7 @@ class LslStream:
         now = time.monotonic()
         self._next = now + GATHER_SECONDS
         values = np.concatenate([[first], self._buffer[: len(stamps)]]).astype(np.float64)
-        self._latest = values[-1]
+        self._latest = values[-1].copy()
         if self._zero is not None:
             values -= self._zero
         return Block(self._times(np.array([stamp, *stamps]), now), None, values)
@@ -229,6 +241,11 @@ class LslStream:
             before = np.zeros(len(self.channels)) if self._zero is None else self._zero
             self._zero = np.where(np.isfinite(self._latest), self._latest, before)
 
+    def take_markers(self) -> list[tuple[float, str]]:
+        """Times (s, host's monotonic clock) and texts of the markers since the last call."""
+        markers, self._markers = self._markers, []
+        return markers
+
     def remarks(self) -> tuple[str, ...]:
         return self._messages.take()
 
@@ -236,6 +253,22 @@ class LslStream:
         inlet, self._inlet = self._inlet, None
         if inlet is not None:
             inlet.close_stream()
+
+    def _check_clock(self, stamp: float | None) -> None:
+        """See by the first stamp that is known whether it is of liblsl's clock."""
+        off = 0.0 if stamp is None else stamp + self._offset - time.monotonic()
+        self.stamped = abs(off) < FARTHEST_STAMP
+        if not self.stamped:
+            self._messages.put(
+                f"The stamps of {self.name} are {abs(off):.4g} s {'ahead' if off > 0 else 'old'}: "
+                f"its program does not stamp by the clock of LSL, so that its samples get the time "
+                f"of their arrival."
+            )
+
+    def _add_marker(self, texts: list[str], stamp: float) -> None:
+        (at,) = self._times(np.array([stamp]), time.monotonic()).tolist()
+        self._markers.append((at, _one_line(" ".join(texts))))
+        self._next = 0.0
 
     def _times(self, stamps: NDArray[np.float64], now: float) -> NDArray[np.float64]:
         """Stamps on the host's monotonic clock, which never go back; or when they arrived."""
@@ -259,7 +292,7 @@ class LslStream:
         inlet.open_stream(ANSWER_SECONDS)
         self._inlet, self._offset = inlet, lsl_clock_offset()
         shape = CHUNK, info.channel_count()
-        self._buffer = np.empty(shape, FORMATS[info.channel_format()])
+        self._buffer = np.empty(shape, FORMATS.get(info.channel_format(), "f8"))
         return info
 
     def _choose(self, infos: list[Any]) -> Any:
@@ -274,16 +307,14 @@ class LslStream:
         if not self._stream:  # any stream of numbers
             named = [info for info in named if info.channel_format() in FORMATS] or named
         if len({info.uid() for info in named}) > 1:
+            source = named[0].source_id()
+            cure = f"say which, such as lsl:{named[0].name()}?source={source}"
             raise InputError(
-                f"{len(named)} streams may be meant by '{self.name}'; say which, such as "
-                f"lsl:{named[0].name()}?source={named[0].source_id()}."
+                f"{len(named)} streams may be meant by '{self.name}'; "
+                f"{cure if source else 'give them names that differ'}."
             )
         info = named[0]
         self._stream = info.name()
-        if info.channel_format() not in FORMATS:
-            raise InputError(
-                f"{self.name} sends texts, such as markers; only numbers are recorded."
-            )
         number = info.channel_count() * (info.nominal_srate() or UNKNOWN_RATE)
         if not number <= MOST_VALUES:
             raise InputError(
@@ -301,7 +332,12 @@ def _errors() -> tuple[type[Exception], ...]:
 
 
 def _channels(info: Any) -> tuple[Channel, ...]:
-    """Names and units by a stream's description; without names, the stream's with numbers."""
+    """Names and units by a stream's description; without names, the stream's with numbers.
+
+    None of a stream of texts.
+    """
+    if info.channel_format() not in FORMATS:
+        return ()
     stream, count, channels = _one_line(info.name()), info.channel_count(), []
     element = info.desc().child("channels").child("channel")
     for number in range(1, count + 1):

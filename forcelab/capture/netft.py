@@ -67,8 +67,8 @@ _BOX: Final = {
 }  # fmt: skip
 _AXIA: Final = {
     30: "force or torque out of range", 29: "calibration checksum error", 28: "simulated error",
-    27: "gage out of range", 2: "broken gage", 1: "supply voltage out of range",
-    0: "temperature out of range",
+    27: "gage out of range", 7: "calibration not accessible", 3: "busy", 2: "broken gage",
+    1: "supply voltage out of range", 0: "temperature out of range",
 }  # fmt: skip
 _BOX_SATURATED, _AXIA_SATURATED = 1 << 17, 1 << 27 | 1 << 30
 _NO_FAULT = 1 << 31 | 1 << 16

@@ -148,6 +148,9 @@ class DeviceReader:
         self._messages = MessageQueue()
         self._last: Block | None = None
         self._plugged = True
+        # Of a device that gives texts at single times.
+        self._take_markers = getattr(device, "take_markers", lambda: ())
+        self._marker: tuple[float, str] | None = None  # the last one
         self._stamped = bool(getattr(device, "stamped", False))
         self._counted = 0  # samples so far of a device without a counter: they count themselves
         self._opened = self._last_arrival = time.monotonic()
@@ -175,6 +178,8 @@ class DeviceReader:
             self._before_gap = None  # what it misses before its first sample is not recorded
             if self.device.holds and self._last is not None and self._plugged:
                 journal.block(self._number, self._last)  # its value holds since before
+            if self._marker is not None:
+                self._note_marker(*self._marker)  # it holds until the next one
             if not self._plugged:
                 journal.note(RecordKind.EVENT, self._number, at=time.monotonic(), what=UNPLUGGED)
 
@@ -258,6 +263,11 @@ class DeviceReader:
                 continue
             if block is not None and len(block):
                 self._add(block)
+            for marker in self._take_markers():
+                with self._lock:
+                    self._marker = marker
+                    self._samples += 1
+                    self._note_marker(*marker)
             for sentence in (*self.device.remarks(), *self._check_rate()):
                 self._report(sentence)
 
@@ -348,6 +358,11 @@ class DeviceReader:
         """Note an event in the journal, holding the lock."""
         if self._journal is not None:
             self._journal.note(RecordKind.EVENT, self._number, at=time.monotonic(), what=event)
+
+    def _note_marker(self, at: float, text: str) -> None:
+        """Note a marker in the journal, holding the lock."""
+        if self._journal is not None:
+            self._journal.note(RecordKind.MARK, self._number, at=at, marker=text)
 
     def _report(self, sentence: str) -> None:
         self._messages.put(sentence)

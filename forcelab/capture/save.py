@@ -96,7 +96,7 @@ def save(path: Path, contents: JournalReader) -> SavedRecording:
     devices = ", ".join(str(device) for device in assembled.stamps["devices"])
     incoming = NewDemonstration(
         demonstration,
-        () if assembled.track is None else (assembled.track,),
+        assembled.tracks,
         source=f"captured {contents.header.get('started', '')} from {devices}",
     )
     with Project.open(path) as project:

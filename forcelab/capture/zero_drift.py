@@ -56,7 +56,9 @@ class ZeroDrift:
         now = np.array([np.median(levels) if levels else np.nan for levels in self._levels])
         away = now - self._zero
         reported = np.abs(away) > self._threshold()
-        reported &= np.array([len(levels) == _REMEMBERED for levels in self._levels])
+        reported &= np.array(
+            [len(levels) == _REMEMBERED for levels in self._levels], dtype=np.bool_
+        )
         return np.where(reported, away, 0.0)
 
     def update(self, times: NDArray[np.float64], values: NDArray[np.float64]) -> None:

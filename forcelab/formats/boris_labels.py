@@ -13,12 +13,12 @@ import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import accumulate
+from itertools import islice
 from pathlib import Path, PureWindowsPath
 from typing import Final
 
 from forcelab.errors import InputError
-from forcelab.formats.json_values import LARGEST, JsonValue, read_json
+from forcelab.formats.json_values import GZIP, LARGEST, JsonValue, read_json
 from forcelab.formats.label_files import LabelOptions, LabelSet, own_stem
 from forcelab.formats.table_sniff import encoding_of
 from forcelab.labels import Segment, Track, means_unlabelled
@@ -89,16 +89,18 @@ class _Observation:
 
 def sniff_labels(path: Path, head: bytes) -> bool:
     """Whether a file is a project of BORIS, or a table of its events."""
+    if head.startswith(GZIP):
+        return path.name.lower().endswith(".boris.gz")
     if head.lstrip().startswith(b"{"):
         return path.suffix.lower() == ".boris" or b'"project_format_version"' in head
     text = head.decode("utf-8", "replace") if b"\0" not in head else ""
-    return _find_header(text.splitlines()[:_PREAMBLE]) is not None
+    return _find_header(text) is not None
 
 
 def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
     """Read the observations that hold events; those of one name and clock are put together."""
     with path.open("rb") as stream:
-        project = stream.read(64).lstrip().startswith(b"{")
+        project = stream.read(64).lstrip().startswith((b"{", GZIP))
     observations = _read_project(path) if project else _read_events(path)
     sets: dict[tuple[object, ...], LabelSet] = {}
     for observation in observations:
@@ -136,7 +138,7 @@ def _read_project(path: Path) -> list[_Observation]:
             continue
         observation.offset = content.member("time offset").number(0.0)
         _find_media(observation, content)
-        begun: dict[tuple[str, ...], float] = {}
+        open_states: dict[tuple[str, ...], float] = {}
         for event in events:
             values = event.items()
             if len(values) < 3:
@@ -149,12 +151,12 @@ def _read_project(path: Path) -> list[_Observation]:
                 observation.left_out["point event"] += 1
                 continue
             time, key = values[0].number(), (subject, code, modifiers)
-            if key not in begun:
-                begun[key] = time
+            if key not in open_states:
+                open_states[key] = time
                 continue
             action = _action(observation, code, modifiers.split("|"))
-            observation.add(event.where, subject, action, begun.pop(key), time)
-        for (_, code, _), start in begun.items():
+            observation.add(event.where, subject, action, open_states.pop(key), time)
+        for (_, code, _), start in open_states.items():
             raise _unpaired(content.where, code, start, "stops")
     return observations
 
@@ -175,10 +177,14 @@ def _find_media(observation: _Observation, content: JsonValue) -> None:
 def _add_media(
     observation: _Observation, names: Sequence[str], durations: Sequence[float], offset: float
 ) -> None:
-    starts = accumulate(durations, initial=0.0)
-    for name, start in zip(names, starts, strict=False):
+    """Files that follow each other in a player, as far as is known when they begin."""
+    start = 0.0
+    for name, duration in zip(names, durations, strict=False):
         # A path may be of another system.
         observation.media.setdefault(PureWindowsPath(name).name, 0.0 - start - offset)
+        if not duration:
+            break
+        start += duration
 
 
 def _read_events(path: Path) -> list[_Observation]:
@@ -191,13 +197,13 @@ def _read_events(path: Path) -> list[_Observation]:
         text = content.decode(encoding_of(path))
     except UnicodeDecodeError as error:
         raise InputError(f"'{path}' is no text ({error}); export it from BORIS again.") from error
-    found = _find_header(text.splitlines()[:_PREAMBLE])
+    found = _find_header(text)
     if found is None:
         raise InputError(f"'{path}' has no header of BORIS' events; export it from BORIS again.")
     separator, names = found
     preamble: dict[str, str] = {}
     observations: dict[str, _Observation] = {}
-    begun: dict[tuple[str, ...], tuple[str, float]] = {}
+    open_states: dict[tuple[str, ...], tuple[str, float]] = {}
     header_seen = False
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
     try:
@@ -209,10 +215,10 @@ def _read_events(path: Path) -> list[_Observation]:
                     preamble.setdefault(cells[0].casefold(), cells[1])
             elif any(cells):
                 where = f"'{path}', line {reader.line_num}"
-                _read_event(path, where, names, cells, preamble, observations, begun)
+                _read_event(path, where, names, cells, preamble, observations, open_states)
     except csv.Error as error:
         raise InputError(f"'{path}', line {reader.line_num}: {error}; export it again.") from error
-    for (_, _, code, _), (where, start) in begun.items():
+    for (_, _, code, _), (where, start) in open_states.items():
         raise _unpaired(where, code, start, "stops")
     return list(observations.values())
 
@@ -224,7 +230,7 @@ def _read_event(
     cells: Sequence[str],
     preamble: Mapping[str, str],
     observations: dict[str, _Observation],
-    begun: dict[tuple[str, ...], tuple[str, float]],
+    open_states: dict[tuple[str, ...], tuple[str, float]],
 ) -> None:
     """Take one row of a table of events."""
     if len(cells) < len(names):
@@ -255,10 +261,10 @@ def _read_event(
         observation.add(where, subject, action, start, end)
         return
     time, key = _seconds(where, row, "time"), (id_, subject, code, "|".join(modifiers))
-    if kind == "START" and key not in begun:
-        begun[key] = where, time
-    elif kind == "STOP" and key in begun:
-        observation.add(where, subject, action, begun.pop(key)[1], time)
+    if kind == "START" and key not in open_states:
+        open_states[key] = where, time
+    elif kind == "STOP" and key in open_states:
+        observation.add(where, subject, action, open_states.pop(key)[1], time)
     elif kind in ("START", "STOP"):
         raise _unpaired(where, code, time, "starts" if kind == "STOP" else "stops")
     else:
@@ -281,7 +287,6 @@ def _describe(observation: _Observation, where: str, row: Mapping[str, str]) -> 
     names = files.split(";") if files else []
     lengths = [float(cell) if _NUMBER.fullmatch(cell) else 0.0 for cell in durations.split(";")]
     if len(lengths) != len(names):
-        names = names[:1]  # when a second one begins is not known
         lengths = [0.0] * len(names)
     _add_media(observation, names, lengths, 0.0)
     if names and all(lengths):
@@ -304,11 +309,11 @@ def _seconds(where: str, row: Mapping[str, str], name: str) -> float:
     return float(cell)
 
 
-def _find_header(rows: Iterable[str]) -> tuple[str, list[str]] | None:
+def _find_header(text: str) -> tuple[str, list[str]] | None:
     """The separator and the names, in lower case, of a table of events."""
-    for row in rows:
+    for row in islice(io.StringIO(text, newline=None), _PREAMBLE):
         for separator in "\t,;":
-            if row.count(separator) < 3 or "Behavio" not in row:
+            if row.count(separator) < 3 or "Behavio" not in row or len(row) > 1 << 16:
                 continue
             names = _names(next(csv.reader([row], delimiter=separator), []))
             known = {"behaviour" if name == "behavior" else name for name in names}

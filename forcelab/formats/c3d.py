@@ -85,7 +85,8 @@ class _Numbers:
 
 def _load(path: Path) -> tuple[list[Stream], list[Events], list[str]]:
     """Analog channels and points of a file, the events of each context, and remarks."""
-    with path.open("rb") as file:
+    # Damaged numbers may be none.
+    with path.open("rb") as file, np.errstate(invalid="ignore", over="ignore"):
         size = file.seek(0, os.SEEK_END)
         file.seek(0)
         header = file.read(_BLOCK)
@@ -94,6 +95,11 @@ def _load(path: Path) -> tuple[list[Stream], list[Events], list[str]]:
             # Parameters tell how many blocks they have; 255 are more than there is room for.
             numbers, groups = _parameters(file.read(255 * _BLOCK))
             layout = _layout(header, numbers, groups, size)
+            if not layout.frame_bytes:
+                raise InputError(
+                    f"'{path}' holds neither analog channels nor points; there is nothing to "
+                    "import."
+                )
             file.seek(layout.start)
             data = file.read(layout.frames * layout.frame_bytes)
             streams = _streams(data, layout, numbers, groups)
@@ -103,6 +109,11 @@ def _load(path: Path) -> tuple[list[Stream], list[Events], list[str]]:
     remarks = []
     if layout.frames < layout.stated:
         remarks.append(f"The file ends after {layout.frames:,} of its {layout.stated:,} frames.")
+    elif size - layout.start - layout.frames * layout.frame_bytes >= _BLOCK:
+        remarks.append(
+            f"The file says that it has {layout.frames:,} frames, and has room for more, which "
+            "were not read."
+        )
     return streams, _events(groups), remarks
 
 
@@ -194,7 +205,9 @@ def _layout(header: bytes, numbers: _Numbers, groups: _Groups, size: int) -> _La
             frames = max(frames, _long(ends) - _long(starts) + 1)
     start, real = (words[8] - 1) * _BLOCK, bool(scale < 0)
     layout = _Layout(start, frames, frames, first, rate, points, channels, times, real)
-    if start < _BLOCK or not layout.frame_bytes or frames < 1:
+    if not layout.frame_bytes:
+        return layout
+    if start < _BLOCK or frames < 1:
         raise ValueError("no samples")
     room = max(0, size - start) // layout.frame_bytes
     if not room:

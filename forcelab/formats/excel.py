@@ -215,8 +215,6 @@ def _naming_damage(path: Path) -> Iterator[None]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of styles and dates that mean nothing here
             yield
-    except InputError:
-        raise
     except (*parts, *contents, AssertionError, OSError, MemoryError) as error:
         if isinstance(error, OSError) and error.errno is not None:
             raise

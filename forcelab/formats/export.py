@@ -13,13 +13,7 @@ from forcelab.errors import InputError
 from forcelab.formats.archive import write_archive
 from forcelab.formats.boris import Observation, VideoFile, to_boris
 from forcelab.formats.elan import to_elan, to_time_series, write_time_series
-from forcelab.formats.label_studio import (
-    FilmedTask,
-    forces_task,
-    interface,
-    local_file,
-    video_task,
-)
+from forcelab.formats.label_studio import forces_task, interface, local_file, video_task
 from forcelab.formats.lerobot_subtasks import writing_subtasks
 from forcelab.formats.output_folder import file_names, output_folder, stay_out_of_projects
 from forcelab.formats.samples import SAMPLES, Prediction, SampleTable
@@ -166,9 +160,8 @@ def _video_task(part: Part) -> list[tuple[dict[str, Any], tuple[str, ...]]]:
     if not fps:
         raise InputError(f"The video '{video.path}' does not say its frame rate; encode it anew.")
     address = local_file(video.path, part.folder, part.project.path)
-    filmed = FilmedTask(video.path, video.clock, fps)
-    task = video_task(part.title, part.info.task, address, filmed, *_tracks_and_prediction(part))
-    return [(task, ())]
+    shown = _tracks_and_prediction(part)
+    return [(video_task(part.title, part.info.task, address, video.clock, fps, *shown), ())]
 
 
 #: What the names of the tables end in that tasks of Label Studio show.

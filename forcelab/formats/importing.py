@@ -323,7 +323,7 @@ def _unpacking(
 def _formats_of(files: Iterable[str | os.PathLike[str]]) -> dict[Path, str | None]:
     """The files in order, each once, and which format each has by its content, if any.
 
-    Labels files that are read with their recording, a table or bag, are left out.
+    Labels files that are read with their recording, which has columns, are left out.
     """
     paths = {os.path.realpath(file): Path(file) for file in reversed(list(files))}
     formats: dict[str, str | None] = {}
@@ -331,8 +331,9 @@ def _formats_of(files: Iterable[str | os.PathLike[str]]) -> dict[Path, str | Non
     for key, path in reversed(paths.items()):
         formats[key] = None
         with contextlib.suppress(InputError, OSError):  # told when the file is read
-            formats[key] = identify(path).name
-            several = len(paths) > 1 and formats[key] in {"table", "rosbag"}
+            format_ = identify(path)
+            formats[key] = format_.name
+            several = len(paths) > 1 and format_.columns
             if several and (labels := has_labels_beside(path)) is not None:
                 beside.add(os.path.realpath(labels))
     return {paths[key]: name for key, name in formats.items() if key not in beside}

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import math
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +15,8 @@ from forcelab.errors import InputError
 
 __all__ = ["JsonValue", "read_json"]
 
+#: How files begin that are compressed.
+GZIP: Final = b"\x1f\x8b"
 #: Bytes; as many hours of labels as a person has years. What is parsed takes ten times as much.
 LARGEST: Final = 1 << 26
 
@@ -71,9 +75,15 @@ class JsonValue:
 
 
 def read_json(path: Path) -> JsonValue:
-    """Read a JSON file; the error says where it is none."""
-    with path.open("rb") as stream:
-        content = stream.read(LARGEST + 1)
+    """Read a JSON file, compressed by gzip or not; the error says where it is none."""
+    try:
+        with path.open("rb") as stream:
+            compressed = stream.read(2) == GZIP
+            stream.seek(0)
+            with gzip.open(stream) if compressed else stream as plain:
+                content = plain.read(LARGEST + 1)
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise InputError(f"'{path}' is not whole ({error}); copy it again.") from error
     if len(content) > LARGEST:
         raise InputError(f"'{path}' is longer than {LARGEST >> 20} MB; export it in parts.")
     try:

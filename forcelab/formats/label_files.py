@@ -28,7 +28,7 @@ from forcelab.formats.label_offset import fit_offset
 from forcelab.formats.output_folder import file_names
 from forcelab.formats.signatures import announced_kind, file_head, naming_file, seems_to_be
 from forcelab.formats.track_text import on_samples
-from forcelab.jobs import Progress
+from forcelab.jobs import Progress, finish
 from forcelab.labels import (
     OVERHANG,
     Segment,
@@ -41,6 +41,7 @@ from forcelab.labels import (
 )
 from forcelab.project import DemonstrationInfo, LabelImport, Project
 from forcelab.text import counted, listed
+from forcelab.vocabulary import MOST_ACTIONS
 
 __all__ = [
     "LABEL_FORMATS",
@@ -50,6 +51,7 @@ __all__ = [
     "LabelReport",
     "LabelSet",
     "identify_labels",
+    "import_labels",
     "importing_labels",
     "own_stem",
     "read_label_file",
@@ -60,6 +62,8 @@ NAMED: Final = 4
 #: Another offset is worth telling if labels agree with others in this share of the labelled time,
 #: and in so much more of it than without.
 LEAST, BETTER = 0.5, 0.1
+#: Characters of an author's name in a file.
+LONGEST_AUTHOR: Final = 200
 #: What stands before the author in the name of a file or an observation.
 BEFORE_AUTHOR: Final = " - "
 #: What the names of label files end in, after that of their recording.
@@ -179,6 +183,12 @@ LABEL_FORMATS: Final[tuple[LabelFormat, ...]] = (
         module="forcelab.formats.boris_labels",
     ),
     LabelFormat(
+        name="boris.gz",
+        description="compressed projects of BORIS",
+        module="forcelab.formats.boris_labels",
+        starts=(b"\x1f\x8b",),
+    ),
+    LabelFormat(
         name="label-studio",
         description="JSON of Label Studio",
         module="forcelab.formats.label_studio",
@@ -271,8 +281,13 @@ def _checked(path: Path, labels: LabelSet) -> LabelSet:
         tracks.append(
             Track(track.author, tuple(s for s in segments if not means_unlabelled(s.action)))
         )
+        if "\0" in track.author or len(track.author) > LONGEST_AUTHOR:
+            raise InputError(
+                f"'{path}': {track.author[:40]!a} is no name for an author; rename it."
+            )
+        for action in tracks[-1].actions:
+            check_name(action)
         for name in (track.author, *tracks[-1].actions):
-            check_name(name)
             if not name.isascii() and name.encode("utf-8", "ignore").decode() != name:
                 raise InputError(f"'{path}': the name {name!a} is not valid Unicode; rename it.")
     return replace(labels, tracks=tuple(tracks))
@@ -324,20 +339,18 @@ class LabelReport:
         return {path: tuple(dict.fromkeys(sentences)) for path, sentences in reasons.items()}
 
 
-def importing_labels(
+def import_labels(
     project_path: str | os.PathLike[str],
     files: Iterable[str | os.PathLike[str]],
     options: LabelOptions | None = None,
     *,
     demonstration: str | None = None,
     replacing: bool = False,
-    viewer: str | None = None,
-    writing: bool = True,
-) -> Generator[Progress, None, LabelReport]:
-    """Import the labels in files into demonstrations that are in a project, as a job.
+) -> LabelReport:
+    """Import the labels in files into demonstrations that are in a project.
 
-    All files are read and matched first; what fits is then written as a whole, one edit a track.
-    Cancelled before, the import changes nothing.
+    All files are read and matched by name first; what fits is then written as a whole, one edit a
+    track.
 
     Parameters
     ----------
@@ -351,10 +364,6 @@ def importing_labels(
         The name or id of the demonstration that the labels are of, whatever the files call it.
     replacing : bool
         Whether labels that an author has there already are replaced.
-    viewer : str, optional
-        The coder who imports, for whom others' labels stay hidden where that coder labels blind.
-    writing : bool
-        False only tells what would be imported.
 
     Returns
     -------
@@ -365,6 +374,27 @@ def importing_labels(
     ------
     InputError
         If the project cannot be written, or there is no such demonstration; nothing was changed.
+    """
+    job = importing_labels(
+        project_path, files, options, demonstration=demonstration, replacing=replacing
+    )
+    return finish(job)
+
+
+def importing_labels(
+    project_path: str | os.PathLike[str],
+    files: Iterable[str | os.PathLike[str]],
+    options: LabelOptions | None = None,
+    *,
+    demonstration: str | None = None,
+    replacing: bool = False,
+    viewer: str | None = None,
+    writing: bool = True,
+) -> Generator[Progress, None, LabelReport]:
+    """As :func:`import_labels`, as a job; cancelled before it writes, it changes nothing.
+
+    Labels of others stay hidden from a coder, the `viewer`, who labels a demonstration blind. What
+    would be imported is only told where it is not for `writing`.
     """
     paths = list({os.path.realpath(file): Path(file) for file in files}.values())
     if not paths:
@@ -504,16 +534,16 @@ class _Importer:
             self._leave_out(path, labels, None, match)
             return
         info, author = match
-        try:
-            demonstration = self._project.demonstrations.load(info.id)
-        except InputError as error:
-            self._leave_out(path, labels, info, str(error))
-            return
         # A file of one track may have its author in its name.
         if author and [track.author for track in labels.tracks] == [self._options.author]:
             author = self._as_in_file_names.get(author, author)
             labels = replace(labels, tracks=(replace(labels.tracks[0], author=author),))
-        tracks, remark = _on_force_clock(labels, demonstration, self._options.offset)
+        try:
+            demonstration = self._project.demonstrations.load(info.id)
+            tracks, remark = _on_force_clock(labels, demonstration, self._options.offset)
+        except InputError as error:  # of a file that is gone, or times beyond all clocks
+            self._leave_out(path, labels, info, str(error))
+            return
         self.remarks[path] += filter(None, [remark, self._wrong_length(labels, info)])
         for track in tracks:
             if track.segments:
@@ -560,8 +590,8 @@ class _Importer:
         elif before and not self._replacing:
             status = "left out"
             reason = (
-                f"{author} has labels on '{info.name}' already, which differ; import them under "
-                "another name, or have them replaced (--replace)."
+                f"{author} has labels on '{info.name}' already, which differ; replace them "
+                "(--replace), or give the author in the file another name."
             )
         if not self._hidden(info, author):
             self.remarks[path] += self._better_offset(info, track)
@@ -591,8 +621,8 @@ class _Importer:
         author = track.author
         if is_model(author) or self._kinds.get(author) == "model":
             return (
-                f"'{author}' is a model, whose predictions never become labels; import them under "
-                "a coder's name."
+                f"'{author}' is a model, whose predictions never become labels; give the author in "
+                "the file a coder's name."
             )
         if self._hidden(info, author):
             return (
@@ -606,6 +636,13 @@ class _Importer:
                 f"'{beyond.action}' of {author} goes from {beyond.start:.6g} to {beyond.end:.6g} "
                 f"s, and '{info.name}' is {info.duration:.6g} s long; choose another demonstration "
                 "(--demo) or move the labels (--offset)."
+            )
+        actions = {*track.actions, *self._project.actions.vocabulary(info.task).names}
+        if len(actions) > MOST_ACTIONS:
+            return (
+                f"With the labels of {author}, {info.task or 'no task'} would have "
+                f"{len(actions):,} actions, more than {MOST_ACTIONS:,}; check that these are "
+                "actions and not remarks."
             )
         other, segments = self._taken.get((info.id, author), (path, track.segments))
         if segments != track.segments:
@@ -655,9 +692,11 @@ def _on_force_clock(
     tracks = []
     for track in labels.tracks:
         edges = np.array([(s.start, s.end) for s in track.segments]).reshape(-1, 2)
-        if origin or clock != ClockMap():
-            edges = clock.to_force(edges + origin)
-        tracks.append(_with_edges(track, edges + offset))
+        with np.errstate(over="ignore"):  # no segment has such an edge, which is told
+            if origin or clock != ClockMap():
+                edges = clock.to_force(edges + origin)
+            edges = edges + offset
+        tracks.append(_with_edges(track, edges))
     return on_samples(tracks, demonstration.times), remark
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from forcelab.labels import Segments
 
 #: Seconds between the shifts that are compared, as long as there are no more than so many.
-STEP, MOST_SHIFTS = 0.02, 1 << 18
+STEP, MOST_SHIFTS = 0.02, 1 << 17
 #: Fewer segments agree somewhere by chance.
 FEWEST = 3
 
@@ -38,7 +38,8 @@ def fit_offset(segments: Segments, reference: Segments) -> OffsetFit | None:
     start = min(segments[0].start, reference[0].start)
     length = max(segments[-1].end, reference[-1].end) - start
     step = max(STEP, 2 * length / MOST_SHIFTS)
-    count = 2 * (round(length / step) + 1)  # twice the length: no shift wraps around
+    # Twice the length: no shift wraps around; a power of two, as transforms are fast then.
+    count = 1 << (2 * round(length / step) + 2).bit_length()
     overlap = np.zeros(count)
     for action in {s.action for s in segments} & {s.action for s in reference}:
         own, other = (
@@ -51,8 +52,7 @@ def fit_offset(segments: Segments, reference: Segments) -> OffsetFit | None:
     shift = (best if best < count // 2 else best - count) * step
     return OffsetFit(
         shift + _fine_shift(segments, reference, shift, step),
-        min(1.0, 2 * float(overlap[best]) / labelled),
-        min(1.0, 2 * float(overlap[0]) / labelled),
+        *np.clip(2 * overlap[[best, 0]] / labelled, 0.0, 1.0).tolist(),
     )
 
 
@@ -72,15 +72,17 @@ def _covered(
 
 def _fine_shift(segments: Segments, reference: Segments, shift: float, step: float) -> float:
     """What is to be added to a shift, by the edges that lie less than ten steps apart."""
-    apart = []
-    for side in ("start", "end"):
-        edges: dict[str, list[float]] = {}
-        for segment in reference:
-            edges.setdefault(segment.action, []).append(getattr(segment, side))
-        for segment in segments:
-            times = np.array(edges.get(segment.action, ()))
-            if times.size:
-                away = times - getattr(segment, side) - shift
-                apart.append(float(away[np.argmin(np.abs(away))]))
-    close = [away for away in apart if abs(away) < 10 * step]
-    return float(np.median(close)) if close else 0.0
+    apart = [np.zeros(0)]
+    for action in {s.action for s in segments} & {s.action for s in reference}:
+        own, other = (
+            np.array([(s.start, s.end) for s in each if s.action == action])
+            for each in (segments, reference)
+        )
+        for side in (0, 1):
+            moved, known = own[:, side] + shift, other[:, side]
+            after = np.minimum(np.searchsorted(known, moved), len(known) - 1)
+            nearest = known[np.stack([np.maximum(after - 1, 0), after])] - moved
+            apart.append(np.where(abs(nearest[0]) < abs(nearest[1]), *nearest))
+    away = np.concatenate(apart)
+    close = away[abs(away) < 10 * step]
+    return float(np.median(close)) if close.size else 0.0

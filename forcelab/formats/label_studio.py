@@ -11,11 +11,10 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path, PureWindowsPath
 from typing import Any, Final
-from urllib.parse import parse_qs, quote, urlsplit
+from urllib.parse import parse_qs, quote, unquote, urlsplit
 from xml.etree import ElementTree as ET
 
 from forcelab.clock import ClockMap
@@ -27,7 +26,7 @@ from forcelab.labels import Segment, Track, is_model, means_unlabelled
 from forcelab.text import counted
 from forcelab.vocabulary import Vocabulary
 
-__all__ = ["FilmedTask", "forces_task", "interface", "read_labels", "sniff_labels", "video_task"]
+__all__ = ["forces_task", "interface", "local_file", "read_labels", "sniff_labels", "video_task"]
 
 #: What the labelling interface calls its label control.
 CONTROL: Final = "action"
@@ -35,15 +34,6 @@ CONTROL: Final = "action"
 LABELLED_BY: Final = "labelled by "
 #: Names of values of a task that hold frames a second.
 _RATES: Final = ("framerate", "frame_rate", "fps")
-
-
-@dataclass(frozen=True, slots=True)
-class FilmedTask:
-    """The video of a task."""
-
-    path: Path
-    clock: ClockMap  #: maps force time to the video's
-    fps: float
 
 
 def local_file(path: Path, folder: Path, project: Path) -> str:
@@ -89,7 +79,8 @@ def video_task(
     title: str,
     task: str,
     address: str,
-    video: FilmedTask,
+    clock: ClockMap,
+    fps: float,
     tracks: Iterable[Track],
     scores: Mapping[str, Sequence[float | None]],
 ) -> dict[str, Any]:
@@ -100,21 +91,19 @@ def video_task(
                 "timelinelabels",
                 {"ranges": [{"start": first, "end": last}], "timelinelabels": [action]},
             )
-            for first, last, action in _frames(track, video)
+            for first, last, action in _frames(track, clock, fps)
         ]
         for track in tracks
     }
-    data = {"demonstration": title, "task": task, "video": address, "framerate": video.fps}
+    data = {"demonstration": title, "task": task, "video": address, "framerate": fps}
     return _task(data, "video", regions, scores)
 
 
-def _frames(track: Track, video: FilmedTask) -> Iterator[tuple[int, int, str]]:
+def _frames(track: Track, clock: ClockMap, fps: float) -> Iterator[tuple[int, int, str]]:
     """First and last frame of each segment, from 1; none shorter than a frame, none shared."""
     free = 1
     for segment in track.segments:
-        start, end = (
-            float(video.clock.to_device(time)) * video.fps for time in (segment.start, segment.end)
-        )
+        start, end = (float(clock.to_device(time)) * fps for time in (segment.start, segment.end))
         if end <= 0:
             raise InputError(
                 f"'{segment.action}' of {track.author} at {segment.start:g} s ends before the "
@@ -165,8 +154,8 @@ def interface(
     used = dict.fromkeys(
         action
         for task in tasks
-        for made in (*task["annotations"], *task["predictions"])
-        for region in made["result"]
+        for author in (*task["annotations"], *task["predictions"])
+        for region in author["result"]
         for action in region["value"][region["type"]]
     )
     view = ET.Element("View")
@@ -202,12 +191,8 @@ _KEYWORDS = re.compile(
 
 def sniff_labels(path: Path, head: bytes) -> bool:
     """Whether a file is JSON with annotations as Label Studio exports them."""
-    if path.suffix.lower() == ".boris" or head.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] not in (
-        b"[",
-        b"{",
-    ):
-        return False
-    return _KEYWORDS.search(head) is not None
+    json = head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith((b"[", b"{"))
+    return json and path.suffix.lower() != ".boris" and _KEYWORDS.search(head) is not None
 
 
 def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
@@ -220,23 +205,24 @@ def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
         # In JSON-MIN each annotation is a record, with the values of its task beside it.
         minimal = task.member("data").value is None
         data = task if minimal else task.member("data")
-        name = _name(data, task, path)
+        name = _name(data, task, own_stem(path) if len(tasks) == 1 else f"task {number}")
         labels = sets.setdefault(name, _TaskLabels(name))
         if minimal:
             author = _person(task.member("annotator"), options)
             labels.add(author, _minimal_regions(task), data, task)
             continue
         for key in ("annotations", "completions"):
-            for made in task.member(key).items():
-                if made.member("was_cancelled").value or made.member("skipped").value:
+            for annotation in task.member(key).items():
+                if annotation.member("was_cancelled").value or annotation.member("skipped").value:
                     labels.left_out["skipped annotation"] += 1
                     continue
-                results = made.member("result").items()
-                author = _author(results, _person(made.member("completed_by"), options))
+                results = annotation.member("result").items()
+                author = _author(results, _person(annotation.member("completed_by"), options))
                 regions = [(r.member("type").text(), r.member("value")) for r in results]
-                labels.add(author, regions, data, made)
+                labels.add(author, regions, data, annotation)
         labels.left_out["prediction"] += sum(
-            len(made.member("result").items()) for made in task.member("predictions").items()
+            len(prediction.member("result").items())
+            for prediction in task.member("predictions").items()
         )
     return [labels.finish() for labels in sets.values()]
 
@@ -247,7 +233,7 @@ class _TaskLabels:
     def __init__(self, name: str) -> None:
         self.name = name
         self.left_out: Counter[str] = Counter()
-        self._tracks: dict[str, tuple[str, Track]] = {}  # with when it was made
+        self._tracks: dict[str, tuple[str, Track]] = {}  # with when it was updated
         self._media: dict[str, float] = {}
         self._resolution = 1e-6
 
@@ -256,7 +242,7 @@ class _TaskLabels:
         author: str,
         regions: Sequence[tuple[str, JsonValue]],
         data: JsonValue,
-        made: JsonValue,
+        annotation: JsonValue,
     ) -> None:
         """Take an annotation; of several by one author the latest."""
         segments = []
@@ -277,12 +263,12 @@ class _TaskLabels:
                 elif start_time == end_time:
                     self.left_out["region without length"] += 1
                 else:
-                    segments.append(Segment(start_time, end_time, action))
+                    segments.append((start_time, end_time, action))
         try:
-            track = Track(author, tuple(segments))
+            track = Track(author, tuple(Segment(*segment) for segment in segments))
         except InputError as error:
-            raise InputError(f"{made.where}: {error} Move one of their edges.") from error
-        when = made.member("updated_at").value or made.member("created_at").value or ""
+            raise InputError(f"{annotation.where}: {error} Mend it in Label Studio.") from error
+        when = annotation.member("updated_at").value or annotation.member("created_at").value or ""
         before = self._tracks.get(author)
         if before is not None:
             self.left_out["earlier annotation"] += 1
@@ -346,43 +332,35 @@ def _author(results: Sequence[JsonValue], person: str) -> str:
 
 def _person(value: JsonValue, options: LabelOptions) -> str:
     """An annotator: an address, or a number."""
-    if isinstance(value.value, dict):
-        names = (value.member(key).value for key in ("email", "username", "id"))
-        person = next((name for name in names if name), None)
-    else:
-        person = value.value
-    if isinstance(person, int) and not isinstance(person, bool):
-        return f"annotator {person:d}" if abs(person) < 10**18 else options.author
-    return str(person).strip()[:200] or options.author if person else options.author
+    person = value.value
+    if isinstance(person, dict):
+        person = next((person[key] for key in ("email", "username", "id") if person.get(key)), None)
+    if isinstance(person, str):
+        return person.strip() or options.author
+    if isinstance(person, int) and 0 < person < 10**18:
+        return f"annotator {person}"
+    return options.author
 
 
-def _name(data: JsonValue, task: JsonValue, path: Path) -> str:
-    """What a task calls its demonstration: as we do, else its file, else the file of the labels."""
-    if (own := data.member("demonstration").value) and isinstance(own, str):
+def _name(data: JsonValue, task: JsonValue, otherwise: str) -> str:
+    """What a task calls its demonstration: as we do, else as its file."""
+    own = data.member("demonstration").value
+    if own and isinstance(own, str):
         return own
-    candidates = [data.member(key).value for key in ("csv", "video", "ts", "audio")]
-    candidates += [task.member("file_upload").value]
-    candidates += [value.value for _, value in data.members() if _is_file(value.value)]
-    for candidate in candidates:
-        if isinstance(candidate, str) and _is_file(candidate):
-            # What was uploaded has eight digits before its name.
-            name = re.sub(r"^[0-9a-f]{8}-", "", _file_name(candidate))
-            return own_stem(name)
-    return own_stem(path)
-
-
-def _is_file(text: object) -> bool:
-    return isinstance(text, str) and re.search(r"\.\w{2,8}$", _file_name(text)) is not None
+    values = [data.member("csv"), data.member("video"), task.member("file_upload")]
+    values += [value for _, value in data.members()]
+    names = (_file_name(value.value) for value in values if isinstance(value.value, str))
+    return next((own_stem(name) for name in names if re.search(r"\.\w{2,8}$", name)), otherwise)
 
 
 def _file_name(address: str) -> str:
-    """The name of the file at an address, which may be served from a folder of the server."""
+    """The name of the file at an address, without the digits that uploading put before it."""
     try:
         parts = urlsplit(address)
-        local = parse_qs(parts.query).get("d")
+        served = parse_qs(parts.query).get("d", [unquote(parts.path)])[0]
     except ValueError:
         return ""
-    return PureWindowsPath(local[0] if local else parts.path).name
+    return re.sub(r"^[0-9a-f]{8}-", "", PureWindowsPath(served).name)
 
 
 def _is_number(value: object) -> bool:

@@ -34,7 +34,7 @@ from forcelab.formats.table_sniff import (
 )
 from forcelab.formats.timestamps import YEAR_2001, TimestampReader
 from forcelab.formats.track_text import on_samples, plain_text
-from forcelab.labels import Segment, Track, first_beyond, means_unlabelled
+from forcelab.labels import Segment, Track, check_name, first_beyond, means_unlabelled
 from forcelab.text import counted
 
 _STARTS = frozenset(["start", "begin", "onset", "from"])
@@ -237,6 +237,7 @@ def _tracks(
         if not action or means_unlabelled(action):
             continue
         try:
+            check_name(action)
             segment = Segment(float(rows.starts[index]), float(rows.ends[index]), action)
         except InputError as error:
             raise InputError(f"{path}, line {number}: {error}") from error
@@ -336,7 +337,8 @@ def _seconds(
             values = reader.read(cells)
         except NotANumberError as error:
             raise InputError(
-                f"{path}, line {at[error.index]}: {error.cell!r} in column '{name}' is no time."
+                f"{path}, line {at[error.index]}: {error.cell[:40]!r} in column '{name}' is no "
+                "time."
             ) from error
         if np.isnan(values).any():
             line = at[int(np.argmax(np.isnan(values)))]

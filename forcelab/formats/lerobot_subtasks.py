@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
-from forcelab.formats.lerobot import (
+from forcelab.formats.lerobot import source_text
+from forcelab.formats.lerobot_dataset import (
     SUBTASK,
     SUBTASKS_FILE,
     Dataset,
     Episode,
     open_parquet,
-    source_text,
 )
 from forcelab.formats.signatures import LEROBOT_INFO
 from forcelab.formats.table_columns import is_unlabelled
@@ -47,9 +47,10 @@ def writing_subtasks(
     Other episodes keep their subtasks, or get that of frames without a label. A demonstration that
     came from the dataset, or any if `strict`, is refused where none of its episodes is the same.
     """
-    dataset = Dataset(path)
-    found = yield from _matching(dataset, labelled, strict)
-    names = list(dataset.subtasks)
+    with file_errors(f"'{path}' was not changed"):
+        dataset = Dataset(path)
+        found = yield from _matching(dataset, labelled, strict)
+    names, known = list(dataset.subtasks), len(dataset.subtasks)
     if not any(map(is_unlabelled, names)):
         names.append(_UNLABELLED)
     used = dict.fromkeys(s.action for segments, _ in found.values() for s in segments)
@@ -68,7 +69,7 @@ def writing_subtasks(
         files = sorted({*present, *(episode.file for episode in dataset.episodes)})
         for done, file in enumerate(files):
             yield Progress(done, len(files), f"writing {file.name}")
-            if _write_data(file, new / file.relative_to(dataset.path), codes, rest):
+            if _write_data(file, new / file.relative_to(dataset.path), codes, rest, known):
                 changed.append(file)
         for name, content in ((SUBTASKS_FILE, _names_table(names)), (LEROBOT_INFO, _info(dataset))):
             (new / name).unlink(missing_ok=True)
@@ -152,9 +153,9 @@ def _codes(
 
 
 def _write_data(
-    file: Path, target: Path, codes: Mapping[int, NDArray[np.int64]], rest: int
+    file: Path, target: Path, codes: Mapping[int, NDArray[np.int64]], rest: int, known: int
 ) -> bool:
-    """Write a file of frames with the number of each one's subtask, unless it has just those."""
+    """Write a file of frames with each one's subtask, unless it has those; `known` had names."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -164,7 +165,8 @@ def _write_data(
         indices = parquet.read(columns=["episode_index", *[SUBTASK][: place + 1]])
         episodes = indices["episode_index"].to_numpy()
         old = indices[SUBTASK].to_numpy() if place >= 0 else np.full(len(episodes), -1)
-        values = np.full(len(episodes), rest) if place < 0 else old.copy()
+        # A number that the table had no name for shall not get that of another subtask.
+        values = np.where((old >= 0) & (old < known), old, rest).astype(np.int64)
         order = np.argsort(episodes, kind="stable")
         numbers, starts = np.unique(episodes[order], return_index=True)
         for number, rows in zip(numbers.tolist(), np.split(order, starts[1:]), strict=True):

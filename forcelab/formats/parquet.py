@@ -40,7 +40,7 @@ _MOST: Final = 64
 #: Structures are nested no deeper.
 _DEEPEST: Final = 8
 #: A file that takes more bytes in memory than these, and than so many times its size, is damaged.
-_ROOM, _MOST_TIMES = 1 << 28, 1000
+_ROOM, _MOST_TIMES = 1 << 27, 100
 #: So many names are told at most.
 _SHOWN: Final = 8
 _CURE: Final = "write it again, or copy it again from where it is from"
@@ -186,9 +186,10 @@ def _batches(path: Path, tops: Collection[int], columns: int, rows: int = _BLOCK
         with ParquetFile(path) as file:
             schema = file.schema_arrow
             names = [field.name for i, field in enumerate(schema) if i in tops]
-            texts = [schema.field(i).name for i in tops if _is_text(schema.field(i).type)]
+            texts = {schema.field(i).name for i in tops if _is_text(schema.field(i).type)}
+            texts -= _delta_encoded(file.metadata)
         # Words are kept once each, as they are in the file.
-        with ParquetFile(path, read_dictionary=texts) as file:
+        with ParquetFile(path, read_dictionary=sorted(texts)) as file:
             check(file.metadata.num_rows)
             for batch in file.iter_batches(batch_size=rows, columns=names):
                 if batch.schema.names != names:
@@ -210,6 +211,17 @@ def _batches(path: Path, tops: Collection[int], columns: int, rows: int = _BLOCK
             batch.validate(full=True)
             for start in range(0, batch.num_rows, rows):
                 yield batch.slice(start, rows)
+
+
+def _delta_encoded(metadata: Any) -> set[str]:
+    """Columns whose words are told by how they differ, which the library keeps once a row."""
+    groups = [metadata.row_group(i) for i in range(metadata.num_row_groups)]
+    columns = [group.column(i) for group in groups for i in range(group.num_columns)]
+    return {
+        column.path_in_schema
+        for column in columns
+        if any(encoding.startswith("DELTA") for encoding in column.encodings)
+    }
 
 
 def _place(top: int, tops: Collection[int]) -> int:
@@ -418,9 +430,8 @@ def _naming_damage(path: Path) -> Iterator[None]:
 
     damage = (pa.ArrowException, ValueError, TypeError, LookupError, OverflowError)
     try:
-        yield
-    except InputError:
-        raise
+        with np.errstate(invalid="ignore", over="ignore"):
+            yield
     except MemoryError as error:
         raise InputError(f"'{path}' is said to need more memory than there is; {_CURE}.") from error
     except (*damage, OSError) as error:

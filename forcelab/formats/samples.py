@@ -120,8 +120,8 @@ class SampleTable:
                     names = arrow.array(actions, arrow.string())
                     arrays.append(arrow.DictionaryArray.from_arrays(indices, names))
                 if probability is not None:
-                    wide = np.isnan(probability)
-                    arrays.append(arrow.array(probability.astype(np.float32), mask=wide))
+                    unknown = np.isnan(probability)
+                    arrays.append(arrow.array(probability.astype(np.float32), mask=unknown))
                 writer.write_table(arrow.Table.from_arrays(arrays, schema=schema))
 
     def _blocks(self) -> Iterator[_Block]:
@@ -140,9 +140,9 @@ class SampleTable:
                 codes, actions = words[-1]
                 probability = np.full(len(block), np.nan)
                 for code, action in enumerate(actions):
-                    there = codes == code
-                    if there.any():
-                        probability[there] = self._prediction.probabilities(action, block[there])
+                    mask = codes == code
+                    if mask.any():
+                        probability[mask] = self._prediction.probabilities(action, block[mask])
             yield [block, *signals[rows].T], words, probability
 
 

@@ -62,6 +62,8 @@ class Events:
 
 #: So many names are told at most.
 _SHOWN: Final = 8
+#: Fewer samples than these are no stream.
+_FEWEST: Final = 2
 #: Nanoseconds in a second, and how many seconds the first samples are after the zero of a clock: a
 #: stamp of zero means that there is none.
 _SECOND, _LEAD = 10**9, 1e6
@@ -110,23 +112,32 @@ def make_recording(
         grid_rate=options.rate,
     )
     start = zero + (aligned.start - _LEAD)
-    tracks, label_remarks = _tracks(events, options, start, demonstration)
+    tracks, label_remarks = event_tracks(events, options, start, demonstration)
     tracks, beside_remarks = own_or_beside_tracks(path, tracks, options, start, demonstration)
-    read = {topic.topic for topic in topics}
-    others = [stream.name for stream in streams if stream.name not in read]
-    unread = f"Not read: {listed(others, _SHOWN)}; choose with --signal what is to be a signal."
     return Recording(
         demonstration,
         tracks,
         (
             *remarks,
-            *([unread] if others else []),
+            *_not_read(streams, {topic.topic for topic in topics}),
             *aligned.remarks,
             *label_remarks,
             *beside_remarks,
             *missing_remark(aligned.signals, channels),
         ),
     )
+
+
+def _not_read(streams: Sequence[Stream], read: set[str]) -> list[str]:
+    """Remarks on streams that are not read although nobody left them out."""
+    others = [stream.name for stream in streams if not stream.chosen and stream.name not in read]
+    single = [stream.name for stream in streams if stream.times.size < _FEWEST]
+    remarks = []
+    if others:
+        remarks.append(f"Others can be read as signals (--signal): {listed(others, _SHOWN)}.")
+    if single:
+        remarks.append(f"A single sample is no signal: {listed(single, _SHOWN)}.")
+    return remarks
 
 
 def preview_streams(
@@ -173,7 +184,7 @@ def _choose(
             if (stream.chosen or any(values_within(address, name) for name in options.signals))
             and not any(values_within(address, name) for name in options.leave_out)
         ]
-        if places and stream.times.size > 1:
+        if places and stream.times.size >= _FEWEST:
             channels = [stream.channels[i] for i in places]
             fields.append(
                 Field(
@@ -190,7 +201,7 @@ def _choose(
         raise InputError(
             f"it has no signals{' but what is left out' if options.leave_out else ''}; "
             + (
-                f"choose with --signal one of {listed(known, _SHOWN)}."
+                f"read others as signals (--signal): {listed(known, _SHOWN)}."
                 if known
                 else "there is nothing to import."
             )
@@ -203,7 +214,8 @@ def _topic(stream: Stream, fields: tuple[Field, ...], zero: float) -> TopicData:
     places = {channel.name: i for i, channel in enumerate(stream.channels)}
     chosen = [places[str(leaf[0])] for field_ in fields for leaf in field_.leaves]
     known = np.abs(stream.times - zero) < _ABSURD  # nor is NaN
-    ticks = np.where(known, np.rint((stream.times - zero + _LEAD) * _SECOND), 0).astype(np.int64)
+    seconds = np.where(known, stream.times - zero, -_LEAD)
+    ticks = np.rint((seconds + _LEAD) * _SECOND).astype(np.int64)
     values = np.ascontiguousarray(stream.values[:, chosen], np.float64)
     topic = TopicData(stream.name, fields, {}, None, None)
     topic.arrived.frombytes(ticks.tobytes())
@@ -231,10 +243,13 @@ def _chosen_events(events: Sequence[Events], options: ReadOptions) -> list[Event
 _EDGE = re.compile(r"(.*?)[\W_]*(?:(start|begin|onset|on)|(end|stop|offset|off))", re.IGNORECASE)
 
 
-def _tracks(
+def event_tracks(
     events: Sequence[Events], options: ReadOptions, start: float, demonstration: Demonstration
 ) -> tuple[tuple[Track, ...], list[str]]:
-    """A track for each kind of events, and how they became segments."""
+    """A track for each kind of events, and how they became segments.
+
+    `start` is the time of the demonstration's zero on their clock.
+    """
     tracks: list[Track] = []
     remarks: list[str] = []
     chosen = _chosen_events(events, options)

@@ -231,8 +231,6 @@ def _naming_damage(path: Path) -> Iterator[None]:
     broken = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, struct.error)
     try:
         yield
-    except InputError:
-        raise
     except (*broken, EOFError, MemoryError, NotImplementedError, RuntimeError, OSError) as error:
         if isinstance(error, OSError) and error.errno is not None:
             raise

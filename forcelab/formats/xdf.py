@@ -266,7 +266,8 @@ def _naming_damage(path: Path) -> Iterator[None]:
     logger.propagate = False  # its warnings are of clocks and rates, of which remarks tell
     broken = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, struct.error)
     try:
-        yield
+        with np.errstate(invalid="ignore", over="ignore"):
+            yield
     except (*broken, np.linalg.LinAlgError, ParseError, EOFError, MemoryError) as error:
         text = " ".join(str(error).split())[:160] or type(error).__name__
         raise InputError(f"'{path}' is not a whole XDF file ({text}); {_CURE}.") from error

@@ -174,7 +174,8 @@ def settle(window: Window, patience: float) -> None:
     """Wait until the window is complete; InputError after `patience` seconds."""
     deadline = time.monotonic() + patience
     quiet_since = time.monotonic()
-    while time.monotonic() - quiet_since < SETTLE_ROUNDS:
+    # Asked once more, as a busy machine may have let the quiet time pass in one sleep.
+    while not window.settled or time.monotonic() - quiet_since < SETTLE_ROUNDS:
         QApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 20)
         if not window.settled:
             quiet_since = time.monotonic()

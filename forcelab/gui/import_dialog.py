@@ -38,7 +38,7 @@ from PySide6.QtWidgets import (
 from forcelab.errors import InputError
 from forcelab.formats import identify, preview
 from forcelab.formats.importing import ImportReport, importing
-from forcelab.formats.lerobot import stated_episodes
+from forcelab.formats.lerobot_dataset import stated_episodes
 from forcelab.formats.recording import ANY_USE, ColumnUse, ReadOptions, Use, parse_episodes
 from forcelab.formats.signatures import is_lerobot_folder, lerobot_folder
 from forcelab.formats.table import rate_in

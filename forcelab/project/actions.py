@@ -22,7 +22,7 @@ from forcelab.project.database import Database, content_errors
 from forcelab.project.records import segments_from_text, utc_now
 from forcelab.project.tracks import NUMBER, RENAMED, TrackStore
 from forcelab.text import counted, listed, natural_order, unknown_word
-from forcelab.vocabulary import Action, Vocabulary
+from forcelab.vocabulary import MOST_ACTIONS, Action, Vocabulary
 
 #: A sentence names so many tasks or coders, and only counts further ones.
 MOST_NAMED = 5
@@ -160,6 +160,11 @@ class ActionStore:
             return True
 
     def _write(self, task: str, vocabulary: Vocabulary) -> None:
+        if len(vocabulary) > MOST_ACTIONS:  # which would not be read again
+            raise InputError(
+                f"A task has up to {MOST_ACTIONS:,} actions, and {task or 'no task'} would have "
+                f"{len(vocabulary):,}; check that these are actions and not remarks."
+            )
         self._db.execute(
             "INSERT INTO vocabulary VALUES (?, ?) "
             "ON CONFLICT (task) DO UPDATE SET actions = excluded.actions",

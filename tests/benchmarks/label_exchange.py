@@ -103,16 +103,16 @@ def through_label_studio(file: Path, interface: Path, out: Path) -> None:
     regions = 0
     for number, task in enumerate(tasks, start=1):
         assert checked.validate_task({"data": task["data"]}), number
-        for made in (*task["annotations"], *task["predictions"]):
-            assert checked.validate_annotation(made), number
-            for region in made["result"]:
+        for annotation in (*task["annotations"], *task["predictions"]):
+            assert checked.validate_annotation(annotation), number
+            for region in annotation["result"]:
                 timeline = region["type"] == "timelinelabels"
                 value = TimelineLabelsValue if timeline else TimeSeriesValue
                 value.model_validate(region["value"], strict=True)
                 regions += 1
         task["id"] = number  # what the server adds
-        for place, made in enumerate(task["annotations"]):
-            made |= {"id": 100 * number + place, "completed_by": 1, "was_cancelled": False}
+        for place, annotation in enumerate(task["annotations"]):
+            annotation |= {"id": 100 * number + place, "completed_by": 1, "was_cancelled": False}
     print(f"label-studio-sdk finds {len(tasks)} tasks and {regions} regions valid")
     served = out / "served.json"
     served.write_text(json.dumps(tasks), "utf-8")

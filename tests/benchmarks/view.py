@@ -808,7 +808,7 @@ def measuring_video(
     random = np.random.default_rng(4)
     jumps = random.integers(0, frames, times).tolist()
     rows = []
-    with shown(project, size) as window, Painted([window.label.video]) as painted:
+    with shown(project, size) as window, Painted(window.label.video.panels) as painted:
         watch = _Watch(window, painted, stamps)
         for i, (name, bound, numbers) in enumerate(
             [
@@ -823,7 +823,7 @@ def measuring_video(
             if name == PREPARED:
                 if not film.sketched:
                     continue
-                until(lambda: window.label.video.prepared)
+                until(lambda: window.label.video.panels[0].prepared)
             taken, wrong = watch.measured(numbers, act, sharp=name != PREPARED)
             plain = PLAIN + (JUMP if name == PREPARED else name)
             rows.append(Latency(name, film.name, taken, bound, wrong, alternative=plain))
@@ -873,7 +873,7 @@ class _Watch:
         for the frame itself, or for any picture of it. Gives seconds of each; how many were not the
         right one.
         """
-        video, taken, wrong = self.window.label.video, [], 0
+        video, taken, wrong = self.window.label.video.panels[0], [], 0
         first, *others = numbers
         # Onto the frame itself: from within it, a step back leads to its beginning.
         self.window.document.view.seek(float(self.stamps[first]))

@@ -19,13 +19,19 @@ def sine(k, rate):
 
 
 class Sender:
-    """Sends its samples in real time, each with the stamp `stamp(k)`, until it is stopped."""
+    """Sends its samples in real time, stamped when they are taken, until it is stopped.
 
-    def __init__(self, name, rate=500.0, *, source="", offset=0.0, leave_out=(), first=0):
+    Stamps are `offset` s ahead and `late(k)` s late; samples are left out as if none were taken.
+    """
+
+    def __init__(
+        self, name, rate=500.0, *, source="", offset=0.0, leave_out=(), first=0, late=None
+    ):
         info = pylsl.StreamInfo(name, "Force", 2, rate, pylsl.cf_double64, source)
         info.set_channel_labels(["fz", "wave"])
         info.set_channel_units(["newtons", "mm"])
         self.rate, self.offset, self.leave_out, self.sent = rate, offset, leave_out, first
+        self.late = late or (lambda _: 0.0)
         self.outlet = pylsl.StreamOutlet(info)
         self.start = pylsl.local_clock() - first / rate
         self._ended = threading.Event()
@@ -41,7 +47,8 @@ class Sender:
             due = int((pylsl.local_clock() - self.start) * self.rate)
             for k in range(self.sent, due):
                 if k not in self.leave_out:
-                    self.outlet.push_sample(sine(k, self.rate), self.stamp(k) + self.offset)
+                    stamp = self.stamp(k) + self.offset + self.late(k)
+                    self.outlet.push_sample(sine(k, self.rate), stamp)
             self.sent = max(due, self.sent)
 
     def stop(self):

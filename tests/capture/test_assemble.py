@@ -11,7 +11,7 @@ from forcelab.capture.assemble import (
     LiveMarks,
     align,
     assemble,
-    camera_remarks,
+    away_remarks,
     loss_remark,
 )
 from forcelab.capture.device import Block
@@ -68,7 +68,29 @@ def test_lost_samples_are_absent_stamps_and_the_clock_goes_on(tmp_path):
     assert (begin, end) == (pytest.approx(0.7, abs=1e-3), pytest.approx(0.8, abs=1e-3))
     assert assembled.remarks == ("101 samples of a were lost; these are gaps.",)
     assert d.video is None
-    assert assembled.track is None
+    assert assembled.tracks == ()
+
+
+def test_each_camera_that_gave_pictures_is_a_video_even_if_two_have_one_name(tmp_path):
+    times = START + np.arange(100) / 1000
+    names = ("webcam", "webcam", "side", "gone")
+    cameras = [{"name": name, "file": f"{i}.mkv"} for i, name in enumerate(names)]
+    for camera in cameras[:-1]:
+        (tmp_path / camera["file"]).touch()
+    frames = [
+        note(RecordKind.FRAME, i, frames=[[START + 0.01 * i + at, None, at] for at in (0.0, 0.04)])
+        for i in range(4)
+    ]
+    recorded = [*samples(times, three(times)), *frames]
+    d = assemble(contents([device()], recorded, cameras=cameras), tmp_path).demonstration
+    assert d.name == "LEGO 01"
+    assert [(v.name, v.path.name) for v in d.videos] == [
+        ("webcam", "0.mkv"),
+        ("video 2", "1.mkv"),
+        ("side", "2.mkv"),
+    ]
+    offsets = np.array([video.clock.offset for video in d.videos])
+    np.testing.assert_allclose(np.diff(offsets), 0.01, atol=1e-9)
 
 
 @settings(max_examples=25, deadline=None)
@@ -220,14 +242,16 @@ def test_marks_of_keys_held_down_become_segments(tmp_path):
         note(RecordKind.MARK, at=START + at, action=action, down=down) for at, action, down in marks
     ]
     assembled = assemble(contents([device()], records), tmp_path)
-    segments = [(round(s.start, 3), round(s.end, 3), s.action) for s in assembled.track.segments]
+    segments = [
+        (round(s.start, 3), round(s.end, 3), s.action) for s in assembled.tracks[0].segments
+    ]
     assert segments == [
         (0, 0.05, "still"),
         (0.1, 0.2, "grab"),
         (0.2, 0.4, "hold"),
         (0.9, 1.0, "pull"),
     ]
-    assert assembled.track.author == "Ann"
+    assert assembled.tracks[0].author == "Ann"
 
 
 def test_a_torn_end_is_said(tmp_path):
@@ -300,12 +324,12 @@ def test_gaps_are_counted_in_their_sentence(away, lost, remark):
 
 def test_a_camera_was_away_as_often_as_its_frames_have_long_holes():
     frames = np.arange(300) / 30
-    assert camera_remarks("camera 0", frames) == []
+    assert away_remarks("camera 0", frames) == []
     frames[100:] += 3.0
-    (remark,) = camera_remarks("camera 0", frames)
+    (remark,) = away_remarks("camera 0", frames)
     assert remark == "camera 0 was away once, 3.0 s in all; its video has no frames then."
     frames[200:] += 2.0
-    (remark,) = camera_remarks("camera 0", frames)
+    (remark,) = away_remarks("camera 0", frames)
     assert "away 2 times, 5.1 s in all" in remark
 
 

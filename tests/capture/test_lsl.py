@@ -72,6 +72,17 @@ def test_a_clock_that_is_ahead_is_corrected(project, monkeypatch):
     assert remarks == []
 
 
+def test_uneven_stamps_of_what_was_sampled_evenly_are_evened_out(project):
+    delays = np.random.default_rng(0).uniform(0.0, 0.004, 1000)  # of deliveries of ten samples
+    with sending("forces", late=lambda k: delays[k // 10]) as sender:
+        demonstration, start, _ = record(
+            project, parse_device("lsl:forces"), lambda r: r.state().devices[0].samples > 400
+        )
+    sent = host_clock(sender.stamp(demonstration.signals[:, 0]))
+    assert np.abs(demonstration.times + start - sent).max() < 0.5 * 0.004  # in less than a second
+    assert np.ptp(np.diff(demonstration.times)) < 1e-4
+
+
 def test_samples_that_the_sender_left_out_are_a_gap_and_move_no_other(project):
     left_out = {k for k in range(10_000) if k % 100 in (50, 51) or k % 1000 > 900}
     with sending("forces", leave_out=left_out) as sender:
@@ -136,8 +147,45 @@ def test_a_stream_without_a_rate_holds_its_values():
     device.zero()
     outlet.push_sample([11, 8, 0], stamp + 0.5)
     assert device.read(5.0).values.tolist() == [[10.0, 10.0, -32_767.0]]
+    device.zero()  # of what it reads, not of what is left of that
+    outlet.push_sample([12, 8, 0], stamp + 0.75)
+    assert device.read(5.0).values.tolist() == [[1.0, 0.0, 0.0]]
     device.close()
     device.close()
+    device.open()
+    outlet.push_sample([1, 2, 3], time.time())
+    assert device.read(5.0).arrived == pytest.approx(time.monotonic(), abs=1.0)
+    assert "its program does not stamp by the clock of LSL" in device.remarks()[0]
+    device.close()
+
+
+def test_markers_are_labels_of_their_stream_until_the_next_one(project):
+    outlet = pylsl.StreamOutlet(pylsl.StreamInfo("cues", "Markers", 1, 0.0, pylsl.cf_string, ""))
+    devices = [parse_device("lsl:cues"), parse_device("lsl:forces")]
+    with sending("forces") as sender, Recorder(project, devices) as recorder:
+        outlet.push_sample(["rest"])  # holds when recording begins
+        eventually(lambda: recorder.state().devices[0].samples == 1)
+        recorder.start("hold")
+        times = []
+        for text in ("lift\n", "", "push"):
+            eventually(lambda: recorder.state().devices[1].samples > 40 * (1 + len(times)))
+            times.append(sender.stamp(sender.sent))
+            outlet.push_sample([text], times[-1])
+        eventually(lambda: recorder.state().devices[0].samples == 3)
+        eventually(lambda: recorder.state().devices[1].samples > 200)
+        saved = recorder.stop()
+    with Project.open(project) as opened:
+        start = float(opened.media.stamps(saved.added.id)["start"])
+        demonstration = opened.demonstrations.load(saved.added.id)
+        [track] = opened.tracks.of(saved.added.id)
+    assert [channel.name for channel in demonstration.channels] == ["fz1", "wave"]
+    assert track.author == "lsl:cues"
+    assert [segment.action for segment in track.segments] == ["rest", "lift", "push"]
+    edges = host_clock(np.array(times)) - start
+    assert [s.start for s in track.segments[1:]] == pytest.approx(edges[[0, 2]], abs=STATED)
+    assert [s.end for s in track.segments[:2]] == pytest.approx(edges[:2], abs=STATED)
+    assert track.segments[-1].end == pytest.approx(demonstration.duration, abs=1e-6)
+    assert "Labels were read from lsl:cues: each lasts until the next one." in saved.remarks
 
 
 def test_stamps_of_another_clock_are_told_and_the_arrivals_taken(project):
@@ -154,8 +202,10 @@ def test_stamps_of_another_clock_are_told_and_the_arrivals_taken(project):
 def test_what_may_be_meant_by_a_name_is_said():
     markers = pylsl.StreamOutlet(pylsl.StreamInfo("markers", "Markers", 1, 0.0, pylsl.cf_string))
     with sending("a & b?", source="left"), sending("a & b?", source="right"):
-        eventually(lambda: len(lsl.find_streams()) == 2)
-        found = lsl.find_streams()
+        eventually(lambda: len(lsl.find_streams()) >= 3)
+        *found, texts = lsl.find_streams()
+        assert (name_stream(texts), texts.texts) == ("lsl:markers", True)
+        assert texts.description.startswith("Markers, texts as labels, ")
         names = [name_stream(stream) for stream in found]
         assert names == [f"lsl:a %26 b%3F?source={side}" for side in ("left", "right")]
         assert found[0].description.startswith("Force, 2 channels, 500 Hz, ")
@@ -165,8 +215,6 @@ def test_what_may_be_meant_by_a_name_is_said():
         ]
         with pytest.raises(InputError, match="2 streams may be meant by 'lsl:a & b[?]'; say which"):
             parse_device("lsl:a %26 b%3F").open()
-        with pytest.raises(InputError, match="lsl:markers sends texts, such as markers"):
-            parse_device("lsl:markers").open()
     del markers
     info = pylsl.StreamInfo("greedy", "Noise", 300, 1000.0, pylsl.cf_int8)
     greedy = pylsl.StreamOutlet(info, 0, 1)

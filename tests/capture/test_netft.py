@@ -192,7 +192,7 @@ def test_what_is_no_net_ft_is_refused_in_a_sentence(boxed, monkeypatch):
 def test_any_datagram_and_any_page_is_read_or_refused():
     rng = np.random.default_rng(3)
     page = Box().page
-    for _ in range(300):
+    for _ in range(100):
         stream = netft.RecordStream()
         data = [rng.bytes(36 * int(rng.integers(1, 6)) - int(rng.integers(2))) for _ in range(4)]
         if stream.learn(np.concatenate([netft.parse_records(piece) for piece in data[:2]])):

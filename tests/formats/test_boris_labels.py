@@ -5,6 +5,7 @@ The headers and the spelling of cells are those that BORIS 7.13.9, 8.27.4 and 10
 
 from __future__ import annotations
 
+import gzip
 import json
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from fuzz.text_mutations import mutated_bytes, mutated_json
 
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
+from forcelab.formats import json_values
 from forcelab.formats.boris import Observation, VideoFile, to_boris
 from forcelab.formats.boris_labels import RESOLUTION
 from forcelab.formats.label_files import LabelOptions, LabelSet, read_label_file
@@ -100,6 +102,21 @@ def test_subjects_are_authors_and_times_those_of_the_media(path):
         "1 comment was left out.",
         "1 point event was left out.",
     )
+
+
+def test_a_compressed_project_is_the_same(path, monkeypatch):
+    plain = read_label_file(write(path, project()))
+    packed = path.with_name("study.boris.gz")
+    packed.write_bytes(gzip.compress(path.read_bytes()))
+    assert read_label_file(packed) == plain
+    whole = packed.read_bytes()
+    packed.write_bytes(whole[:-20])
+    with pytest.raises(InputError, match="is not whole"):
+        read_label_file(packed)
+    monkeypatch.setattr(json_values, "LARGEST", 1 << 20)
+    packed.write_bytes(gzip.compress(b" " * (1 << 21)))
+    with pytest.raises(InputError, match="longer than 1 MB"):
+        read_label_file(packed)
 
 
 def test_an_observer_is_the_author_and_several_subjects_stay_apart(path):
@@ -260,8 +277,8 @@ def test_broken_files_are_refused_in_a_sentence(path, tmp_path):
     whole = json.dumps(project()).encode()
     table = tabular(tmp_path / "a.csv", "grab,,START,1.0", "grab,,STOP,1.5").read_bytes()
     for name, texts in (
-        ("a.boris", [*mutated_bytes(whole, 60), *mutated_json(whole, 100)]),
-        ("b.csv", mutated_bytes(table, 100)),
+        ("a.boris", [*mutated_bytes(whole, 50), *mutated_json(whole, 60)]),
+        ("b.csv", mutated_bytes(table, 60)),
     ):
         for text in texts:
             (tmp_path / name).write_bytes(text)

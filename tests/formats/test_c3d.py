@@ -38,7 +38,7 @@ def test_analog_channels_come_out_as_they_went_in(tmp_path):
     assert [(c.name, c.unit) for c in demonstration.channels] == [
         ("Fx1", "N"), ("Fy1", "N"), ("Fz1", "N"),
     ]  # fmt: skip
-    assert recording.remarks == ("Not read: points; choose with --signal what is to be a signal.",)
+    assert recording.remarks == ("Others can be read as signals (--signal): points.",)
 
 
 def test_points_that_are_asked_for_are_interpolated_at_the_analog_times(tmp_path):
@@ -147,6 +147,8 @@ def test_frames_that_are_cut_off_are_told_or_refused(tmp_path):
     assert recording.remarks[0].startswith("The file ends after ")
     with pytest.raises(InputError, match="ends after .* of its 30 frames"):
         read(path, ReadOptions(strict=True))
+    path.write_bytes(whole + bytes(1024))
+    assert "says that it has 30 frames, and has room for more" in read_single(path).remarks[0]
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -168,7 +170,9 @@ def test_damage_is_one_sentence(tmp_path, seed):
 
 def test_a_file_without_forces_says_what_there_is(tmp_path):
     path = write_c3d(tmp_path / "a.c3d", forces(0), points=POINTS)
-    with pytest.raises(InputError, match="no signals; choose with --signal one of points"):
+    with pytest.raises(
+        InputError, match=r"no signals; read others as signals \(--signal\): points"
+    ):
         read_single(path)
 
 

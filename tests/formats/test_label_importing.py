@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+import forcelab
 from forcelab.cli import main
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration
@@ -140,6 +141,19 @@ def test_actions_that_the_task_lacks_are_added(load, project):
         assert opened.actions.vocabulary("pen").names == ("grab", "hold", "slip")
 
 
+def test_texts_that_are_no_actions_are_left_out_before_they_are_too_many(load, project):
+    texts = tuple(Segment(k / 200, (k + 1) / 200, f"remark {k}") for k in range(1001))
+    (track,) = load("02.csv", Track("Ann", texts)).tracks
+    assert track.reason == (
+        "With the labels of Ann, pen would have 1,001 actions, more than 1,000; check that these "
+        "are actions and not remarks."
+    )
+    with Project.open(project) as opened:
+        with pytest.raises(InputError, match="up to 1,000 actions, and pen would have 1,001"):
+            opened.actions.add("pen", [s.action for s in texts])
+        assert opened.actions.vocabulary("pen").names == ()
+
+
 def test_importing_the_recording_anew_does_not_replace_what_replaced_an_import(load, project):
     recording = demonstration("02", "pen", 10.0, 1)
     with Project.open(project) as opened:
@@ -163,6 +177,19 @@ def test_predictions_and_labels_beyond_the_end_are_left_out(load, project):
     moved = load("02.csv", Track("Ann", (Segment(9.0, 12.5, "grab"),)), options=options)
     assert outcome(moved)[2] == "new"
     assert stored(project, "02", "Ann") == (Segment(6.5, 10.0, "grab"),)
+
+
+@pytest.mark.parametrize(("end", "offset"), [("1.0000000000000002", 5.0), ("1e308", 1e308)])
+def test_times_that_no_clock_can_hold_are_left_out_and_other_files_are_not(
+    project, tmp_path, end, offset
+):
+    far, near = tmp_path / "02.csv", tmp_path / "pen - 01.csv"
+    far.write_text(f"start,end,action,author\n1.0,{end},grab,Ann\n")
+    near.write_text(to_csv([Track("Ann", OTHER)]))
+    report = finish(importing_labels(project, [far, near], LabelOptions(offset=offset)))
+    assert report.tracks[0].status == "left out"
+    assert "must end after it starts" in report.tracks[0].reason
+    assert report.tracks[1].status == ("new" if offset == 5.0 else "left out")
 
 
 def test_two_files_with_other_labels_of_one_author_do_not_both_count(load, project, tmp_path):
@@ -220,6 +247,24 @@ def test_a_file_that_is_none_is_told_and_the_others_are_imported(project, tmp_pa
     assert err.startswith("forcelab: left out: ")
     assert "note.txt' looks like text without labels" in err
     assert stored(project, "02", "Ann") == ANN
+
+
+def test_a_dry_run_says_what_it_would_do(project, tmp_path, capsys):
+    (tmp_path / "02.csv").write_text(to_csv([Track("Ann", ANN)]))
+    assert main(["labels", str(project), str(tmp_path / "02.csv"), "--dry-run"]) == 0
+    assert capsys.readouterr().out == (
+        "new        02  Ann  3 segments\n1 track: 1 new, 0 replaced, 0 unchanged.\n"
+        "Nothing was imported (--dry-run).\n"
+    )
+    assert stored(project, "02", "Ann") == ()
+
+
+def test_a_script_imports_as_the_command_does(project, tmp_path):
+    (tmp_path / "02.csv").write_text("start,end,action\n0.25,1.5,grab\n")
+    options = forcelab.LabelOptions(author="Ann", offset=0.5)
+    report = forcelab.import_labels(project, [tmp_path / "02.csv"], options)
+    assert report.count("new") == 1
+    assert stored(project, "02", "Ann") == (Segment(0.75, 2.0, "grab"),)
 
 
 def test_what_is_exported_comes_back_unchanged(load, project, tmp_path):

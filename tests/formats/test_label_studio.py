@@ -83,8 +83,8 @@ def test_forces_are_a_time_series_with_annotations_and_predictions(project):
     assert [channel.get("column") for channel in series] == header[1:]
     labels = view.find("TimeSeriesLabels")
     assert [label.get("value") for label in labels] == ["grab", "hold, firmly", "slip"]
-    for made in (*task["annotations"], *task["predictions"]):
-        for region in made["result"]:
+    for author in (*task["annotations"], *task["predictions"]):
+        for region in author["result"]:
             assert (region["from_name"], region["to_name"]) == (labels.get("name"), "forces")
     predicted = task["predictions"][0]
     assert predicted["model_version"] == MODEL
@@ -182,7 +182,7 @@ def region(start, end, *labels, note=None):
 
 def server_task(*annotations, **changes):
     """A task as the server exports it."""
-    made = [
+    annotations = [
         {
             "id": i,
             "completed_by": who,
@@ -193,7 +193,7 @@ def server_task(*annotations, **changes):
         for i, (who, result) in enumerate(annotations)
     ]
     data = {"csv": "/data/upload/3/0a1b2c3d-pull-7.csv"}
-    return {"id": 5, "annotations": made, "predictions": [], "data": data, **changes}
+    return {"id": 5, "annotations": annotations, "predictions": [], "data": data, **changes}
 
 
 def read(tmp_path, content, **options):
@@ -266,6 +266,30 @@ def test_minimal_json_is_a_record_for_each_annotation(tmp_path):
     assert forces == LabelSet("pull-8", (Track("Kim", (Segment(1.0, 2.0, "hold"),)),))
 
 
+def test_tasks_without_a_file_are_called_by_their_numbers(tmp_path):
+    inline = {"ts": {"time": [0, 1], "fx": [0.0, 0.1]}}
+    tasks = [server_task((1, [region(0, i, "a")]), data=inline) for i in (1, 2)]
+    assert [labels.name for labels in read(tmp_path, tasks)] == ["task 1", "task 2"]
+    (labels,) = read(tmp_path, tasks[:1])
+    assert labels.name == "project-3-at-2026-11-27"
+
+
+@pytest.mark.parametrize(
+    ("address", "name"),
+    [
+        ("/data/upload/3/0a1b2c3d-my%20pull.mp4", "my pull"),
+        ("/data/local-files/?d=films/a%2Fmy%20pull.mp4", "my pull"),
+        ("https://lab.org/films/my%20pull.mp4?token=3", "my pull"),
+        ("s3://films/my pull.mp4", "my pull"),
+        ("C:\\films\\my pull.mp4", "my pull"),
+    ],
+)
+def test_addresses_of_any_kind_name_a_demonstration(tmp_path, address, name):
+    task = server_task((1, [region(0, 1, "a")]), data={"note": "x", "film": address})
+    (labels,) = read(tmp_path, task)
+    assert labels.name == name
+
+
 def timeline(**data):
     value = {"ranges": [{"start": 2, "end": 5}], "timelinelabels": ["grab"]}
     task = server_task((1, [{"type": "timelinelabels", "value": value}]))
@@ -280,7 +304,7 @@ def timeline(**data):
         ([server_task((1, [region("2026-11-27 10:00", "2026", "a")]))], "no number of seconds"),
         ([server_task((1, [region(None, 2, "a")]))], "'start' is missing where a number"),
         ([server_task((1, [region(0, 2, "a"), region(1, 3, "b")]))], "1: Segments .* overlap"),
-        ([server_task((1, [region(2, 1, "a")]))], "must end after it starts"),
+        ([server_task((1, [region(2, 1, "a")]))], "'annotations', 1: A segment must end after"),
         ([server_task()], "holds no label"),
         ([server_task(), 7], "task 2 is 7 where an object is expected"),
     ],
@@ -293,7 +317,7 @@ def test_what_cannot_be_read_is_refused_with_its_place(tmp_path, content, compla
 def test_broken_files_are_refused_in_a_sentence(tmp_path):
     whole = json.dumps([server_task((1, [region(0.5, 1.0, "grab")])), timeline(fps=25)]).encode()
     path = tmp_path / "a.json"
-    for text in (*mutated_bytes(whole, 100), *mutated_json(whole, 150)):
+    for text in (*mutated_bytes(whole, 60), *mutated_json(whole, 100)):
         path.write_bytes(text)
         try:
             read_label_file(path)

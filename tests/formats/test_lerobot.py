@@ -17,7 +17,7 @@ pytest.importorskip("pyarrow")
 
 import pyarrow as pa
 import pyarrow.parquet as pq
-from factories import GOP_250, even_frame_times, frame_number, write_video
+from factories import GOP_250, even_frame_times, frame_number, numbered_frame, write_video
 
 from forcelab.cli import main
 from forcelab.errors import InputError
@@ -27,6 +27,7 @@ from forcelab.formats.recording import ReadOptions, parse_episodes
 from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.project import Project, files
+from forcelab.video.codecs import opencv
 from forcelab.video.index import indexing
 from forcelab.video.reader import VideoReader
 from tests.formats.lerobot_datasets import (
@@ -235,6 +236,21 @@ def test_a_second_export_changes_only_what_was_labelled_anew(tmp_path):
     }
 
 
+def test_a_number_without_a_name_gets_no_other_ones(tmp_path):
+    # Their tools keep the numbers, and not the table.
+    folder = tmp_path / "pen"
+    write_dataset(folder)
+    project = imported(folder)
+    label(project, GRABS)
+    assert export(project, folder) == 0
+    (folder / "meta/subtasks.parquet").unlink()
+    assert not any(recording.tracks for recording in read(folder))
+    label(project, (Segment(0.0, 0.2, "pull"),), names=["pen-0"])
+    assert export(project, folder, "--demo", "pen-0") == 0
+    assert labels_of(0, folder) == ["pull"] * 6 + ["unlabelled"] * 6
+    assert labels_of(1, folder) == ["unlabelled"] * 15
+
+
 def test_the_labels_of_one_coder_are_written(tmp_path, capsys):
     folder = tmp_path / "pen"
     write_dataset(folder)
@@ -305,8 +321,12 @@ def test_labels_go_nowhere_but_into_a_dataset_outside_of_projects(tmp_path, caps
     ):
         assert export(project, place) == 1
         assert why in capsys.readouterr().err
+    changed_info(folder, data_path="x" * 300)
+    shutil.move(project, tmp_path / "study.forcelab")
+    assert export(tmp_path / "study.forcelab", folder) == 1
+    assert "was not changed: File name too long" in capsys.readouterr().err
     for options in (["--format", "lerobot", "--out"], ["--format", "csv", "--into"]):
-        assert main(["export", str(project), *options, str(folder)]) == 2
+        assert main(["export", str(tmp_path), *options, str(folder)]) == 2
 
 
 def kill_when(moment):
@@ -411,6 +431,44 @@ def test_cameras_are_videos_of_the_frames_of_their_episode(tmp_path, version):
         read(folder, replace(read_by, strict=True))
     left = ReadOptions(unpack=tmp_path, leave_out=("observation.images",))
     assert not any(recording.demonstration.videos for recording in read(folder, left))
+
+
+def test_pictures_beside_the_numbers_become_a_video(tmp_path):
+    folder = tmp_path / "pen"
+    write_dataset(folder, lengths=(6, 5))
+    contents = []
+    for number in range(11):
+        suffix = ".png" if number < 6 else ".jpg"
+        contents.append(opencv().imencode(suffix, numbered_frame(number))[1].tobytes())
+    contents[8] = contents[8][:50]
+    images = pa.array([{"bytes": content, "path": None} for content in contents])
+    file = folder / "data/chunk-000/file-000.parquet"
+    write_table(pq.read_table(file).append_column("observation.image", images), file)
+    info = json.loads((folder / "meta/info.json").read_text("utf-8"))
+    image = {"dtype": "image", "shape": [64, 384, 3], "names": ["height", "width", "channels"]}
+    changed_info(folder, features={**info["features"], "observation.image": image})
+    whole, cut = read(folder, ReadOptions(unpack=tmp_path))
+    for recording, first, missing in ((whole, 0, -1), (cut, 6, 2)):
+        (video,) = recording.demonstration.videos
+        assert video.name == "image"
+        index = finish(indexing(video.path))
+        shown = np.delete(recording.demonstration.times, [missing] if missing > 0 else [])
+        np.testing.assert_allclose(video.clock.to_force(index.times), shown, atol=1e-6)
+        with VideoReader(video.path, index) as reader:
+            numbers = [frame_number(reader.frame(i)) for i in range(len(shown))]
+        assert numbers == [
+            first + i for i in range(len(recording.demonstration.times)) if i != missing
+        ]
+    assert "'observation.image' has 4 pictures of an episode of 5 frames." in cut.remarks
+    uses = {row.name: row.use for row in preview(folder, ReadOptions())}
+    assert uses["observation.image"] == "video"
+    with pytest.raises(InputError, match="4 pictures of an episode of 5 frames; leave it out"):
+        read(folder, ReadOptions(unpack=tmp_path, strict=True))
+    table = pq.read_table(file)
+    odd = pa.array([1] * len(table), pa.timestamp("ns"))
+    write_table(table.set_column(table.num_columns - 1, "observation.image", odd), file)
+    sentence = "There are no pictures of 'observation.image': they are not stored as bytes."
+    assert sentence in read(folder, ReadOptions(unpack=tmp_path))[0].remarks
 
 
 def changed_info(folder, **changes):

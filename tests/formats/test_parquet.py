@@ -105,6 +105,14 @@ def test_a_table_is_read_as_the_same_table_in_text(tmp_path, seed):
     assert after == before
 
 
+@pytest.mark.parametrize("encoding", ["DELTA_BYTE_ARRAY", "DELTA_LENGTH_BYTE_ARRAY", "PLAIN"])
+def test_words_are_read_however_they_are_encoded(tmp_path, encoding):
+    columns = {"t": np.arange(50) / 10, "fx": forces(50)[:, 0], "label": ["a"] * 25 + ["b"] * 25}
+    how = {"use_dictionary": False, "column_encoding": {"label": encoding}}
+    recording = read_single(write_arrow(tmp_path / "a.parquet", columns, **how))
+    assert labels(recording) == [(0, 2.5, "a"), (2.5, 5.0, "b")]
+
+
 def test_columns_are_chosen_as_those_of_text_by_name_or_number(tmp_path):
     values = forces(50)
     columns = {
@@ -190,6 +198,16 @@ def test_a_file_that_is_cut_off_is_one_sentence(tmp_path, at):
             assert re.fullmatch(rf".*{path.name}.*", str(error))
         else:
             assert path.suffix == ".arrow"  # a stream may end anywhere between its blocks
+
+
+def test_labels_beside_are_read_with_their_recording(tmp_path, capsys):
+    columns = {"t": np.arange(50) / 100, "fx": forces(50)[:, 0]}
+    files = [write_arrow(tmp_path / "pull.parquet", columns), tmp_path / "pull.labels.csv"]
+    files[1].write_text("start,end,action\n0.1,0.3,grab\n", "utf-8")
+    assert main(["import", str(tmp_path / "p.forcelab"), *map(str, files), "--task", "pull"]) == 0
+    printed = capsys.readouterr().out
+    assert "The labels were read from pull.labels.csv." in printed
+    assert "1 recording: 1 new" in printed
 
 
 def test_a_shell_imports_a_parquet_file(tmp_path, capsys):

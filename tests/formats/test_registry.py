@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from forcelab.errors import InputError
+from forcelab.extras import PACKAGES
 from forcelab.formats import all_formats, format_names, identify, read
 from forcelab.formats.recording import ReadOptions
+from tests.formats import column_files
 
 TABLE = b"t,fx,fy\n" + b"".join(b"%.3f,%d.5,%d.25\n" % (i / 100, i, -i) for i in range(50))
 
@@ -53,6 +55,28 @@ def test_reading_a_table_imports_no_other_format(tmp_path):
     )
     assert "forcelab.formats.table" in modules
     assert not modules & {"forcelab.formats.archive", "forcelab.formats.pdl"}
+    assert not modules & set(PACKAGES)
+
+
+@pytest.mark.parametrize(
+    ("package", "extra", "write"),
+    [
+        ("pyarrow", "parquet", column_files.whole_arrow),
+        ("openpyxl", "excel", column_files.whole_workbooks),
+        ("pyxdf", "xdf", column_files.whole_xdf),
+        ("nptdms", "tdms", column_files.whole_tdms),
+    ],
+)
+def test_without_its_library_a_file_says_how_to_install_it(
+    tmp_path, monkeypatch, package, extra, write
+):
+    pytest.importorskip(package)
+    path = write(tmp_path)[0]
+    for name in [name for name in sys.modules if name.split(".")[0] == package]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(InputError, match=rf"-m pip install .forcelab\[{extra}\]"):
+        read(path)
 
 
 def test_the_registry_imports_none_of_the_formats():

@@ -169,6 +169,15 @@ def test_streams_and_channels_are_chosen_by_name(tmp_path):
         read_single(first, leave_out=("EEG",))
 
 
+def test_a_single_sample_is_told(tmp_path):
+    streams = [
+        xdf_stream("Force", forces(50), rate=100, stamps=even(50, 100)),
+        xdf_stream("Weight", [[71.5]], stamps=[5000.0]),
+    ]
+    recording = read_single(write_xdf(tmp_path / "a.xdf", *streams))
+    assert recording.remarks == ("A single sample is no signal: Weight.",)
+
+
 def test_streams_of_one_name_are_told_apart(tmp_path):
     streams = [
         xdf_stream("Force", forces(50), rate=100, stamps=even(50, 100), labels=("x", "y", "z"),

@@ -9,6 +9,7 @@ import shutil
 import sys
 import zipfile
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,10 @@ import campaign
 from campaign import Finding, findings, run
 from ros_bags import change_bytes
 
-import forcelab.formats.importing  # noqa: F401 - so that no child has to
+# So that no child has to.
+import forcelab.cli.commands.import_
+import forcelab.formats.importing
+import forcelab.formats.table  # noqa: F401
 from tests.formats import column_files
 
 campaign.MEMORY = 2**30
@@ -75,4 +79,5 @@ def findings_of(kind: str, count: int, seed: int, folder: Path) -> Iterator[Find
 
 if __name__ == "__main__":
     chosen = sys.argv.pop(1)
+    import_module(f"forcelab.formats.{chosen}")
     run(__doc__, f"{chosen} files", lambda *arguments: findings_of(chosen, *arguments))

@@ -19,12 +19,13 @@ import campaign
 import pyarrow as pa
 import pyarrow.parquet as pq
 from campaign import Finding, findings, run
-from factories import GOP_250, even_frame_times, write_video
+from factories import GOP_250, even_frame_times, numbered_frame, write_video
 from ros_bags import change_bytes
 
 from forcelab.cli import main
 from forcelab.labels import Segment
 from forcelab.project import Project
+from forcelab.video.codecs import opencv
 from tests.formats.lerobot_datasets import write_dataset
 
 campaign.MEMORY = 2**30
@@ -69,6 +70,8 @@ def whole_datasets(folder: Path) -> list[tuple[Path, Path]]:
                 name = f"videos/{CAMERA}/chunk-000/file-000.mp4"
             (dataset / name).parent.mkdir(parents=True, exist_ok=True)
             write_video(dataset / name, "libx264", even_frame_times(11), GOP_250)
+        if version == "v3.0":
+            add_pictures(dataset)
         assert main(["import", str(project), str(dataset)]) == 0
         with Project.open(project) as opened:
             for info in opened.demonstrations.infos():
@@ -76,6 +79,17 @@ def whole_datasets(folder: Path) -> list[tuple[Path, Path]]:
         assert main(["export", str(project), "--format", "lerobot", "--into", str(dataset)]) == 0
         result.append((dataset, project))
     return result
+
+
+def add_pictures(dataset: Path) -> None:
+    """Put a camera's pictures among the numbers."""
+    file, info = dataset / "data/chunk-000/file-000.parquet", dataset / "meta/info.json"
+    contents = [opencv().imencode(".png", numbered_frame(i))[1].tobytes() for i in range(11)]
+    images = pa.array([{"bytes": content, "path": None} for content in contents])
+    pq.write_table(pq.read_table(file).append_column("observation.image", images), file)
+    described = json.loads(info.read_text("utf-8"))
+    described["features"]["observation.image"] = {"dtype": "image", "shape": [64, 384, 3]}
+    info.write_text(json.dumps(described), "utf-8")
 
 
 def change_json(value: Any, chance: random.Random) -> Any:

@@ -522,6 +522,23 @@ def test_choices_that_were_written_by_something_else_are_not_used(open_on, tmp_p
     assert set(read_as(dialog).values()) == {"left out"}
 
 
+def test_channels_and_markers_of_streams_are_chosen(document, open_on, tmp_path, until):
+    pytest.importorskip("pyxdf")
+    from tests.formats.column_files import whole_xdf
+
+    dialog = open_on(whole_xdf(tmp_path)[0])
+    uses = read_as(dialog)
+    assert (uses["Force: times"], uses["Pose.Pose 1"]) == ("times", "signal")
+    assert uses["Markers"] == "labels"
+    assert dialog.columns.heading.text().startswith("Columns of a.xdf")
+    for name in ("Pose.Pose 1", "Pose.Pose 2", "Markers"):
+        dialog.columns.wish(name, "left out")
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
+    until(lambda: document.id)
+    names = [channel.name for channel in document.demonstration.channels]
+    assert names == ["fx", "fy", "fz", "Pose 3"]
+
+
 @pytest.mark.parametrize("ros", [1, 2])
 def test_a_field_of_a_bag_that_is_no_force_can_be_made_a_signal(
     document, open_on, tmp_path, until, ros

@@ -13,6 +13,7 @@ from forcelab.formats.track_text import to_audacity, to_csv
 from forcelab.gui import label_import_dialog
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label_import_dialog import LabelImportDialog
+from forcelab.gui.launch_options import LaunchOptions
 from forcelab.labels import Segment, Track
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
@@ -91,7 +92,7 @@ def test_files_are_matched_before_they_are_imported_and_replace_only_on_demand(
     rows = look()
     assert rows[0] == (files[0].name, name, "Ben", "1", "new")
     assert rows[1][:4] == (files[0].name, name, "Zoe", "1")
-    assert rows[1][4].endswith("have them replaced (Replace existing labels).")
+    assert "differ; replace them (Replace existing labels), or" in rows[1][4]
     assert rows[2][4].startswith("'note.txt' looks like text without labels")
     assert stored(document, "Ben") == ()
     box = QPoint(8, dialog.replacing.height() // 2)
@@ -169,3 +170,13 @@ def test_a_blind_coder_sees_no_more_of_others_than_before(dialog, document, file
     for row in look()[:2]:
         assert "are hidden from" in row[4]
     assert not dialog.go.isEnabled()
+
+
+def test_the_menu_opens_it_on_the_open_project(windows, tmp_path, monkeypatch):
+    with open_painted_document(tmp_path) as document:
+        path = document.project.path
+    window = windows(LaunchOptions(path))
+    seen = []
+    monkeypatch.setattr(LabelImportDialog, "exec", lambda d: seen.append(d.demonstration.count()))
+    window.commands["import_labels"].trigger()
+    assert seen == [2]  # by name, or the open demonstration

@@ -9,9 +9,9 @@ A device is KIND:PORT?OPTION=VALUE&... with the kinds optoforce (rate, filter,
 calibration, serial), text (baud, rate) and encoder (scale, unit, channel, rate,
 reverse); without PORT the only one of its kind. netft:ADDRESS is an ATI Net F/T (force,
 torque: counts a N and a Nm, where its page does not say; rate). lsl:NAME (source,
-dejitter) is a stream of the Lab Streaming Layer, by the stamps of its sender.
-replay:PROJECT (demonstration, loop) plays a recording as a device, over and over unless
-loop=no. In a PORT or VALUE write & as %26, ? as %3F and % as %25.
+dejitter) is a stream of the Lab Streaming Layer, by its sender's stamps; one of texts
+becomes labels. replay:PROJECT (demonstration, loop) plays a recording as a device, over
+and over unless loop=no. In a PORT or VALUE write & as %26, ? as %3F and % as %25.
 
 for example:
   forcelab capture --list

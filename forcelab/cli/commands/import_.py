@@ -20,7 +20,8 @@ an existing one, the recordings and coders' labels that it lacks.
 In files of arrays times, forces and labels are found by their names and shapes. --time,
 --signal, --label and --leave-out name others: an array, a group of them (obs), or a
 column of one ("data 2"). Groups that are numbered as demonstrations (demo_0, trial 1)
-are one each.
+are one each. Of a LeRobot dataset an episode is one; --signal and --leave-out name its
+features (action), numbers in them or cameras.
 
 for example:
   forcelab import lab.forcelab recordings/*.csv --task stylus --videos

@@ -80,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
             writing=not arguments.dry_run,
         )
         report = finish(job, watch)
-    print_result(arguments.json, _json_content(report), _summary(report))
+    print_result(arguments.json, _json_content(report), _summary(report, arguments.dry_run))
     trouble = report.trouble()
     for path, reasons in trouble.items():
         for reason in reasons:
@@ -89,7 +89,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 1 if trouble else 0
 
 
-def _summary(report: LabelReport) -> str:
+def _summary(report: LabelReport, dry_run: bool) -> str:
     """The report for people; what is unchanged is only counted."""
     lines = [
         f"{track.status:<9}  {printable(track.demonstration.name)}  {printable(track.author)}  "
@@ -102,7 +102,8 @@ def _summary(report: LabelReport) -> str:
     counts = [f"{report.count(status)} {status}" for status in ("new", "replaced", "unchanged")]
     if left := report.count("left out"):
         counts.append(f"{left} left out")
-    return "\n".join([*lines, f"{counted(len(report.tracks), 'track')}: {', '.join(counts)}."])
+    lines.append(f"{counted(len(report.tracks), 'track')}: {', '.join(counts)}.")
+    return "\n".join([*lines, *(["Nothing was imported (--dry-run)."] if dry_run else [])])
 
 
 def _json_content(report: LabelReport) -> dict[str, object]:

@@ -16,7 +16,7 @@ from forcelab.gui.capture.controller import CaptureController
 from forcelab.gui.text import thousands
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import CalmLabel, show_text
-from forcelab.text import amount
+from forcelab.text import amount, counted
 
 #: Letters of a device's name that are shown: those of two devices stand beside each other.
 LONGEST = 29
@@ -143,6 +143,8 @@ def _drift_text(device: DeviceState, recording: bool) -> str:
 def _device_facts(device: DeviceState) -> str:
     """Rate, samples and clock."""
     parts = [_short(device.name)]
+    if not device.channels:  # of a stream of texts
+        return " · ".join([*parts, counted(device.samples, "marker")])
     if device.rate > 0:
         parts.append(f"{device.rate:.1f} Hz")
     parts.append(f"{thousands(device.samples)} samples, {thousands(device.lost)} lost")

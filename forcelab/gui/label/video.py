@@ -475,11 +475,6 @@ class VideoPanels(QWidget):
         """Whether all panels show the frame at the cursor, or that there is none."""
         return all(panel.settled for panel in self.panels)
 
-    @property
-    def prepared(self) -> bool:
-        """Whether a jump shows a frame of the selected video at once."""
-        return self.panels[0].prepared
-
     def close_video(self, patience: float = STOP_TIMEOUT) -> bool:
         """Close all videos; gives whether no thread is left after `patience` seconds for each."""
         closed = [

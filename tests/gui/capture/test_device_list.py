@@ -131,30 +131,38 @@ def test_what_is_found_after_connecting_shows_only_what_is_connected(connected):
 def stream_ticked_last(settings_of_its_own, monkeypatch):
     pytest.importorskip("pylsl")
     monkeypatch.setattr("forcelab.capture.lsl.SEARCH_SECONDS", 0.2)
-    settings.store("capture/ticked", ["lsl:forces"])
+    settings.store("capture/ticked", ["lsl:forces", "lsl:cues"])
 
 
 def test_a_stream_of_the_network_is_found_and_ticked_again_and_recorded(
     stream_ticked_last, page, monkeypatch, until, study
 ):
+    import pylsl
+
     from tests.capture.lsl_streams import sending
 
+    cues = pylsl.StreamOutlet(pylsl.StreamInfo("cues", "Markers", 1, 0.0, pylsl.cf_string, ""))
     monkeypatch.setattr("forcelab.capture.lsl.search_streams", search_streams)
     devices = page.device_list
     with sending("forces"):
         devices.refresh()
-        until(lambda: devices.devices == ("lsl:forces",))
-        assert "Force, 2 channels, 500 Hz" in devices.rows.item(0).text()
+        until(lambda: devices.devices == ("lsl:cues", "lsl:forces"))
+        assert "Markers, texts as labels" in devices.rows.item(0).text()
+        assert "Force, 2 channels, 500 Hz" in devices.rows.item(1).text()
         page.next_recording.task.setCurrentText("LEGO")
         page.connect_button.click()
         until(lambda: page.controller.phase is CaptureState.READY)
         page.controller.record_or_stop()
         until(lambda: page.controller.recording)
-        until(lambda: page.controller.recorder.state().devices[0].samples > 20)
+        cues.push_sample(["pull"])
+        until(lambda: page.controller.recorder.state().devices[1].samples > 20)
+        until(lambda: "lsl:cues · 1 marker" in page.status.facts.text())
         page.controller.zero()
         page.controller.record_or_stop()
         until(lambda: page.controller.phase is CaptureState.READY)
     with Project.open(study) as project:
         [info] = project.demonstrations.infos()
         demonstration = project.demonstrations.load(info.id)
+        [track] = project.tracks.of(info.id)
     assert [channel.name for channel in demonstration.channels] == ["fz1", "wave"]
+    assert [segment.action for segment in track.segments] == ["pull"]

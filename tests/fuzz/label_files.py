@@ -1,0 +1,72 @@
+"""Label files of other programs as a stranger might send them: bytes changed, cut out, doubled.
+
+Run by hand: ``python tests/fuzz/label_files.py elan --count 5000 --seed 0``; or csv, table,
+audacity, textgrid or wide (a TextGrid as UTF-16).
+"""
+
+import random
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+import campaign
+import numpy as np
+from campaign import Finding, findings, run
+from text_mutations import mutated_bytes
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.formats.elan import to_elan
+from forcelab.formats.label_files import LABEL_FORMATS  # noqa: F401 - so that no child has to
+from forcelab.formats.textgrid import to_textgrid
+from forcelab.formats.track_text import AnnotatedTrack, to_audacity, to_csv, to_statistics_table
+from forcelab.labels import Segment, Track
+from forcelab.project import Project
+
+campaign.MEMORY = 2**30
+ANN = Track("Ann", tuple(Segment(k / 2, k / 2 + 0.4, f"action {k % 3}") for k in range(12)))
+BEN = Track("Ben", (Segment(0.75, 1.5, "grab"), Segment(1.5, 7.0, 'hold, "firmly"')))
+CODED = [AnnotatedTrack("pull", "foam", 10.0, "coder", track) for track in (ANN, BEN)]
+#: What each kind of file is called, and what is in it.
+KINDS = {
+    "csv": ("pull.csv", lambda: to_csv([ANN, BEN]).encode()),
+    "table": ("all.csv", lambda: to_statistics_table(CODED).encode()),
+    "audacity": ("pull - Ann.txt", lambda: to_audacity(ANN).encode()),
+    "elan": ("pull.eaf", lambda: to_elan([ANN, BEN], (), Path(), ["slip"], ["a_tsconf.xml"])),
+    "textgrid": ("pull.TextGrid", lambda: to_textgrid([ANN, BEN], 10.0)),
+    "wide": ("pull.TextGrid", lambda: to_textgrid([ANN, BEN], 10.0).decode().encode("utf-16")),
+}
+
+
+def cases(kind: str, count: int, seed: int, project: Path) -> Iterator[tuple[str, Any]]:
+    """Cases for :func:`campaign.findings`: each is imported into a copy of the project."""
+    name, content = KINDS[kind]
+    for number, mutated in enumerate(mutated_bytes(content(), count, seed)):
+
+        def write(place: Path, number: int = number, mutated: bytes = mutated) -> list[list[str]]:
+            shutil.copytree(project, place / project.name)
+            (place / name).write_bytes(mutated)
+            tiers = random.Random(f"{seed} {number}").choice(("authors", "actions"))
+            words = ["labels", str(place / project.name), str(place / name), "--tiers", tiers]
+            return [words, ["list", str(place / project.name)]]
+
+        yield f"file {number} of seed {seed}", write
+
+
+def findings_of(kind: str, count: int, seed: int, folder: Path) -> Iterator[Finding]:
+    """Mutate a label file of a kind so many times and yield what was found."""
+    times = np.arange(1000) / 100
+    pull = Demonstration("pull", "foam", times, np.sin(times)[:, None], (Channel("fz", "N"),))
+    with Project.create(folder / "study.forcelab") as project:
+        project.demonstrations.add(pull)
+    (folder / "cases").mkdir()
+    yield from findings(cases(kind, count, seed, folder / "study.forcelab"), folder / "cases")
+
+
+if __name__ == "__main__":
+    chosen = sys.argv.pop(1)
+    run(__doc__, f"{chosen} files", lambda *arguments: findings_of(chosen, *arguments))
