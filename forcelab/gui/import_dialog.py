@@ -6,13 +6,13 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Generator, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QDragEnterEvent, QDragMoveEvent, QDropEvent, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -71,6 +71,41 @@ from forcelab.text import counted
 CELL_PADDING = 3
 
 
+#: The key of the job that looks at a file, and the milliseconds after which that is said.
+LOOKING = "import columns"
+_LOOKING_MS = 300
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """What a file's columns are read as, without choices and with them; or why they are not."""
+
+    untouched: tuple[ColumnUse, ...] = ()
+    uses: tuple[ColumnUse, ...] = ()
+    trouble: str = ""
+    rate: float | None = None  #: samples a second that a table's head tells
+
+
+def _looking(path: Path, chosen: ReadOptions | None) -> Generator[None, None, _Look]:
+    """Look at a file's columns as the importer does; of some formats that takes its time."""
+    yield
+    rate = None
+    try:
+        if identify(path).name == "table":
+            rate = rate_in(path)
+        untouched = uses = preview(path, ReadOptions())
+    except (InputError, OSError) as error:
+        return _Look(trouble=str(error), rate=rate)
+    trouble = ""
+    if chosen is not None and untouched:
+        yield
+        try:
+            uses = preview(path, chosen)
+        except (InputError, OSError) as error:
+            trouble = str(error)
+    return _Look(untouched, uses, trouble, rate)
+
+
 class ImportColumns(QWidget):
     """What each column of a table, or array in a file, is read as; shown for one file.
 
@@ -81,16 +116,19 @@ class ImportColumns(QWidget):
 
     #: The samples a second that were given for a file of the same build.
     rate_proposed = Signal(float)
+    #: The columns are shown as they are read now.
+    looked = Signal()
 
-    def __init__(self) -> None:
+    def __init__(self, jobs: Jobs) -> None:
         super().__init__()
+        self._jobs = jobs
         self._path: Path | None = None
         self._wishes: dict[str, Use] = {}
-        self._untouched: tuple[ColumnUse, ...] = ()
-        self._rate, self._trouble = 0.0, ""
-        self._rate_in_file: float | None = None
-        self._proposed = False
-        self.uses: tuple[ColumnUse, ...] = ()
+        self._look = _Look()
+        self._rate = 0.0
+        self._first = self._proposed = False
+        self._waiting = QTimer(self, singleShot=True, interval=_LOOKING_MS)
+        self._waiting.timeout.connect(self._say_looking)
         self.heading = QLabel()
         self.heading.setWordWrap(True)
         self.table = QTableWidget(0, 4)
@@ -123,13 +161,8 @@ class ImportColumns(QWidget):
             return
         self._path = next((file for file in files if _has_columns(file)), None)
         self._wishes.clear()
-        self._proposed = False
+        self._first, self._proposed = True, False
         self._fill()
-        if self._path is not None and (choice := _remembered(self._build)) is not None:
-            self._wishes, rate = choice
-            self._proposed = True
-            self._fill()
-            self.rate_proposed.emit(rate)
 
     def show_file(self, path: Path) -> None:
         """Show the columns of another file, if it has any; choices hold for all files."""
@@ -155,7 +188,7 @@ class ImportColumns(QWidget):
 
     def wish(self, name: str, use: Use) -> None:
         """Read a column as something else."""
-        uses = {column.name: column.use for column in self._untouched}
+        uses = {column.name: column.use for column in self._look.untouched}
         if use in ("times", "counter", "labels"):  # there is one of each
             self._wishes = {n: u for n, u in self._wishes.items() if u != use}
         if use in ("times", "counter"):  # one stands in for the other
@@ -172,17 +205,46 @@ class ImportColumns(QWidget):
             self._rate = rate
             self._show_status()
 
+    @property
+    def uses(self) -> tuple[ColumnUse, ...]:
+        """What each column is read as."""
+        return self._look.uses
+
+    @property
+    def looking(self) -> bool:
+        """Whether a file is being looked at."""
+        return self._jobs.awaits(LOOKING)
+
     def _fill(self) -> None:
-        """Show the columns as they are read now."""
-        self._untouched, trouble = self._previewed(ReadOptions())
-        self.uses = self._untouched
-        if self._wishes and self._untouched:
-            uses, trouble = self._previewed(self.options(ReadOptions()))
-            self.uses = uses or self._untouched
-        self.setVisible(bool(self.uses))
+        """Show the columns as they are read now, once the file has been looked at."""
+        if self._path is None:
+            self._jobs.cancel(LOOKING)
+            self._show(_Look())
+            return
+        chosen = self.options(ReadOptions()) if self._wishes else None
+        self._waiting.start()
+        self._jobs.run(_looking(self._path, chosen), self._show, key=LOOKING)
+
+    def _say_looking(self) -> None:
+        if self.looking and self._path is not None:
+            self.heading.setText(f"Looking at {self._path.name}…")
+            self.heading.setStyleSheet("")
+            self.setVisible(True)
+
+    def _show(self, look: _Look) -> None:
+        self._waiting.stop()
+        self._look = look
+        if self._first and (choice := _remembered(self._build)) is not None:
+            self._first, self._proposed = False, True
+            self._wishes, rate = choice
+            self._fill()
+            self.rate_proposed.emit(rate)
+            return
+        self._first = False
+        self.setVisible(bool(look.uses))
         self._fill_table()
-        self._trouble = trouble
         self._show_status()
+        self.looked.emit()
 
     def _fill_table(self) -> None:
         """Make a row for each column, and one above those of a group of arrays."""
@@ -221,7 +283,7 @@ class ImportColumns(QWidget):
     @property
     def _build(self) -> str:
         """What files have in common whose columns have the same names and numbers of axes."""
-        columns = sorted((column.name, column.size.count("×")) for column in self._untouched)
+        columns = sorted((column.name, column.size.count("×")) for column in self._look.untouched)
         return hashlib.sha256(json.dumps(columns).encode()).hexdigest()[:16] if columns else ""
 
     def choice(self) -> str:
@@ -231,8 +293,8 @@ class ImportColumns(QWidget):
 
     def _show_status(self) -> None:
         """Say which file is shown, and what is missing."""
-        self.heading.setText(self._trouble or self._file_sentence())
-        wrong = self._trouble or not self._timed or not self._has_signals
+        self.heading.setText(self._look.trouble or self._file_sentence())
+        wrong = self._look.trouble or not self._timed or not self._has_signals
         self.heading.setStyleSheet(f"color: {colours().warning}" if wrong else "")
 
     @property
@@ -244,20 +306,8 @@ class ImportColumns(QWidget):
     @property
     def _timed(self) -> bool:
         """Whether the times of the samples are known."""
-        rate = self._rate or self._rate_in_file
+        rate = self._rate or self._look.rate
         return bool(rate) or any(column.use == "times" for column in self.uses)
-
-    def _previewed(self, options: ReadOptions) -> tuple[tuple[ColumnUse, ...], str]:
-        """The columns as the importer reads them, or none and the reason."""
-        self._rate_in_file = None
-        if self._path is None:
-            return (), ""
-        try:
-            if identify(self._path).name == "table":
-                self._rate_in_file = rate_in(self._path)
-            return preview(self._path, options), ""
-        except (InputError, OSError) as error:
-            return (), str(error)
 
     def _file_sentence(self) -> str:
         """Which file this is and how its times are known."""
@@ -280,9 +330,9 @@ class ImportColumns(QWidget):
 
     def _stuck(self) -> str:
         """The time column that the importer leaves out as it never changes; "" without one."""
-        if any(column.use == "times" for column in self._untouched):
+        if any(column.use == "times" for column in self._look.untouched):
             return ""
-        for column in self._untouched:
+        for column in self._look.untouched:
             if column.use == "left out" and is_time_name(column.name) and any(column.cells):
                 return column.name
         return ""
@@ -292,8 +342,8 @@ class ImportColumns(QWidget):
         box = QComboBox()
         ignore_wheel(box)  # it scrolls the table
         box.setAccessibleName(f"{column.name} is read as")
-        current_use = next((t.use for t in self._untouched if t.name == column.name), column.use)
-        for use in dict.fromkeys((current_use, column.use, *column.choices)):
+        found = [other.use for other in self._look.untouched if other.name == column.name]
+        for use in dict.fromkeys((*found, column.use, *column.choices)):
             box.addItem(_role_name(use), use)
         box.setCurrentIndex(box.findData(column.use))
         box.activated.connect(lambda index: self.wish(column.name, box.itemData(index)))
@@ -402,7 +452,9 @@ class ImportDialog(QDialog):
         self._files.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._make_removable()
         self.setAcceptDrops(True)
-        self.columns = ImportColumns()
+        self.columns = ImportColumns(jobs)
+        self.columns.looked.connect(self._import_when_looked)
+        self._waits = False
         self._files.currentTextChanged.connect(self._look_at)
         self._bar = ProgressBar("Progress of the import")
         column = QVBoxLayout(self)
@@ -566,6 +618,7 @@ class ImportDialog(QDialog):
 
     def reject(self) -> None:
         """Cancel a running import, and close."""
+        self._jobs.cancel(LOOKING)
         self._jobs.cancel("import")
         super().reject()
 
@@ -629,8 +682,15 @@ class ImportDialog(QDialog):
         self._warn()
         self.columns.show_first([Path(name) for name in files])
 
+    def _import_when_looked(self) -> None:
+        if self._waits:
+            self._import()
+
     def _import(self) -> None:
-        """Import in the background."""
+        """Import in the background, once it is known what the columns are read as."""
+        self._waits = self.columns.looking
+        if self._waits:
+            return
         path, project = self._project_path(), self._document.project
         tasks = () if project is None else project.demonstrations.tasks()
         calibration = self.calibration.text().strip()
