@@ -545,8 +545,9 @@ def _unread(array: Array) -> Iterator[ColumnUse]:
     elif array.is_vector:
         choices = ANY_USE
     if array.is_usable:
-        table = array.sample_table(array.length, 3)
-        cells = _few(table[:, 0] if array.is_vector else table[0])
+        with suppress(InputError):  # told when it is chosen
+            table = array.sample_table(array.length, 3)
+            cells = _few(table[:, 0] if array.is_vector else table[0])
     if array.length > 1:
         choices = choices if array.is_usable else ("left out",)
         yield ColumnUse(array.path, array.unit, "left out", cells, choices, array.size_text)
