@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.formats.signatures import naming_damage
 from forcelab.formats.table import BodyReader, make_recording, preview_layout
 from forcelab.formats.table_columns import ColumnRoles, choose_roles
 from forcelab.formats.table_sniff import (
@@ -426,19 +427,10 @@ def _cells(
 @contextmanager
 def _naming_damage(path: Path) -> Iterator[None]:
     """Turn what the library says of a file that it cannot read into a sentence."""
-    import pyarrow as pa
+    from pyarrow import ArrowException
 
-    damage = (pa.ArrowException, ValueError, TypeError, LookupError, OverflowError)
-    try:
-        with np.errstate(invalid="ignore", over="ignore"):
-            yield
-    except MemoryError as error:
-        raise InputError(f"'{path}' is said to need more memory than there is; {_CURE}.") from error
-    except (*damage, OSError) as error:
-        if isinstance(error, OSError) and error.errno is not None:
-            raise
-        text = " ".join(str(error).split()).rstrip(".")
-        text = text if 0 < len(text) <= 160 else f"{text[:160]}…"
-        raise InputError(
-            f"'{path}' is not a whole Parquet or Arrow file ({text}); {_CURE}."
-        ) from error
+    with (
+        naming_damage(path, "Parquet or Arrow file", _CURE, ArrowException),
+        np.errstate(invalid="ignore", over="ignore"),
+    ):
+        yield

@@ -8,8 +8,6 @@ from __future__ import annotations
 import logging
 import math
 import struct
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, Final
@@ -21,6 +19,7 @@ from forcelab.demonstration import Channel
 from forcelab.errors import InputError, UnclearRateError
 from forcelab.extras import load_extra
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.formats.signatures import naming_damage
 from forcelab.formats.streams import Events, Stream, make_recording, preview_streams, unique_names
 from forcelab.formats.table_sniff import Column, is_time_name, unit_of_time
 from forcelab.formats.timestamps import TimestampReader
@@ -64,7 +63,9 @@ def _load(
     """The streams and words of a file, at most so many samples, and remarks on what is left out."""
     load_extra("nptdms", "tdms", f"'{path}' is a TDMS file, which")
     from nptdms import TdmsFile
+    from nptdms.log import log_manager
 
+    log_manager.set_level(logging.CRITICAL)  # remarks tell what is left out
     parts: dict[_Key, list[tuple[Channel, NDArray[np.float64]]]] = {}
     words: list[tuple[str, _Key, list[str]]] = []
     left: list[str] = []
@@ -72,7 +73,7 @@ def _load(
     # An index that lies beside the file is not looked at: it may be of another one.
     with (
         path.open("rb") as source,
-        _naming_damage(path),
+        naming_damage(path, "TDMS file", _CURE),
         TdmsFile.open(source, raw_timestamps=True) as file,
     ):
         _check_sizes(path, file)
@@ -220,19 +221,3 @@ class _Clocks:
         rest = (raw.values + (raw.base - whole * raw.per_second)) / raw.per_second
         result: NDArray[np.float64] = rest + (self._since_zero(whole) if raw.absolute else whole)
         return result
-
-
-@contextmanager
-def _naming_damage(path: Path) -> Iterator[None]:
-    """Turn what the library says of a file that it cannot read into a sentence."""
-    from nptdms.log import log_manager
-
-    log_manager.set_level(logging.CRITICAL)  # remarks tell what is left out
-    broken = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, struct.error)
-    try:
-        yield
-    except (*broken, EOFError, MemoryError, NotImplementedError, RuntimeError, OSError) as error:
-        if isinstance(error, OSError) and error.errno is not None:
-            raise
-        text = " ".join(str(error).split())[:160] or type(error).__name__
-        raise InputError(f"'{path}' is not a whole TDMS file ({text}); {_CURE}.") from error
