@@ -6,6 +6,7 @@ found by the same rules (:mod:`~forcelab.formats.table`).
 
 from __future__ import annotations
 
+import re
 import warnings
 import zipfile
 from collections.abc import Iterator
@@ -135,7 +136,7 @@ def _tables(path: Path, book: Any) -> tuple[dict[str, Layout], list[str]]:
     return {
         title: replace(
             layout,
-            path=path / title.replace("/", "_") if several else path,
+            path=path / re.sub(r"[/\\:]", "_", title) if several else path,
             line="row",
         )
         for title, layout in layouts.items()

@@ -224,7 +224,7 @@ def _videos(
         except InputError as error:
             if options.strict:
                 raise
-            remarks.append(f"There are no pictures of '{camera}': {error}.")
+            remarks.append(f"There are no pictures of '{camera}': {str(error).removesuffix('.')}.")
             continue
         if count != episode.length:
             pictures, frames = counted(count, "picture"), counted(episode.length, "frame")

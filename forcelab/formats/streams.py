@@ -282,9 +282,9 @@ def _paired(words: Sequence[str]) -> set[str]:
 def _segments(events: Events, start: float, duration: float) -> tuple[Segment, ...]:
     """From each event to the next one, on the clock of the demonstration."""
     paired = _paired(events.words)
-    order = np.argsort(events.times, kind="stable").tolist()
+    order = np.argsort(events.times, kind="stable")  # those without a time come last
     marks: list[tuple[float, str]] = []
-    for i in order:
+    for i in order[np.isfinite(events.times[order])].tolist():
         action, match = events.words[i], _EDGE.fullmatch(events.words[i])
         if match and match[1].lower() in paired:
             # A bare "start" is called so itself.

@@ -86,7 +86,8 @@ class ImportColumns(QWidget):
         super().__init__()
         self._path: Path | None = None
         self._wishes: dict[str, Use] = {}
-        self._untouched: tuple[ColumnUse, ...] = ()
+        self._untouched: tuple[ColumnUse, ...] = ()  # as they are read without a choice
+        self._obstacle = ""  # why they are not
         self._rate, self._trouble = 0.0, ""
         self._rate_in_file: float | None = None
         self._proposed = False
@@ -121,21 +122,27 @@ class ImportColumns(QWidget):
         """Show the columns of the first file that has any."""
         if self._path in files:
             return
-        self._path = next((file for file in files if _has_columns(file)), None)
-        self._wishes.clear()
-        self._proposed = False
+        self._open(next((file for file in files if _has_columns(file)), None))
+        choice = None if self._path is None else _remembered(self._build)
+        self._proposed = choice is not None
+        self._wishes, rate = choice or ({}, 0.0)
         self._fill()
-        if self._path is not None and (choice := _remembered(self._build)) is not None:
-            self._wishes, rate = choice
-            self._proposed = True
-            self._fill()
+        if choice is not None:
             self.rate_proposed.emit(rate)
 
     def show_file(self, path: Path) -> None:
         """Show the columns of another file, if it has any; choices hold for all files."""
         if path != self._path and _has_columns(path):
-            self._path = path
+            self._open(path)
             self._fill()
+
+    def _open(self, path: Path | None) -> None:
+        """Find the columns of a file."""
+        self._path, self._rate_in_file = path, None
+        with suppress(InputError, OSError):  # the preview says what is wrong
+            if path is not None and identify(path).name == "table":
+                self._rate_in_file = rate_in(path)
+        self._untouched, self._obstacle = self._previewed(ReadOptions())
 
     def options(self, options: ReadOptions) -> ReadOptions:
         """Add the choices; what was not chosen is found in each file."""
@@ -174,8 +181,7 @@ class ImportColumns(QWidget):
 
     def _fill(self) -> None:
         """Show the columns as they are read now."""
-        self._untouched, trouble = self._previewed(ReadOptions())
-        self.uses = self._untouched
+        self.uses, trouble = self._untouched, self._obstacle
         if self._wishes and self._untouched:
             uses, trouble = self._previewed(self.options(ReadOptions()))
             self.uses = uses or self._untouched
@@ -249,12 +255,9 @@ class ImportColumns(QWidget):
 
     def _previewed(self, options: ReadOptions) -> tuple[tuple[ColumnUse, ...], str]:
         """The columns as the importer reads them, or none and the reason."""
-        self._rate_in_file = None
         if self._path is None:
             return (), ""
         try:
-            if identify(self._path).name == "table":
-                self._rate_in_file = rate_in(self._path)
             return preview(self._path, options), ""
         except (InputError, OSError) as error:
             return (), str(error)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -204,7 +205,9 @@ class LabelImportDialog(QDialog):
         return project.coding.coders() if project else ()
 
     def _look(self) -> None:
-        """Read the files anew, to show what they are labels of."""
+        """Read the files anew, to show what they are labels of; not while they are imported."""
+        if not self._bar.isHidden():
+            return
         if self._files:
             self._run(self.author.currentText(), writing=False)
         else:
@@ -237,17 +240,20 @@ class LabelImportDialog(QDialog):
             viewer=self._document.author,
             writing=writing,
         )
-        done = self._imported if writing else self._looked
+        done = partial(self._imported, tuple(self._files)) if writing else self._looked
         self._jobs.run(job, done, self._failed, self._bar.show_progress, key="label import")
 
     def _looked(self, report: LabelReport) -> None:
         self._show(report, _PLANNED)
 
-    def _imported(self, report: LabelReport) -> None:
-        """Show what was imported; files that were left out stay for another try."""
+    def _imported(self, files: Sequence[Path], report: LabelReport) -> None:
+        """Show what was imported; files that were left out or added meanwhile stay in the list."""
         self._document.reread()
-        self._files = [path for path in self._files if path in report.trouble()]
+        left_out = report.trouble()
+        self._files = [path for path in self._files if path not in files or path in left_out]
         self._show(report, _DONE)
+        if not set(files).issuperset(self._files):
+            self._look()
 
     def _failed(self, error: Exception) -> None:
         self._show(self._report, _PLANNED)
