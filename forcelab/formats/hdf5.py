@@ -102,7 +102,7 @@ class Walk:
     def tree(self) -> Tree:
         """All arrays of the file, in the order of their names."""
         self.add_group(self.file, "", 0, None)
-        remarks = [f"{listed(names, 8)}: left out, {why}." for why, names in self.left.items()]
+        remarks = [f"{listed(names)}: left out, {why}." for why, names in self.left.items()]
         return Tree(self.path, tuple(self.arrays), tuple(remarks))
 
     def leave(self, path: str, why: str) -> None:

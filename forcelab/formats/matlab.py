@@ -135,7 +135,7 @@ class _Variables:
         remarks = []
         if self._left:
             remarks.append(
-                f"{listed(self._left, 8)}: left out, which only MATLAB can read; save them there "
+                f"{listed(self._left)}: left out, which only MATLAB can read; save them there "
                 "as numbers or texts, as with cellstr(labels) or table2array."
             )
         return Tree(self._path, tuple(self._arrays), tuple(remarks))

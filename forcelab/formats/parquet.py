@@ -42,8 +42,6 @@ _MOST: Final = 64
 _DEEPEST: Final = 8
 #: A file that takes more bytes in memory than these, and than so many times its size, is damaged.
 _ROOM, _MOST_TIMES = 1 << 27, 100
-#: So many names are told at most.
-_SHOWN: Final = 8
 _CURE: Final = "write it again, or copy it again from where it is from"
 
 
@@ -146,7 +144,7 @@ def _sniff_table(path: Path) -> _Table:
         kind or by_text for kind, by_text in zip(types, column_kinds(rows, dialect), strict=True)
     )
     layout = Layout(dialect, named, kinds, 0, rows, remarks, path=path, line="row")
-    told = [f"No numbers or words were read from {listed(left, _SHOWN)}."] if left else []
+    told = [f"No numbers or words were read from {listed(left)}."] if left else []
     return _Table(layout, tuple(sources), tuple(told))
 
 

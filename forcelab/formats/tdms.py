@@ -32,7 +32,6 @@ _LEAD, _BIG_ENDIAN = 28, 1 << 6
 _SAMPLE: Final = 400
 #: Of each word a file holds where it ends.
 _WORD_BYTES: Final = 4
-_SHOWN: Final = 8
 _CURE: Final = "copy it again from where it is from, without its .tdms_index"
 
 
@@ -97,7 +96,7 @@ def _load(
         raise InputError(f"'{path}' ends in the middle of a segment; {_CURE}, or let it be so.")
     if left and not parts:
         raise UnclearRateError(
-            f"'{path}' tells no times of {listed(left, _SHOWN)}; name the channel of times, or say "
+            f"'{path}' tells no times of {listed(left)}; name the channel of times, or say "
             "how many samples there are a second."
         )
     names = unique_names([key.group for key in parts])
@@ -111,7 +110,7 @@ def _load(
         for name, (key, channels) in zip(names, parts.items(), strict=True)
     ]
     events = [Events(name, clocks.times[key], texts) for name, key, texts in words]
-    remarks = [f"Nothing was read from {listed(left, _SHOWN)}."] if left else []
+    remarks = [f"Nothing was read from {listed(left)}."] if left else []
     if cut_off:
         remarks.append("The file ends in the middle of a segment; what is there was read.")
     return streams, events, remarks

@@ -46,7 +46,6 @@ _MOST_CHANNELS: Final = 10_000
 _MOST_HEADER: Final = 1 << 24
 #: A step between stamps of more seconds ends an even run of samples.
 _BREAK: Final = 1.0
-_SHOWN: Final = 8
 _CURE: Final = "copy it again from where it is from"
 
 
@@ -98,7 +97,7 @@ def _load(path: Path, options: ReadOptions) -> tuple[list[Stream], list[Events],
             pairs = [_stream(name, one) for name, one in filled if not _is_events(one)]
     empty = [name for name in names if name not in {name for name, _ in filled}]
     if empty:
-        remarks.append(f"No samples came from {listed(empty, _SHOWN)}.")
+        remarks.append(f"No samples came from {listed(empty)}.")
     remarks += [f"{stream.name}: {remark}" for stream, remark in pairs if remark]
     return [stream for stream, _ in pairs], events, remarks
 
