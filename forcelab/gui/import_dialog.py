@@ -11,6 +11,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Final
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction, QDragEnterEvent, QDragMoveEvent, QDropEvent, QKeySequence
@@ -63,10 +64,19 @@ from forcelab.gui.layout import (
     set_enabled_with_reason,
     toned_label,
 )
-from forcelab.gui.text import settle_name
+from forcelab.gui.text import name_fields, settle_name
 from forcelab.gui.theme import colours
 from forcelab.text import counted
 
+#: Options of the command, and what is chosen here in their place.
+_FIELDS: Final = {
+    "--signal": "Read as: signal",
+    "--leave-out": "Read as: left out",
+    "--time": "Read as: times",
+    "--rate": "Sample rate",
+    "--jitter": "Timestamps may jitter by",
+    "--episodes": "Episodes of a dataset",
+}
 #: Free room above and below a choice, in pixels.
 CELL_PADDING = 3
 
@@ -237,7 +247,8 @@ class ImportColumns(QWidget):
 
     def _show_status(self) -> None:
         """Say which file is shown, and what is missing."""
-        self.heading.setText(self._trouble or self._file_sentence())
+        trouble = name_fields(self._trouble, _FIELDS)
+        self.heading.setText(trouble or self._file_sentence())
         wrong = self._trouble or not self._timed or not self._has_signals
         self.heading.setStyleSheet(f"color: {colours().warning}" if wrong else "")
 
@@ -725,10 +736,7 @@ class ImportDialog(QDialog):
 
     def _show_report(self, text: str, trouble: bool = False) -> None:
         """Show all of the report: what was repaired must be known."""
-        # What is read from a shell with an option is chosen above here.
-        text = text.replace("(--signal)", "(Read as: signal)")
-        text = text.replace("(--episodes 0-99)", "(Episodes: 0-99)")
-        self._report_label.setText(text.replace(" (--jitter)", " (Timestamps may jitter by)"))
+        self._report_label.setText(name_fields(text, _FIELDS))
         self._report_label.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
         self._report.setVisible(bool(text))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -42,7 +41,7 @@ from forcelab.gui.layout import (
     resize_on_screen,
     set_enabled_with_reason,
 )
-from forcelab.gui.text import settle_name
+from forcelab.gui.text import name_fields, settle_name
 from forcelab.gui.theme import colours
 from forcelab.gui.widgets import ElidedComboBox, combo_box
 from forcelab.text import counted
@@ -59,13 +58,12 @@ _PLANNED: Final = {"new": "new", "replaced": "replaces labels", "unchanged": "sa
 _DONE: Final = {"new": "imported", "replaced": "replaced", "unchanged": "same labels"}
 #: How many lines of remarks are shown at once.
 LINES: Final = 4
-#: Options of the command, and where they are here.
-_HERE: Final = (
-    (r"\(--demo\)", "(Demonstration)"),
-    (r"\(--replace\)", "(Replace existing labels)"),
-    (r"\(--offset\)", "(Add to all times)"),
-    (r"\(--offset (.*?)\)", r"(Add to all times: \1 s)"),
-)
+#: Options of the command, and the fields in their place.
+_FIELDS: Final = {
+    "--demo": "Demonstration",
+    "--replace": "Replace existing labels",
+    "--offset": "Add to all times",
+}
 
 
 class LabelImportDialog(QDialog):
@@ -265,7 +263,17 @@ class LabelImportDialog(QDialog):
         self._bar.setVisible(False)
         rows = [_row(track, words) for track in report.tracks]
         rows += [
-            _trouble(TableRow((path.name, "", "", "", _here(reason.replace(str(path), path.name)))))
+            _trouble(
+                TableRow(
+                    (
+                        path.name,
+                        "",
+                        "",
+                        "",
+                        name_fields(reason.replace(str(path), path.name), _FIELDS),
+                    )
+                )
+            )
             for path, reason in report.unread.items()
         ]
         self._model.show(_COLUMNS, rows)
@@ -284,7 +292,7 @@ class LabelImportDialog(QDialog):
         if self._done:
             lines.append(f"{counted(self._done, 'track')} imported.")
         for path, remarks in self._report.remarks.items():
-            lines += [f"{path.name}: {_here(remark)}" for remark in remarks]
+            lines += [f"{path.name}: {name_fields(remark, _FIELDS)}" for remark in remarks]
         self._say("\n".join(lines))
 
     def _say(self, text: str, trouble: bool = False) -> None:
@@ -304,7 +312,7 @@ class LabelImportDialog(QDialog):
 
 def _row(track: ImportedTrack, words: dict[str, str]) -> TableRow:
     at = track.demonstration
-    result = _here(track.reason) or words[track.status]
+    result = name_fields(track.reason, _FIELDS) or words[track.status]
     name = at.name if at else ""
     row = TableRow((track.file.name, name, track.author, f"{track.segments:,}", result))
     return _trouble(row) if track.reason else row
@@ -313,10 +321,3 @@ def _row(track: ImportedTrack, words: dict[str, str]) -> TableRow:
 def _trouble(row: TableRow) -> TableRow:
     """A row of what is left out."""
     return replace(row, colours=(None, None, None, None, colours().trouble))
-
-
-def _here(sentence: str) -> str:
-    """A sentence that names the dialog's fields in place of the command's options."""
-    for option, field in _HERE:
-        sentence = re.sub(option, field, sentence)
-    return sentence
