@@ -71,9 +71,14 @@ class Cluster:
 
     def report(self) -> str:
         """What was done by how many workers in what time, and what lost ones cost."""
+        events: Iterable[Any] = ()
+        present = self._workers
+        with suppress(OSError, RuntimeError, CancelledError):  # of a scheduler that is gone by now
+            events = self._client.get_events(self._topic)
+            present = set(self._present())
         begun: Counter[int] = Counter()
         seconds: dict[int, float] = {}
-        for _, (number, spent) in self._client.get_events(self._topic):
+        for _, (number, spent) in events:
             if spent is None:
                 begun[number] += 1
             else:
@@ -84,7 +89,7 @@ class Cluster:
             f"{time.perf_counter() - self._began:.1f} s."
         )
         again = {number: times - 1 for number, times in begun.items() if times > 1}
-        lost = len(self._workers - set(self._present()))
+        lost = len(self._workers - present)
         if lost or again:
             cost = sum(times * seconds[number] for number, times in again.items())
             sentence += (
@@ -107,6 +112,8 @@ class Cluster:
                 f"machines do that are short of memory; give them more, or less work at once."
             ) from error
         except (CancelledError, OSError) as error:
+            if future.status == "error":  # raised by the work itself
+                raise
             raise ForcelabError(
                 f"The scheduler at {self.address} is gone; start it and its workers, and try again."
             ) from error
@@ -144,25 +151,34 @@ def join_cluster(address: str) -> Iterator[Cluster]:
     """
     distributed = load_extra("distributed", "cluster", "A cluster")
     # What is to be said of lost connections is said in sentences.
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    logger = logging.getLogger("distributed")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        with _connect(address, distributed) as client:
+            _check_workers(address, client)
+            cluster = Cluster(address, client)
+            token = _current.set(cluster)
+            try:
+                yield cluster
+            finally:
+                _current.reset(token)
+    finally:
+        logger.setLevel(level)
+
+
+def _connect(address: str, distributed: Any) -> Any:
+    """A client of the scheduler at an address."""
     try:
         # A client that finds nobody takes half a minute to give up.
         host = distributed.comm.get_address_host_port(address)
         socket.create_connection(host, PATIENCE).close()
-        client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
+        return distributed.Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:
         raise InputError(
             f"No Dask scheduler answers at '{address}'; start one by 'dask scheduler' and give the "
             f"address that it prints."
         ) from error
-    with client:
-        _check_workers(address, client)
-        cluster = Cluster(address, client)
-        token = _current.set(cluster)
-        try:
-            yield cluster
-        finally:
-            _current.reset(token)
 
 
 def _check_workers(address: str, client: Any) -> None:

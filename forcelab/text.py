@@ -18,7 +18,13 @@ def counted(number: int, noun: str) -> str:
     return f"{number:,} {noun}{'s' * (number != 1)}"
 
 
-def listed(names: Sequence[str], most: int) -> str:
+def left_out(number: int, what: str) -> str:
+    """What was left out, as a sentence begins: ``2 states without length were left out``."""
+    noun, *more = re.split("(?= of | that | without )", what, maxsplit=1)
+    return f"{counted(number, noun)}{''.join(more)} {'was' if number == 1 else 'were'} left out"
+
+
+def listed(names: Sequence[str], most: int = 8) -> str:
     """The first names, and how many more there are: ``a, b and 3 more``."""
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more

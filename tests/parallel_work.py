@@ -3,6 +3,7 @@
 import os
 import signal
 import time
+from pathlib import Path
 
 from forcelab.errors import InputError
 
@@ -16,6 +17,10 @@ def refused(number):
     if number == 2:
         raise InputError("Number 2 cannot be done; leave it out.")
     return number
+
+
+def read_missing_file(number):
+    return Path(f"missing {number}").read_bytes()
 
 
 def interrupting_itself(number):

@@ -132,6 +132,8 @@ def test_an_error_arrives_as_it_was_raised_and_stopping_early_leaves_a_cluster_t
     with join_cluster(address):
         with pytest.raises(InputError, match=r"^Number 2 cannot be done; leave it out\.$"):
             list(share_work(parallel_work.refused, range(4), 2))
+        with pytest.raises(FileNotFoundError):
+            list(share_work(parallel_work.read_missing_file, range(2), 2))
         making = share_work(parallel_work.doubled, range(1000), 2)
         assert next(making)[0] == 0
         making.close()

@@ -51,8 +51,6 @@ ROOM, MOST_TIMES = 2**26, 100
 #: What reading a file may take: beside a gigabyte so many times its size, and beside so many
 #: seconds of computing one for so many bytes of it.
 _TIMES_SIZE, _SECONDS, _BYTES_A_SECOND = 32, 30, 10**6
-#: So many names are told at most.
-_SHOWN: Final = 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -262,7 +260,7 @@ class _Choice:
 
     def _holds(self) -> str:
         """What is in the file, for errors."""
-        return listed([array.sized() for array in self._arrays], _SHOWN)
+        return listed([array.sized() for array in self._arrays])
 
     def _signals(self, options: ReadOptions) -> list[Array]:
         """The arrays that become channels; refused where that is not plain."""
@@ -491,16 +489,16 @@ class _Choice:
             names = dict.fromkeys(
                 array.path + roles.get(index, "") for index, (array, _) in enumerate(self.parts)
             )
-            yield f"Read from {listed(list(names), _SHOWN)}."
+            yield f"Read from {listed(list(names))}."
         read = [*self.read, self._names]
         others = [array for array in self._arrays if array not in read]
         numbers = [a for a in others if a.is_usable and not a.is_text]
         if numbers:
-            names_text = listed([array.path for array in numbers], _SHOWN)
+            names_text = listed([array.path for array in numbers])
             yield f"Other arrays can be read as signals (--signal): {names_text}."
         rest = [a for a in others if a not in numbers and a.length > 1]
         if rest:
-            yield f"Nothing was read from {listed([a.sized() for a in rest], _SHOWN)}."
+            yield f"Nothing was read from {listed([a.sized() for a in rest])}."
         if any(array.dtype == np.uint8 and len(array.shape) > 2 for array in rest):
             yield "Pictures stay in the file; save them as a video and attach that."
 

@@ -22,7 +22,7 @@ from forcelab.formats.json_values import GZIP, LARGEST, JsonValue, read_json
 from forcelab.formats.label_files import LabelOptions, LabelSet, own_stem
 from forcelab.formats.table_sniff import encoding_of
 from forcelab.labels import Segment, Track, means_unlabelled
-from forcelab.text import counted
+from forcelab.text import left_out
 
 #: BORIS rounds all times to milliseconds when it opens a project: half of one, and what arithmetic
 #: adds.
@@ -79,11 +79,10 @@ class _Observation:
                 f"other."
             ) from error
         name = self.id.removesuffix(f" - {self.observer}") if self.observer else self.id
-        left_out = (
-            f"{counted(number, what)} {'was' if number == 1 else 'were'} left out."
-            for what, number in self.left_out.items()
+        remarks = (
+            *dict.fromkeys(self.remarks),
+            *(f"{left_out(number, what)}." for what, number in self.left_out.items()),
         )
-        remarks = (*dict.fromkeys(self.remarks), *left_out)
         return LabelSet(name, tracks, self.duration, remarks, self.media, RESOLUTION)
 
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.formats.signatures import naming_damage
 from forcelab.formats.streams import (
     Events,
     Stream,
@@ -90,7 +91,7 @@ def _load(path: Path) -> tuple[list[Stream], list[Events], list[str]]:
         size = file.seek(0, os.SEEK_END)
         file.seek(0)
         header = file.read(_BLOCK)
-        try:
+        with naming_damage(path, "C3D file", _CURE):
             file.seek((header[0] - 1) * _BLOCK)
             # Parameters tell how many blocks they have; 255 are more than there is room for.
             numbers, groups = _parameters(file.read(255 * _BLOCK))
@@ -103,9 +104,6 @@ def _load(path: Path) -> tuple[list[Stream], list[Events], list[str]]:
             file.seek(layout.start)
             data = file.read(layout.frames * layout.frame_bytes)
             streams = _streams(data, layout, numbers, groups)
-        except (struct.error, ValueError, LookupError, TypeError, OverflowError) as error:
-            text = " ".join(str(error).split())[:160]
-            raise InputError(f"'{path}' is not a whole C3D file ({text}); {_CURE}.") from error
     remarks = []
     if layout.frames < layout.stated:
         remarks.append(f"The file ends after {layout.frames:,} of its {layout.stated:,} frames.")

@@ -6,6 +6,7 @@ found by the same rules (:mod:`~forcelab.formats.table`).
 
 from __future__ import annotations
 
+import re
 import warnings
 import zipfile
 from collections.abc import Iterator
@@ -20,6 +21,7 @@ from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.label_tables import is_label_table
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.formats.signatures import naming_damage
 from forcelab.formats.table import make_recording, preview_layout, read_rows
 from forcelab.formats.table_columns import choose_roles
 from forcelab.formats.table_sniff import HEAD, Layout, Line, find_layout, is_comment
@@ -134,7 +136,7 @@ def _tables(path: Path, book: Any) -> tuple[dict[str, Layout], list[str]]:
     return {
         title: replace(
             layout,
-            path=path / title.replace("/", "_") if several else path,
+            path=path / re.sub(r"[/\\:]", "_", title) if several else path,
             line="row",
         )
         for title, layout in layouts.items()
@@ -185,7 +187,8 @@ def _open(path: Path) -> Iterator[Any]:
     load_extra("openpyxl", "excel", f"'{path}' is an Excel workbook, which")
     from openpyxl import load_workbook
 
-    with _naming_damage(path):
+    with naming_damage(path, "workbook", _CURE), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of styles and dates that mean nothing here
         _check_unpacked_size(path)
         # The library leaves a file open that it cannot read.
         with path.open("rb") as file:
@@ -201,23 +204,3 @@ def _check_unpacked_size(path: Path) -> None:
                     f"'{path}': '{part.filename}' has {part.compress_size:,} bytes and unpacks to "
                     f"{part.file_size:,}, which no sheet does; {_CURE}."
                 )
-
-
-@contextmanager
-def _naming_damage(path: Path) -> Iterator[None]:
-    """Turn what the library says of a workbook that it cannot read into a sentence."""
-    import zlib
-    from xml.etree.ElementTree import ParseError
-
-    parts = (zipfile.BadZipFile, ParseError, zlib.error, EOFError, NotImplementedError)
-    contents = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RuntimeError)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of styles and dates that mean nothing here
-            yield
-    except (*parts, *contents, AssertionError, OSError, MemoryError) as error:
-        if isinstance(error, OSError) and error.errno is not None:
-            raise
-        text = " ".join(str(error).split()).rstrip(".") or type(error).__name__
-        text = text if len(text) <= 160 else f"{text[:160]}…"
-        raise InputError(f"'{path}' is not a whole workbook ({text}); {_CURE}.") from error

@@ -28,6 +28,7 @@ from forcelab.formats.arrays import (
     read_tree,
 )
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.formats.signatures import naming_damage
 from forcelab.jobs import Progress
 from forcelab.text import listed
 
@@ -81,26 +82,9 @@ def opened(path: Path) -> Iterator[Any]:
     """The file, open as long as it is read; what the library says of damage is one sentence."""
     import h5py
 
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            yield file
-    except MemoryError as error:
-        raise InputError(f"'{path}' holds more than there is memory for; save a part.") from error
-    except (
-        OSError,
-        ValueError,
-        TypeError,
-        LookupError,
-        RuntimeError,
-        ArithmeticError,
-        NotImplementedError,
-        AttributeError,
-    ) as error:
-        text = " ".join(str(error).split()).rstrip(".")[:160]
-        raise InputError(
-            f"'{path}' is not a whole HDF5 file ({text or type(error).__name__}); copy it again, "
-            f"or write it again with the program that made it."
-        ) from error
+    cure = "copy it again, or write it again with the program that made it"
+    with naming_damage(path, "HDF5 file", cure), h5py.File(path, "r", locking=False) as file:
+        yield file
 
 
 class Walk:
@@ -118,7 +102,7 @@ class Walk:
     def tree(self) -> Tree:
         """All arrays of the file, in the order of their names."""
         self.add_group(self.file, "", 0, None)
-        remarks = [f"{listed(names, 8)}: left out, {why}." for why, names in self.left.items()]
+        remarks = [f"{listed(names)}: left out, {why}." for why, names in self.left.items()]
         return Tree(self.path, tuple(self.arrays), tuple(remarks))
 
     def leave(self, path: str, why: str) -> None:

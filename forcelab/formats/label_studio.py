@@ -23,7 +23,7 @@ from forcelab.formats.json_values import JsonValue, read_json
 from forcelab.formats.label_files import LabelOptions, LabelSet, own_stem
 from forcelab.formats.track_text import plain_times
 from forcelab.labels import Segment, Track, is_model, means_unlabelled
-from forcelab.text import counted
+from forcelab.text import left_out
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["forces_task", "interface", "local_file", "read_labels", "sniff_labels", "video_task"]
@@ -278,9 +278,7 @@ class _TaskLabels:
     def finish(self) -> LabelSet:
         tracks = tuple(track for _, track in self._tracks.values() if track.segments)
         remarks = tuple(
-            f"{counted(number, what)} {'was' if number == 1 else 'were'} left out."
-            for what, number in self.left_out.items()
-            if number
+            f"{left_out(number, what)}." for what, number in self.left_out.items() if number
         )
         return LabelSet(
             self.name, tracks, remarks=remarks, media=self._media, resolution=self._resolution

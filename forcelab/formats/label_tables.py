@@ -35,7 +35,7 @@ from forcelab.formats.table_sniff import (
 from forcelab.formats.timestamps import YEAR_2001, TimestampReader
 from forcelab.formats.track_text import on_samples, plain_text
 from forcelab.labels import Segment, Track, check_name, first_beyond, means_unlabelled
-from forcelab.text import counted
+from forcelab.text import left_out
 
 _STARTS = frozenset(["start", "begin", "onset", "from"])
 #: An offset is an end where no other column is: BORIS tells the "Time offset" of the media, too.
@@ -173,7 +173,7 @@ def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
     for key, indices in demonstrations.items():
         coded = [i for i in indices if predicted is None or rows.cells[i][predicted] != "model"]
         left = len(indices) - len(coded)
-        remarks = (f"{counted(left, 'segment')} that models predicted were left out.",)
+        remarks = (f"{left_out(left, 'segment that models predicted')}.",)
         sets.append(
             LabelSet(
                 " - ".join(filter(None, key)),

@@ -38,7 +38,6 @@ DATASET: Final = "dataset"
 _FORCES: Final = frozenset(["force", "forces", "wrench", "torque", "torques", "ft", "effort"])
 #: So many episodes are read without being asked for by number; with cameras they take a minute.
 MOST_UNASKED: Final = 1000
-_SHOWN: Final = 8
 
 
 def sniff(path: Path, head: bytes) -> bool:
@@ -130,7 +129,7 @@ def choose_features(dataset: Dataset, options: ReadOptions) -> tuple[list[Column
     for name in (*options.signals, *options.leave_out):
         every = (*addresses, *own_names, *dataset.cameras)
         if not any(values_within(address, name) for address in every):
-            names = listed([*dataset.numbers, *dataset.cameras], _SHOWN)
+            names = listed([*dataset.numbers, *dataset.cameras])
             raise InputError(f"'{dataset.path}' has no feature '{name}'; name one of {names}.")
     default = _default_features(dataset)
     columns = [
@@ -224,7 +223,7 @@ def _videos(
         except InputError as error:
             if options.strict:
                 raise
-            remarks.append(f"There are no pictures of '{camera}': {error}.")
+            remarks.append(f"There are no pictures of '{camera}': {str(error).removesuffix('.')}.")
             continue
         if count != episode.length:
             pictures, frames = counted(count, "picture"), counted(episode.length, "frame")
@@ -283,17 +282,17 @@ def _write_pictures(
 
 def _remarks(dataset: Dataset, features: Sequence[str], cameras: Sequence[str]) -> list[str]:
     """What is said of a dataset as a whole."""
-    remarks = [f"Channels were read from {listed(features, _SHOWN)}."]
+    remarks = [f"Channels were read from {listed(features)}."]
     others = [name for name in dataset.numbers if name not in features]
     if others:
-        names = listed(others, _SHOWN)
+        names = listed(others)
         remarks.append(f"Other numbers can be read as signals (--signal): {names}.")
     cut = [camera for camera in cameras if camera not in dataset.pictures]
     if cut:
-        remarks.append(f"The videos of {listed(cut, _SHOWN)} were cut by episode, as they are.")
+        remarks.append(f"The videos of {listed(cut)} were cut by episode, as they are.")
     if len(cut) < len(cameras):
-        names = listed([camera for camera in cameras if camera in dataset.pictures], _SHOWN)
+        names = listed([camera for camera in cameras if camera in dataset.pictures])
         remarks.append(f"The pictures of {names} became videos; PNG was encoded as JPEG.")
     if dataset.unread:
-        remarks.append(f"Nothing was read from {listed(dataset.unread, _SHOWN)}.")
+        remarks.append(f"Nothing was read from {listed(dataset.unread)}.")
     return remarks

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
-from forcelab.formats.signatures import LEROBOT_INFO, lerobot_folder
+from forcelab.formats.signatures import LEROBOT_INFO, lerobot_folder, naming_damage
 from forcelab.formats.timestamps import RawTimestamps, RepairedTimestamps, repair_timestamps
 from forcelab.io import small_text
 from forcelab.text import counted
@@ -369,19 +369,15 @@ def open_parquet(file: Path) -> Iterator[Any]:
 
     if not file.is_file():
         raise InputError(f"'{file}' is missing; copy or download the dataset again.")
-    try:
-        with pq.ParquetFile(file) as parquet:
-            names = parquet.schema_arrow.names
-            if len(set(names)) < len(names):
-                raise ValueError("two columns of one name")
-            yield parquet
-    except (pa.ArrowException, OSError, ValueError, TypeError, LookupError) as error:
-        if isinstance(error, OSError) and error.errno is not None:
-            raise
-        reason = " ".join(str(error).split())[:160].rstrip(".")
-        raise InputError(
-            f"'{file}' is not a whole Parquet file ({reason}); copy or download it again."
-        ) from error
+    cure = "copy or download it again"
+    with (
+        naming_damage(file, "Parquet file", cure, pa.ArrowException),
+        pq.ParquetFile(file) as parquet,
+    ):
+        names = parquet.schema_arrow.names
+        if len(set(names)) < len(names):
+            raise ValueError("two columns of one name")
+        yield parquet
 
 
 def _may_hold(parquet: Any, group: int, numbers: Sequence[int]) -> bool:

@@ -67,9 +67,11 @@ def writing_subtasks(
     ):
         present = (dataset.path / "data").glob("*/*.parquet")  # those their loader reads
         files = sorted({*present, *(episode.file for episode in dataset.episodes)})
+        targets = {file: new / file.relative_to(dataset.path) for file in files}
+        _refuse_linked_folders(new, [*targets.values(), new / SUBTASKS_FILE])
         for done, file in enumerate(files):
             yield Progress(done, len(files), f"writing {file.name}")
-            if _write_data(file, new / file.relative_to(dataset.path), codes, rest, known):
+            if _write_data(file, targets[file], codes, rest, known):
                 changed.append(file)
         for name, content in ((SUBTASKS_FILE, _names_table(names)), (LEROBOT_INFO, _info(dataset))):
             (new / name).unlink(missing_ok=True)
@@ -78,6 +80,18 @@ def writing_subtasks(
         for file in filter(Path.exists, changed):
             shutil.copymode(file, new / file.relative_to(dataset.path))
     return tuple(changed)
+
+
+def _refuse_linked_folders(new: Path, targets: Sequence[Path]) -> None:
+    """Refuse to write through a link to a folder, which leads out of the new dataset."""
+    root = new.resolve()
+    for target in targets:
+        if not target.parent.resolve().is_relative_to(root):
+            raise InputError(
+                f"'{target.parent.relative_to(new)}' is, or lies in, a link to a folder elsewhere, "
+                f"which would be changed in place; put the folder itself there, or copy the "
+                f"dataset with what its links lead to (cp -rL)."
+            )
 
 
 def _matching(

@@ -10,8 +10,8 @@ import math
 import struct
 import warnings
 import zlib
-from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Generator
+from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
 from typing import Any, Final, TypeVar
@@ -33,6 +33,7 @@ from forcelab.formats.arrays import (
     read_tree,
 )
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.formats.signatures import naming_damage
 from forcelab.jobs import Progress
 from forcelab.text import listed
 
@@ -138,7 +139,7 @@ class _Variables:
         remarks = []
         if self._left:
             remarks.append(
-                f"{listed(self._left, 8)}: left out, which only MATLAB can read; save them there "
+                f"{listed(self._left)}: left out, which only MATLAB can read; save them there "
                 "as numbers or texts, as with cellstr(labels) or table2array."
             )
         return Tree(self._path, tuple(self._arrays), tuple(remarks))
@@ -235,39 +236,12 @@ def _check_packed(path: Path) -> None:
             file.seek(start + length)
 
 
-@contextmanager
-def _naming_damage(path: Path) -> Iterator[None]:
+def _naming_damage(path: Path) -> AbstractContextManager[None]:
     """Turn what SciPy says of a damaged file into a sentence."""
     from scipy.io.matlab import MatReadError
 
-    try:
-        yield
-    except MemoryError as error:
-        raise InputError(f"'{path}' holds more than there is memory for; save a part.") from error
-    except RecursionError as error:
-        raise InputError(f"'{path}' is nested too deep to be read; save a part.") from error
-    except (
-        MatReadError,
-        ValueError,
-        TypeError,
-        LookupError,
-        OSError,
-        AttributeError,
-        ArithmeticError,
-        RuntimeError,
-        NameError,
-        NotImplementedError,
-        EOFError,
-        zlib.error,
-        struct.error,
-    ) as error:
-        if isinstance(error, OSError) and error.errno is not None:
-            raise
-        text = " ".join(str(error).split()).rstrip(".")[:160]
-        raise InputError(
-            f"'{path}' is not a whole MATLAB file ({text or type(error).__name__}); copy it again, "
-            f"or save it again (save -v7)."
-        ) from error
+    cure = "copy it again, or save it again (save -v7)"
+    return naming_damage(path, "MATLAB file", cure, MatReadError, NameError)
 
 
 class _Walk73(hdf5.Walk):

@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import zipfile
-import zlib
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
 from tokenize import TokenError
@@ -20,6 +18,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.formats.arrays import Array, Tree, check_size, preview_tree, read_tree
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.formats.signatures import naming_damage
 
 _NPY: Final = b"\x93NUMPY"
 #: Files in an archive; more are no recording.
@@ -135,28 +134,6 @@ def _load(path: Path, name: str, field: str, rows: int | None) -> NDArray[Any]:
     return values
 
 
-@contextmanager
-def _naming_damage(path: Path) -> Iterator[None]:
+def _naming_damage(path: Path) -> AbstractContextManager[None]:
     """Turn what is raised over a damaged file into a sentence."""
-    try:
-        yield
-    except MemoryError as error:
-        raise InputError(f"'{path}' holds more than there is memory for; save a part.") from error
-    except (
-        ValueError,
-        TypeError,
-        EOFError,
-        SyntaxError,
-        LookupError,
-        ArithmeticError,
-        RuntimeError,
-        SystemError,
-        TokenError,
-        NotImplementedError,
-        zipfile.BadZipFile,
-        zlib.error,
-    ) as error:
-        text = " ".join(str(error).split()).rstrip(".")[:160]
-        raise InputError(
-            f"'{path}' is not a whole file of arrays ({text or type(error).__name__}); {_CURE}."
-        ) from error
+    return naming_damage(path, "file of arrays", _CURE, SyntaxError, SystemError, TokenError)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.formats.signatures import naming_damage
 from forcelab.formats.table import BodyReader, make_recording, preview_layout
 from forcelab.formats.table_columns import ColumnRoles, choose_roles
 from forcelab.formats.table_sniff import (
@@ -41,8 +42,6 @@ _MOST: Final = 64
 _DEEPEST: Final = 8
 #: A file that takes more bytes in memory than these, and than so many times its size, is damaged.
 _ROOM, _MOST_TIMES = 1 << 27, 100
-#: So many names are told at most.
-_SHOWN: Final = 8
 _CURE: Final = "write it again, or copy it again from where it is from"
 
 
@@ -145,7 +144,7 @@ def _sniff_table(path: Path) -> _Table:
         kind or by_text for kind, by_text in zip(types, column_kinds(rows, dialect), strict=True)
     )
     layout = Layout(dialect, named, kinds, 0, rows, remarks, path=path, line="row")
-    told = [f"No numbers or words were read from {listed(left, _SHOWN)}."] if left else []
+    told = [f"No numbers or words were read from {listed(left)}."] if left else []
     return _Table(layout, tuple(sources), tuple(told))
 
 
@@ -426,19 +425,10 @@ def _cells(
 @contextmanager
 def _naming_damage(path: Path) -> Iterator[None]:
     """Turn what the library says of a file that it cannot read into a sentence."""
-    import pyarrow as pa
+    from pyarrow import ArrowException
 
-    damage = (pa.ArrowException, ValueError, TypeError, LookupError, OverflowError)
-    try:
-        with np.errstate(invalid="ignore", over="ignore"):
-            yield
-    except MemoryError as error:
-        raise InputError(f"'{path}' is said to need more memory than there is; {_CURE}.") from error
-    except (*damage, OSError) as error:
-        if isinstance(error, OSError) and error.errno is not None:
-            raise
-        text = " ".join(str(error).split()).rstrip(".")
-        text = text if 0 < len(text) <= 160 else f"{text[:160]}…"
-        raise InputError(
-            f"'{path}' is not a whole Parquet or Arrow file ({text}); {_CURE}."
-        ) from error
+    with (
+        naming_damage(path, "Parquet or Arrow file", _CURE, ArrowException),
+        np.errstate(invalid="ignore", over="ignore"),
+    ):
+        yield

@@ -51,9 +51,6 @@ from forcelab.formats.table_columns import MOST_LABELS, is_unlabelled, missing_r
 from forcelab.labels import UNLABELLED, Track, from_codes
 from forcelab.text import counted, listed
 
-#: So many names are told at most.
-_SHOWN: Final = 8
-
 
 def select_fields(topics: Sequence[Contents], options: ReadOptions) -> list[TopicData]:
     """The topics to read, empty yet: forces and requested signals, without what is to be left out.
@@ -73,7 +70,7 @@ def select_fields(topics: Sequence[Contents], options: ReadOptions) -> list[Topi
         left = " but what is left out" if options.leave_out else ""
         raise InputError(
             f"no topic in it carries forces{left} (there are "
-            f"{shorten_list([topic.topic for topic in topics])}); name what is to be read as a "
+            f"{listed([topic.topic for topic in topics])}); name what is to be read as a "
             "signal, a topic or a field of it as in --signal /topic.field."
         )
     labelled, label = _label(topics, options, {field_.topic for field_ in chosen})
@@ -136,11 +133,6 @@ def left_numbers(topics: Sequence[Contents], read: Sequence[TopicData]) -> list[
     ]
 
 
-def shorten_list(names: Sequence[str]) -> str:
-    """The first of some names, and how many more there are."""
-    return listed(names, _SHOWN)
-
-
 def _requested_fields(field_: Field, options: ReadOptions) -> Field:
     """The part of a field that is read: of a force all, else what is asked for."""
     return field_.part(
@@ -185,7 +177,7 @@ def _label(
 
 def _unknown(name: str, kind: str, names: Sequence[str]) -> InputError:
     """The error for a name that means nothing, or more than one thing."""
-    cure = f"name one of {shorten_list(names)}" if names else "there are none"
+    cure = f"name one of {listed(names)}" if names else "there are none"
     return InputError(f"it has no {kind} called '{name}'; {cure}.")
 
 
@@ -213,8 +205,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
         topics, unreadable = survey_topics(bag)
         if not topics:
             raise InputError(
-                f"Nothing can be read from '{bag_path}': "
-                f"{shorten_list(unreadable) or 'it is empty'}."
+                f"Nothing can be read from '{bag_path}': {listed(unreadable) or 'it is empty'}."
             )
         data = select_fields(topics, options)
         pictures, left_pictures = select_pictures(topics, options)
@@ -246,7 +237,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     others = [topic.topic for topic in topics if topic.topic not in read_topics]
     unread = [f"{name} ({types[name]})" for name in others]
     remarks = [
-        f"Channels were read from {shorten_list([field_.address for field_ in fields])}.",
+        f"Channels were read from {listed([field_.address for field_ in fields])}.",
         *aligned.remarks,
         *video_remarks,
         *left_pictures.values(),
@@ -600,9 +591,9 @@ def _not_imported(
 ) -> Iterator[str]:
     """Remarks on what of the bag was not read."""
     if unread or unreadable:
-        yield f"Nothing was read from {shorten_list([*unread, *unreadable])}."
+        yield f"Nothing was read from {listed([*unread, *unreadable])}."
     if numbers:
-        yield f"Other numbers can be read as signals (--signal): {shorten_list(numbers)}."
+        yield f"Other numbers can be read as signals (--signal): {listed(numbers)}."
 
 
 _SIGNAL_USE: Final[tuple[Use, ...]] = ("signal", "left out")

@@ -18,7 +18,7 @@ from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
 from forcelab.formats.rosbag_topics import FrameTimes
 from forcelab.project.files import file_errors
-from forcelab.text import amount, counted
+from forcelab.text import amount, counted, left_out
 
 _RAW: Final = "sensor_msgs/msg/Image"
 #: Fields of each type that holds pictures, besides header and data, and what the library makes of
@@ -102,8 +102,7 @@ def write_video(
             frame_count += 1
     remarks = list(frames.remarks)
     if bad_count:
-        were = "was" if bad_count == 1 else "were"
-        remarks.append(f"{counted(bad_count, 'picture')} of {topic} {were} left out; {fault}.")
+        remarks.append(f"{left_out(bad_count, f'picture of {topic}')}; {fault}.")
     if not frame_count:
         return None, tuple(remarks)
     how = "as in the bag" if list(kinds) == ["JPEG"] else f"{', '.join(kinds)} encoded as JPEG"

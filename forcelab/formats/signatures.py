@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import stat
+import struct
+import zipfile
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
+from xml.etree.ElementTree import ParseError
 
 from forcelab.errors import InputError
 
@@ -18,6 +23,7 @@ __all__ = [
     "is_bag_folder",
     "is_lerobot_folder",
     "lerobot_folder",
+    "naming_damage",
     "naming_file",
     "seems_to_be",
 ]
@@ -136,6 +142,34 @@ def naming_file(path: Path) -> Iterator[None]:
         reason = error.strerror or str(error)
         sentence = f"'{path}' cannot be read: {reason}; check its rights and its disk."
         raise InputError(_one_line(sentence)) from error
+
+
+#: What libraries raise over damaged files.
+_DAMAGE: Final = (
+    *(ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RuntimeError),
+    *(AssertionError, EOFError, OSError, ParseError, struct.error, zlib.error, zipfile.BadZipFile),
+)
+
+
+@contextlib.contextmanager
+def naming_damage(path: Path, kind: str, cure: str, *raised: type[BaseException]) -> Iterator[None]:
+    """Re-raise what a library says of a damaged file as one sentence.
+
+    `raised` are errors that only this library has.
+    """
+    damage: tuple[type[BaseException], ...] = (*_DAMAGE, *raised)
+    try:
+        yield
+    except MemoryError as error:
+        raise InputError(f"'{path}' holds more than there is memory for; save a part.") from error
+    except RecursionError as error:
+        raise InputError(f"'{path}' is nested too deep to be read; save a part.") from error
+    except damage as error:
+        # A place far outside of the file is its own fault; others are the disk's.
+        if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL):
+            raise
+        text = " ".join(str(error).split()).rstrip(".")[:160] or type(error).__name__
+        raise InputError(f"'{path}' is not a whole {kind} ({text}); {cure}.") from error
 
 
 def _one_line(text: str) -> str:

@@ -60,8 +60,6 @@ class Events:
     words: list[str]
 
 
-#: So many names are told at most.
-_SHOWN: Final = 8
 #: Fewer samples than these are no stream.
 _FEWEST: Final = 2
 #: Nanoseconds in a second, and how many seconds the first samples are after the zero of a clock: a
@@ -134,9 +132,9 @@ def _not_read(streams: Sequence[Stream], read: set[str]) -> list[str]:
     single = [stream.name for stream in streams if stream.times.size < _FEWEST]
     remarks = []
     if others:
-        remarks.append(f"Others can be read as signals (--signal): {listed(others, _SHOWN)}.")
+        remarks.append(f"Others can be read as signals (--signal): {listed(others)}.")
     if single:
-        remarks.append(f"A single sample is no signal: {listed(single, _SHOWN)}.")
+        remarks.append(f"A single sample is no signal: {listed(single)}.")
     return remarks
 
 
@@ -173,7 +171,7 @@ def _choose(
         if not any(values_within(address, name) for address in (*addresses, *names)):
             known = [*dict.fromkeys(stream.name for stream in streams), *names]
             raise InputError(
-                f"it has no values called '{name}'; name one of {listed(known, _SHOWN)}, or a "
+                f"it has no values called '{name}'; name one of {listed(known)}, or a "
                 "channel as in STREAM.CHANNEL."
             )
     fields = []
@@ -201,7 +199,7 @@ def _choose(
         raise InputError(
             f"it has no signals{' but what is left out' if options.leave_out else ''}; "
             + (
-                f"read others as signals (--signal): {listed(known, _SHOWN)}."
+                f"read others as signals (--signal): {listed(known)}."
                 if known
                 else "there is nothing to import."
             )
@@ -230,7 +228,7 @@ def _chosen_events(events: Sequence[Events], options: ReadOptions) -> list[Event
         chosen = [found for found in events if values_within(found.name, options.label)]
         if not chosen:
             names = [found.name for found in events]
-            cure = f"name one of {listed(names, _SHOWN)}" if names else "there are none"
+            cure = f"name one of {listed(names)}" if names else "there are none"
             raise InputError(f"it has no events called '{options.label}'; {cure}.")
         return chosen
     return [
@@ -282,9 +280,9 @@ def _paired(words: Sequence[str]) -> set[str]:
 def _segments(events: Events, start: float, duration: float) -> tuple[Segment, ...]:
     """From each event to the next one, on the clock of the demonstration."""
     paired = _paired(events.words)
-    order = np.argsort(events.times, kind="stable").tolist()
+    order = np.argsort(events.times, kind="stable")  # those without a time come last
     marks: list[tuple[float, str]] = []
-    for i in order:
+    for i in order[np.isfinite(events.times[order])].tolist():
         action, match = events.words[i], _EDGE.fullmatch(events.words[i])
         if match and match[1].lower() in paired:
             # A bare "start" is called so itself.

@@ -8,8 +8,6 @@ from __future__ import annotations
 import logging
 import math
 import struct
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, Final
@@ -21,6 +19,7 @@ from forcelab.demonstration import Channel
 from forcelab.errors import InputError, UnclearRateError
 from forcelab.extras import load_extra
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.formats.signatures import naming_damage
 from forcelab.formats.streams import Events, Stream, make_recording, preview_streams, unique_names
 from forcelab.formats.table_sniff import Column, is_time_name, unit_of_time
 from forcelab.formats.timestamps import TimestampReader
@@ -33,7 +32,6 @@ _LEAD, _BIG_ENDIAN = 28, 1 << 6
 _SAMPLE: Final = 400
 #: Of each word a file holds where it ends.
 _WORD_BYTES: Final = 4
-_SHOWN: Final = 8
 _CURE: Final = "copy it again from where it is from, without its .tdms_index"
 
 
@@ -64,7 +62,9 @@ def _load(
     """The streams and words of a file, at most so many samples, and remarks on what is left out."""
     load_extra("nptdms", "tdms", f"'{path}' is a TDMS file, which")
     from nptdms import TdmsFile
+    from nptdms.log import log_manager
 
+    log_manager.set_level(logging.CRITICAL)  # remarks tell what is left out
     parts: dict[_Key, list[tuple[Channel, NDArray[np.float64]]]] = {}
     words: list[tuple[str, _Key, list[str]]] = []
     left: list[str] = []
@@ -72,7 +72,7 @@ def _load(
     # An index that lies beside the file is not looked at: it may be of another one.
     with (
         path.open("rb") as source,
-        _naming_damage(path),
+        naming_damage(path, "TDMS file", _CURE),
         TdmsFile.open(source, raw_timestamps=True) as file,
     ):
         _check_sizes(path, file)
@@ -96,7 +96,7 @@ def _load(
         raise InputError(f"'{path}' ends in the middle of a segment; {_CURE}, or let it be so.")
     if left and not parts:
         raise UnclearRateError(
-            f"'{path}' tells no times of {listed(left, _SHOWN)}; name the channel of times, or say "
+            f"'{path}' tells no times of {listed(left)}; name the channel of times, or say "
             "how many samples there are a second."
         )
     names = unique_names([key.group for key in parts])
@@ -110,7 +110,7 @@ def _load(
         for name, (key, channels) in zip(names, parts.items(), strict=True)
     ]
     events = [Events(name, clocks.times[key], texts) for name, key, texts in words]
-    remarks = [f"Nothing was read from {listed(left, _SHOWN)}."] if left else []
+    remarks = [f"Nothing was read from {listed(left)}."] if left else []
     if cut_off:
         remarks.append("The file ends in the middle of a segment; what is there was read.")
     return streams, events, remarks
@@ -220,19 +220,3 @@ class _Clocks:
         rest = (raw.values + (raw.base - whole * raw.per_second)) / raw.per_second
         result: NDArray[np.float64] = rest + (self._since_zero(whole) if raw.absolute else whole)
         return result
-
-
-@contextmanager
-def _naming_damage(path: Path) -> Iterator[None]:
-    """Turn what the library says of a file that it cannot read into a sentence."""
-    from nptdms.log import log_manager
-
-    log_manager.set_level(logging.CRITICAL)  # remarks tell what is left out
-    broken = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, struct.error)
-    try:
-        yield
-    except (*broken, EOFError, MemoryError, NotImplementedError, RuntimeError, OSError) as error:
-        if isinstance(error, OSError) and error.errno is not None:
-            raise
-        text = " ".join(str(error).split())[:160] or type(error).__name__
-        raise InputError(f"'{path}' is not a whole TDMS file ({text}); {_CURE}.") from error

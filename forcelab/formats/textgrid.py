@@ -22,7 +22,7 @@ from forcelab.text import counted
 #: Bytes of the longest file that is read: a million intervals.
 LONGEST = 128_000_000
 _TOKEN = re.compile(
-    r'"(?P<text>(?:[^"]|"")*)"'
+    r'"(?P<text>[^"]*(?:""[^"]*)*)"'
     r"|(?<!\S)(?P<number>[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?)(?!\S)"
     r"|<(?P<flag>exists|absent)>"
     r"|(?<!\S)!.*"

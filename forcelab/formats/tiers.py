@@ -10,7 +10,7 @@ from itertools import pairwise
 from forcelab.errors import InputError
 from forcelab.formats.label_files import LabelOptions
 from forcelab.labels import Segment, Track
-from forcelab.text import counted
+from forcelab.text import left_out
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,8 +53,7 @@ def tracks_of_tiers(
     remarks: list[str] = []
     empty = sum(a.start == a.end for tier in tiers for a in tier.annotations)
     if empty:
-        were = "was" if empty == 1 else "were"
-        remarks.append(f"{counted(empty, 'annotation')} without any duration {were} left out.")
+        remarks.append(f"{left_out(empty, 'annotation without any duration')}.")
     rows: dict[str, list[tuple[Segment, str]]] = defaultdict(list)
     annotators = Counter(tier.annotator for tier in tiers if tier.annotator)
     texts = 0
@@ -70,8 +69,7 @@ def tracks_of_tiers(
             texts += options.tiers == "actions" and text not in {"", tier.name}
             rows[author].append((Segment(annotation.start, annotation.end, action), tier.name))
     if texts:
-        were = "was" if texts == 1 else "were"
-        remarks.append(f"{counted(texts, 'text')} {were} left out, as the tiers are the actions.")
+        remarks.append(f"{left_out(texts, 'text')}, as the tiers are the actions.")
     for author, segments in rows.items():
         for (left, first), (right, second) in pairwise(sorted(segments)):
             if right.start < left.end:

@@ -25,6 +25,7 @@ from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.formats.signatures import naming_damage
 from forcelab.formats.streams import (
     Events,
     Stream,
@@ -45,7 +46,6 @@ _MOST_CHANNELS: Final = 10_000
 _MOST_HEADER: Final = 1 << 24
 #: A step between stamps of more seconds ends an even run of samples.
 _BREAK: Final = 1.0
-_SHOWN: Final = 8
 _CURE: Final = "copy it again from where it is from"
 
 
@@ -85,7 +85,7 @@ def _load(path: Path, options: ReadOptions) -> tuple[list[Stream], list[Events],
                 raise InputError(f"'{path}': {text}; {_CURE}, or let it be repaired.")
             remarks.append(f"{text.capitalize()}; what stands behind that was left out.")
         source = io.BytesIO(file.read(end)) if damage else file
-        with _naming_damage(path):
+        with naming_damage(path, "XDF file", _CURE), _refusing_logged():
             found, _ = pyxdf.load_xdf(source, dejitter_timestamps=False)
             names = unique_names([_text(one["info"], "name") or "stream" for one in found])
             filled = [
@@ -97,7 +97,7 @@ def _load(path: Path, options: ReadOptions) -> tuple[list[Stream], list[Events],
             pairs = [_stream(name, one) for name, one in filled if not _is_events(one)]
     empty = [name for name in names if name not in {name for name, _ in filled}]
     if empty:
-        remarks.append(f"No samples came from {listed(empty, _SHOWN)}.")
+        remarks.append(f"No samples came from {listed(empty)}.")
     remarks += [f"{stream.name}: {remark}" for stream, remark in pairs if remark]
     return [stream for stream, _ in pairs], events, remarks
 
@@ -254,23 +254,16 @@ def _read_length(file: BinaryIO) -> int:
 
 
 @contextmanager
-def _naming_damage(path: Path) -> Iterator[None]:
-    """Turn what the library says of a file that it cannot read into a sentence.
-
-    What it would only log, as of a part that it skips, is that, too.
-    """
+def _refusing_logged() -> Iterator[None]:
+    """Raise what the library would only log, as of a part that it skips."""
     logger = logging.getLogger("pyxdf.pyxdf")
     refusing = _Refusing(logging.ERROR)
     before = logger.propagate
     logger.addHandler(refusing)
     logger.propagate = False  # its warnings are of clocks and rates, of which remarks tell
-    broken = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, struct.error)
     try:
         with np.errstate(invalid="ignore", over="ignore"):
             yield
-    except (*broken, np.linalg.LinAlgError, ParseError, EOFError, MemoryError) as error:
-        text = " ".join(str(error).split())[:160] or type(error).__name__
-        raise InputError(f"'{path}' is not a whole XDF file ({text}); {_CURE}.") from error
     finally:
         logger.removeHandler(refusing)
         logger.propagate = before

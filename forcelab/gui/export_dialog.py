@@ -20,6 +20,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.file_dialogs import ask_folder
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import ProgressBar, copyable, set_enabled_with_reason
+from forcelab.gui.text import name_fields
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.review.run_result import latest_predictions
 from forcelab.text import counted
@@ -136,7 +137,7 @@ class ExportDialog(QDialog):
 
     def _failed(self, error: Exception) -> None:
         # What is chosen in a shell with an option is chosen above.
-        self._report(str(error).replace("(--author)", "(Labels by)"))
+        self._report(name_fields(str(error), {"--author": "Labels by"}))
 
     def _report(self, text: str) -> None:
         self._bar.setVisible(False)

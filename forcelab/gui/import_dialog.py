@@ -11,6 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Final
 
 from PySide6.QtCore import QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QDragEnterEvent, QDragMoveEvent, QDropEvent, QKeySequence
@@ -63,10 +64,19 @@ from forcelab.gui.layout import (
     set_enabled_with_reason,
     toned_label,
 )
-from forcelab.gui.text import settle_name
+from forcelab.gui.text import name_fields, settle_name
 from forcelab.gui.theme import colours
 from forcelab.text import counted
 
+#: Options of the command, and what is chosen here in their place.
+_FIELDS: Final = {
+    "--signal": "Read as: signal",
+    "--leave-out": "Read as: left out",
+    "--time": "Read as: times",
+    "--rate": "Sample rate",
+    "--jitter": "Timestamps may jitter by",
+    "--episodes": "Episodes of a dataset",
+}
 #: Free room above and below a choice, in pixels.
 CELL_PADDING = 3
 
@@ -80,30 +90,34 @@ _LOOKING_MS = 300
 class _Look:
     """What a file's columns are read as, without choices and with them; or why they are not."""
 
+    path: Path | None = None
     untouched: tuple[ColumnUse, ...] = ()
     uses: tuple[ColumnUse, ...] = ()
     trouble: str = ""
     rate: float | None = None  #: samples a second that a table's head tells
 
 
-def _looking(path: Path, chosen: ReadOptions | None) -> Generator[None, None, _Look]:
-    """Look at a file's columns as the importer does; of some formats that takes its time."""
+def _looking(
+    path: Path, chosen: ReadOptions | None, known: _Look | None
+) -> Generator[None, None, _Look]:
+    """Look at a file's columns as the importer does; of some formats that takes its time.
+
+    What is found without choices need not be looked for again where it is `known`.
+    """
     yield
-    rate = None
+    look = known
     try:
-        if identify(path).name == "table":
-            rate = rate_in(path)
-        untouched = uses = preview(path, ReadOptions())
-    except (InputError, OSError) as error:
-        return _Look(trouble=str(error), rate=rate)
-    trouble = ""
-    if chosen is not None and untouched:
+        if look is None:
+            rate = rate_in(path) if identify(path).name == "table" else None
+            found = preview(path, ReadOptions())
+            look = _Look(path, found, found, rate=rate)
+        if chosen is None or not look.untouched:
+            return replace(look, uses=look.untouched, trouble="")
         yield
-        try:
-            uses = preview(path, chosen)
-        except (InputError, OSError) as error:
-            trouble = str(error)
-    return _Look(untouched, uses, trouble, rate)
+        return replace(look, uses=preview(path, chosen), trouble="")
+    except (InputError, OSError) as error:
+        look = look or _Look(path)
+        return replace(look, uses=look.untouched, trouble=str(error))
 
 
 class ImportColumns(QWidget):
@@ -222,8 +236,9 @@ class ImportColumns(QWidget):
             self._show(_Look())
             return
         chosen = self.options(ReadOptions()) if self._wishes else None
+        known = self._look if self._look.path == self._path and self._look.untouched else None
         self._waiting.start()
-        self._jobs.run(_looking(self._path, chosen), self._show, key=LOOKING)
+        self._jobs.run(_looking(self._path, chosen, known), self._show, key=LOOKING)
 
     def _say_looking(self) -> None:
         if self.looking and self._path is not None:
@@ -782,10 +797,7 @@ class ImportDialog(QDialog):
 
     def _show_report(self, text: str, trouble: bool = False) -> None:
         """Show all of the report: what was repaired must be known."""
-        # What is read from a shell with an option is chosen above here.
-        text = text.replace("(--signal)", "(Read as: signal)")
-        text = text.replace("(--episodes 0-99)", "(Episodes: 0-99)")
-        self._report_label.setText(text.replace(" (--jitter)", " (Timestamps may jitter by)"))
+        self._report_label.setText(name_fields(text, _FIELDS))
         self._report_label.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
         self._report.setVisible(bool(text))
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -41,7 +41,7 @@ from forcelab.gui.layout import (
     resize_on_screen,
     set_enabled_with_reason,
 )
-from forcelab.gui.text import settle_name
+from forcelab.gui.text import name_fields, settle_name
 from forcelab.gui.theme import colours
 from forcelab.gui.widgets import ElidedComboBox, combo_box
 from forcelab.text import counted
@@ -58,13 +58,12 @@ _PLANNED: Final = {"new": "new", "replaced": "replaces labels", "unchanged": "sa
 _DONE: Final = {"new": "imported", "replaced": "replaced", "unchanged": "same labels"}
 #: How many lines of remarks are shown at once.
 LINES: Final = 4
-#: Options of the command, and where they are here.
-_HERE: Final = (
-    (r"\(--demo\)", "(Demonstration)"),
-    (r"\(--replace\)", "(Replace existing labels)"),
-    (r"\(--offset\)", "(Add to all times)"),
-    (r"\(--offset (.*?)\)", r"(Add to all times: \1 s)"),
-)
+#: Options of the command, and the fields in their place.
+_FIELDS: Final = {
+    "--demo": "Demonstration",
+    "--replace": "Replace existing labels",
+    "--offset": "Add to all times",
+}
 
 
 class LabelImportDialog(QDialog):
@@ -204,7 +203,9 @@ class LabelImportDialog(QDialog):
         return project.coding.coders() if project else ()
 
     def _look(self) -> None:
-        """Read the files anew, to show what they are labels of."""
+        """Read the files anew, to show what they are labels of; not while they are imported."""
+        if not self._bar.isHidden():
+            return
         if self._files:
             self._run(self.author.currentText(), writing=False)
         else:
@@ -237,17 +238,20 @@ class LabelImportDialog(QDialog):
             viewer=self._document.author,
             writing=writing,
         )
-        done = self._imported if writing else self._looked
+        done = partial(self._imported, tuple(self._files)) if writing else self._looked
         self._jobs.run(job, done, self._failed, self._bar.show_progress, key="label import")
 
     def _looked(self, report: LabelReport) -> None:
         self._show(report, _PLANNED)
 
-    def _imported(self, report: LabelReport) -> None:
-        """Show what was imported; files that were left out stay for another try."""
+    def _imported(self, files: Sequence[Path], report: LabelReport) -> None:
+        """Show what was imported; files that were left out or added meanwhile stay in the list."""
         self._document.reread()
-        self._files = [path for path in self._files if path in report.trouble()]
+        left_out = report.trouble()
+        self._files = [path for path in self._files if path not in files or path in left_out]
         self._show(report, _DONE)
+        if not set(files).issuperset(self._files):
+            self._look()
 
     def _failed(self, error: Exception) -> None:
         self._show(self._report, _PLANNED)
@@ -259,7 +263,17 @@ class LabelImportDialog(QDialog):
         self._bar.setVisible(False)
         rows = [_row(track, words) for track in report.tracks]
         rows += [
-            _trouble(TableRow((path.name, "", "", "", _here(reason.replace(str(path), path.name)))))
+            _trouble(
+                TableRow(
+                    (
+                        path.name,
+                        "",
+                        "",
+                        "",
+                        name_fields(reason.replace(str(path), path.name), _FIELDS),
+                    )
+                )
+            )
             for path, reason in report.unread.items()
         ]
         self._model.show(_COLUMNS, rows)
@@ -278,7 +292,7 @@ class LabelImportDialog(QDialog):
         if self._done:
             lines.append(f"{counted(self._done, 'track')} imported.")
         for path, remarks in self._report.remarks.items():
-            lines += [f"{path.name}: {_here(remark)}" for remark in remarks]
+            lines += [f"{path.name}: {name_fields(remark, _FIELDS)}" for remark in remarks]
         self._say("\n".join(lines))
 
     def _say(self, text: str, trouble: bool = False) -> None:
@@ -298,7 +312,7 @@ class LabelImportDialog(QDialog):
 
 def _row(track: ImportedTrack, words: dict[str, str]) -> TableRow:
     at = track.demonstration
-    result = _here(track.reason) or words[track.status]
+    result = name_fields(track.reason, _FIELDS) or words[track.status]
     name = at.name if at else ""
     row = TableRow((track.file.name, name, track.author, f"{track.segments:,}", result))
     return _trouble(row) if track.reason else row
@@ -307,10 +321,3 @@ def _row(track: ImportedTrack, words: dict[str, str]) -> TableRow:
 def _trouble(row: TableRow) -> TableRow:
     """A row of what is left out."""
     return replace(row, colours=(None, None, None, None, colours().trouble))
-
-
-def _here(sentence: str) -> str:
-    """A sentence that names the dialog's fields in place of the command's options."""
-    for option, field in _HERE:
-        sentence = re.sub(option, field, sentence)
-    return sentence

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox, QWidget
@@ -19,6 +20,20 @@ def contains_words(text: str, query: str) -> bool:
     """Whether a text has each word of what is searched for, in any order."""
     text = text.casefold()
     return all(word in text for word in query.casefold().split())
+
+
+def name_fields(sentence: str, fields: Mapping[str, str]) -> str:
+    """A sentence with the fields of a dialog in place of the options of the command line.
+
+    ``(--offset 1.5)`` becomes ``(Add to all times: 1.5)``; what is chosen by a word needs no value.
+    """
+
+    def field(match: re.Match[str]) -> str:
+        option, value = match.groups()
+        name = fields.get(option, option)
+        return f"({name}: {value})" if value and ":" not in name else f"({name})"
+
+    return re.sub(r"\((--[a-z-]+)(?: ([^()]*))?\)", field, sentence)
 
 
 def settle_name(parent: QWidget | None, name: str, known: Iterable[str]) -> str:

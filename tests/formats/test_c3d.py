@@ -64,6 +64,12 @@ def test_events_last_until_the_next_one_of_their_context(tmp_path):
     assert list(labels(read_single(tmp_path / "a.c3d", label="Left"))) == ["coder"]
 
 
+def test_an_event_without_a_time_ends_no_label(tmp_path):
+    events = [("Left", "grab", 0.05), ("Left", "hold", float("nan"))]
+    recording = read_single(write_c3d(tmp_path / "a.c3d", forces(300), events=events))
+    assert labels(recording) == {"coder": [(0.05, 0.3, "grab")]}
+
+
 def by_hand(values, processor, scale, real, first=1, unsigned=False):
     """A file of one analog channel with two samples a frame, of a processor of one's choice."""
     order = ">" if processor == 86 else "<"

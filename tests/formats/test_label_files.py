@@ -51,7 +51,7 @@ def test_the_table_of_all_segments_is_a_set_for_each_demonstration_without_predi
         AnnotatedTrack("02", "", 4.0, "coder", BEN),
     ]
     path.write_text(to_statistics_table(rows))
-    left_out = "1 segment that models predicted were left out."
+    left_out = "1 segment that models predicted was left out."
     assert read_label_file(path) == [
         LabelSet("pen - 01", (ANN,), 3.5, (left_out,)),
         LabelSet("02", (BEN,), 4.0),

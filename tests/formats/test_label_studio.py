@@ -231,7 +231,7 @@ def test_what_an_annotator_added_to_is_the_annotators(tmp_path):
 
 def test_what_is_no_segment_is_left_out_and_counted(tmp_path):
     task = server_task(
-        (1, [region(1, 1, "tap"), region(1, 2), {"type": "choices", "value": {}}]),
+        (1, [region(1, 1, "tap"), region(1, 2), *[{"type": "choices", "value": {}}] * 2]),
         (2, [region(0.5, 1.0, "grab")]),
     )
     task["annotations"].append({"was_cancelled": True, "result": [region(1, 2, "grab")]})
@@ -240,7 +240,7 @@ def test_what_is_no_segment_is_left_out_and_counted(tmp_path):
     assert labels.remarks == (
         "1 region without length was left out.",
         "1 region without label was left out.",
-        "1 result of the type 'choices' was left out.",
+        "2 results of the type 'choices' were left out.",
         "1 skipped annotation was left out.",
     )
 

@@ -329,6 +329,27 @@ def test_labels_go_nowhere_but_into_a_dataset_outside_of_projects(tmp_path, caps
         assert main(["export", str(tmp_path), *options, str(folder)]) == 2
 
 
+def test_a_folder_that_is_a_link_is_not_written_through(tmp_path, capsys):
+    folder = tmp_path / "pen"
+    write_dataset(folder)
+    project = imported(folder)
+    label(project, GRABS)
+    elsewhere = (folder / "data").rename(tmp_path / "disk")
+    (folder / "data").symlink_to(elsewhere)
+    before = hashes(elsewhere)
+    assert export(project, folder) == 1
+    assert "a link to a folder elsewhere" in capsys.readouterr().err
+    assert hashes(elsewhere) == before
+    # A file that is a link, as in the cache of the hub, is replaced by one of its own.
+    (folder / "data").unlink()
+    (folder / "data/chunk-000").mkdir(parents=True)
+    for file in elsewhere.glob("*/*"):
+        (folder / "data/chunk-000" / file.name).symlink_to(file)
+    assert export(project, folder) == 0
+    assert hashes(elsewhere) == before
+    assert set(subtasks(folder)) == {"unlabelled", "grab", "hold"}
+
+
 def kill_when(moment):
     """Kill this process at a step of the export."""
 

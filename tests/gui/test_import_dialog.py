@@ -435,6 +435,16 @@ def test_a_remark_names_no_option_of_the_command_line(german, until):
     assert "if it is a signal, import it as one (Read as: signal)" in report(german)
 
 
+def test_a_file_whose_signals_are_not_plain_names_no_option_either(open_on, tmp_path):
+    path = tmp_path / "a.npz"
+    pose = np.zeros((50, 3))
+    np.savez(path, pose=pose, speed=pose, beat=np.arange(50) / 10)
+    dialog = open_on(path)
+    dialog.columns.wish("beat", "times")
+    heading = dialog.columns.heading.text()
+    assert "(Read as: signal), and the times (Read as: times) or their rate (Sample" in heading
+
+
 def test_the_columns_of_a_file_that_is_clicked_are_shown(german, tmp_path):
     path = tmp_path / "VP08.csv"
     path.write_text("t,Druck\n" + "".join(f"{row / 50},{row % 9}\n" for row in range(99)))

@@ -109,6 +109,19 @@ def test_files_are_matched_before_they_are_imported_and_replace_only_on_demand(
     assert stored(document, "Zoe") == GRAB
 
 
+def test_what_is_added_during_an_import_is_read_after_it(dialog, document, files, look, tmp_path):
+    later = tmp_path / f"{document.infos[0].name} - Kim.csv"
+    later.write_text(to_csv([Track("Kim", SLIP)]))
+    dialog.add_files(files[:1])
+    look()
+    click(dialog.go)
+    dialog.add_files([later])
+    dialog.offset.setValue(0.01)  # an import that runs is not begun anew by it
+    look()
+    assert stored(document, "Ben") == SLIP
+    assert [(row[2], row[4]) for row in look()][-1] == ("Kim", "new")
+
+
 def test_delete_removes_a_file_and_a_selected_row_tells_why_it_is_left_out(dialog, files, look):
     click(dialog.pick)
     look()
