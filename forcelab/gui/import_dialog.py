@@ -308,8 +308,9 @@ class ImportColumns(QWidget):
 
     def _show_status(self) -> None:
         """Say which file is shown, and what is missing."""
-        self.heading.setText(self._look.trouble or self._file_sentence())
-        wrong = self._look.trouble or not self._timed or not self._has_signals
+        trouble = name_fields(self._look.trouble, _FIELDS)
+        self.heading.setText(trouble or self._file_sentence())
+        wrong = trouble or not self._timed or not self._has_signals
         self.heading.setStyleSheet(f"color: {colours().warning}" if wrong else "")
 
     @property
