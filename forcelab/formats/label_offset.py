@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.formats.track_text import nearest
 from forcelab.labels import Segments
 
 #: Seconds between the shifts that are compared, as long as there are no more than so many.
@@ -79,10 +80,8 @@ def _fine_shift(segments: Segments, reference: Segments, shift: float, step: flo
             for each in (segments, reference)
         )
         for side in (0, 1):
-            moved, known = own[:, side] + shift, other[:, side]
-            after = np.minimum(np.searchsorted(known, moved), len(known) - 1)
-            nearest = known[np.stack([np.maximum(after - 1, 0), after])] - moved
-            apart.append(np.where(abs(nearest[0]) < abs(nearest[1]), *nearest))
+            moved = own[:, side] + shift
+            apart.append(nearest(moved, other[:, side]) - moved)
     away = np.concatenate(apart)
     close = away[abs(away) < 10 * step]
     return float(np.median(close)) if close.size else 0.0

@@ -20,10 +20,10 @@ from forcelab.errors import InputError, UnclearRateError
 from forcelab.extras import load_extra
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import naming_damage
-from forcelab.formats.streams import Events, Stream, make_recording, preview_streams, unique_names
+from forcelab.formats.streams import Events, Stream, make_recording, preview_streams
 from forcelab.formats.table_sniff import Column, is_time_name, unit_of_time
 from forcelab.formats.timestamps import TimestampReader
-from forcelab.text import listed
+from forcelab.text import listed, unique_names
 
 _MAGIC: Final = b"TDSm"
 #: Bytes with which a segment begins, and the bit that says which end of its numbers comes first.

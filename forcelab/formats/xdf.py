@@ -31,9 +31,8 @@ from forcelab.formats.streams import (
     Stream,
     make_recording,
     preview_streams,
-    unique_names,
 )
-from forcelab.text import listed
+from forcelab.text import listed, unique_names
 
 _MAGIC: Final = b"XDF:"
 _FILE_HEADER, _STREAM_HEADER, _SAMPLES, _CLOCK, _BOUNDARY, _FOOTER = range(1, 7)
