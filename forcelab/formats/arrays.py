@@ -14,11 +14,11 @@ import re
 import time
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,9 @@ ROOM, MOST_TIMES = 2**26, 100
 #: So many times the size of a file may reading it take beside a gigabyte, and beside a minute a
 #: second for so many bytes of it.
 _TIMES_SIZE, _BYTES_A_SECOND = 32, 10**7
+
+
+ResultT = TypeVar("ResultT")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -641,8 +644,17 @@ def _words(values: NDArray[Any], names: Mapping[int, str]) -> TextColumn:
     return column
 
 
-def read_apart(job: Callable[..., Any], path: Path, options: ReadOptions) -> Any:
-    """Run a job on a file in a process of its own, which a damaged file may end.
+#: Opens a file of arrays, which are there as long as it is open.
+TreeOpener: TypeAlias = Callable[[Path], AbstractContextManager[Tree]]
+
+
+def read_apart(
+    opener: TreeOpener,
+    use: Callable[[Tree, ReadOptions], ResultT],
+    path: Path,
+    options: ReadOptions,
+) -> ResultT:
+    """Use a file's tree in a process of its own, which a damaged file may end.
 
     The libraries of HDF5 and MATLAB files are written in C: what a file says wrongly of itself may
     crash them, or keep them busy for ever.
@@ -650,7 +662,7 @@ def read_apart(job: Callable[..., Any], path: Path, options: ReadOptions) -> Any
     from forcelab.process import run_in_process  # not every file needs it
 
     try:
-        return finish(run_in_process(_within_bounds, job, path, options))
+        return finish(run_in_process(_use_within_bounds, opener, use, path, options))
     except InputError:
         raise
     except ForcelabError as error:
@@ -660,12 +672,26 @@ def read_apart(job: Callable[..., Any], path: Path, options: ReadOptions) -> Any
         ) from error
 
 
-def _within_bounds(
-    job: Callable[..., Generator[Progress, None, Any]], path: Path, options: ReadOptions
-) -> Generator[Progress, None, Any]:
-    """Run a job with bounds on its memory and time, which leave room for what a file may need."""
+def _use_within_bounds(
+    opener: TreeOpener,
+    use: Callable[[Tree, ReadOptions], ResultT],
+    path: Path,
+    options: ReadOptions,
+) -> Generator[Progress, None, ResultT]:
+    """Use a file's tree with bounds on memory and time, which leave room for what it may need."""
     _set_bounds(path.stat().st_size)
-    return (yield from job(path, options))
+    yield Progress(0, 1, f"reading {path.name}")
+    return use_tree(opener, use, path, options)
+
+
+def use_tree(
+    opener: TreeOpener,
+    use: Callable[[Tree, ReadOptions], ResultT],
+    path: Path,
+    options: ReadOptions,
+) -> ResultT:
+    with opener(path) as tree:
+        return use(tree, options)
 
 
 def _set_bounds(size: int) -> None:

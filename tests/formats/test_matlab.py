@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from forcelab.errors import InputError
-from forcelab.formats import identify, matlab, preview, read
+from forcelab.formats import arrays, identify, matlab, preview, read
 from forcelab.formats.recording import ReadOptions
-from forcelab.jobs import finish
 from tests.formats.array_files import (
     CODES,
     FORCES,
@@ -25,7 +24,7 @@ from tests.formats.array_files import (
 @pytest.fixture
 def path(tmp_path, monkeypatch):
     """A file that is read in this process."""
-    monkeypatch.setattr(matlab, "read_apart", lambda job, *arguments: finish(job(*arguments)))
+    monkeypatch.setattr(matlab, "read_apart", arrays.use_tree)
     return tmp_path / "pull.mat"
 
 
