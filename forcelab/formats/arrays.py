@@ -357,12 +357,12 @@ class _Choice:
         self.parts = []
         for array in self.read:
             table = array.sample_table(self.rows, _SAMPLE)
-            own = names.get(f"/{array.path}")
-            if own is None:
-                own = (array.path if taken[array.leaf] else array.leaf,)
+            titles = names.get(f"/{array.path}")
+            if titles is None:
+                titles = (array.path if taken[array.leaf] else array.leaf,)
             unit = "ns" if array.dtype.kind == "m" else array.unit
-            given = len(own) == 1 or not own[0].startswith(f"{array.leaf or 'column'} 1")
-            for place, name in enumerate(own):
+            given = len(titles) == 1 or not titles[0].startswith(f"{array.leaf or 'column'} 1")
+            for place, name in enumerate(titles):
                 if array in signals and not self._is_read(array, place, name, options):
                     continue
                 self.parts.append((array, place))
@@ -370,7 +370,7 @@ class _Choice:
                 cells.append(_cells(table[:, place]))
                 kinds.append(_kind(array, cells[-1]))
         rates = [array.rate for array in signals if array.rate]
-        rates += [rate for array in self._arrays if (rate := _told_rate(array))]
+        rates += [rate for array in self._arrays if (rate := _stated_rate(array))]
         width = len(columns)
         self.layout = Layout(
             Dialect(",", ".", width),
@@ -389,8 +389,8 @@ class _Choice:
         names, _ = name_forces(array.leaf, number)
         force = bool(names)
         leaf = array.leaf or "column"
-        if told := self._column_names(array, number):
-            names = told
+        if given := self._column_names(array, number):
+            names = given
         elif not names or number == 1:
             names = (leaf,) if number == 1 else tuple(f"{leaf} {i + 1}" for i in range(number))
         leaves = tuple((i,) for i in range(number))
@@ -511,25 +511,25 @@ class _Choice:
         if self.layout.rate and self.roles.time is None:
             yield ColumnUse("rate", "Hz", "times", (f"{self.layout.rate:g}",), ("times",), "1")
         for array in self._arrays:
-            own = {
+            read = {
                 place: row
                 for row, (other, place) in zip(rows, self.parts, strict=True)
                 if other is array
             }
-            width = array.width(self.rows) if own else 1
-            apart = len({row.use for row in own.values()}) > 1 or f"{array.path} " in self._apart
-            if not own:
+            width = array.width(self.rows) if read else 1
+            apart = len({row.use for row in read.values()}) > 1 or f"{array.path} " in self._apart
+            if not read:
                 yield from _unread(array)
             elif width == 1 or apart or not array.path:
                 table = array.sample_table(self.rows, 3)
                 for place in range(width):
-                    row = own.get(place) or ColumnUse("", "", "left out", _few(table[:, place]))
+                    row = read.get(place) or ColumnUse("", "", "left out", _few(table[:, place]))
                     name = array.path if width == 1 else f"{array.path} {place + 1}"
                     name = name if array.path else row.name
                     yield replace(row, name=name, size=array.size_text)
             else:
                 cells = _few(array.sample_table(self.rows, 1)[0])
-                use = own[0].use
+                use = read[0].use
                 yield ColumnUse(array.path, array.unit, use, cells, _WHOLE, array.size_text)
 
 
@@ -594,7 +594,7 @@ def is_rate_name(name: str) -> bool:
     return _RATE_NAME.fullmatch(re.sub(r"[\W_]", "", name)) is not None
 
 
-def _told_rate(array: Array) -> float | None:
+def _stated_rate(array: Array) -> float | None:
     """The samples a second, where an array is nothing but these."""
     if math.prod(array.shape) != 1 or array.dtype.kind not in "iuf" or not is_rate_name(array.leaf):
         return None

@@ -102,7 +102,7 @@ class Walk:
             return
         if depth > DEEPEST:
             raise InputError(f"'{self.path}' is nested deeper than {DEEPEST} groups ({path[:80]}).")
-        rate = told_rate(group) or rate
+        rate = stated_rate(group) or rate
         for name in group:
             inner = self.separator.join(filter(None, (path, name)))
             link = group.get(name, getlink=True)
@@ -122,7 +122,7 @@ class Walk:
         if isinstance(item, h5py.Group):
             self.add_group(item, path, depth + 1, rate)
         elif isinstance(item, h5py.Dataset) and self._is_new(item):
-            self.add_data_set(item, path, told_rate(item) or rate)
+            self.add_data_set(item, path, stated_rate(item) or rate)
 
     def _is_new(self, item: Any) -> bool:
         import h5py
@@ -264,7 +264,7 @@ class Attributes:
         return result
 
 
-def told_rate(item: Any) -> float | None:
+def stated_rate(item: Any) -> float | None:
     """The samples a second that an attribute of a group or data set tells."""
     names = tuple(name for name in item.attrs if is_rate_name(name))
     rate = Attributes(item).number(names)
