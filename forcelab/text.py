@@ -30,6 +30,19 @@ def listed(names: Sequence[str], most: int = 8) -> str:
     return ", ".join(names[:most]) + more
 
 
+def unique_names(names: Sequence[str]) -> list[str]:
+    """Names with numbers behind those that repeat one before: ``fx``, ``fx 2``."""
+    known, used = set(names), set[str]()
+    result = []
+    for name in names:
+        new, count = name, 2
+        while new in used or (new != name and new in known):
+            new, count = f"{name} {count}", count + 1
+        used.add(new)
+        result.append(new)
+    return result
+
+
 @lru_cache(maxsize=1 << 14)
 def natural_order(name: str) -> tuple[tuple[bool, int, str], ...]:
     """A sorting key by which ``pen-2`` comes before ``pen-10``, and ``2`` before ``pen``."""

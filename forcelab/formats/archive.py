@@ -46,6 +46,7 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError, StaleTrackError
 from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.formats.signatures import names_in_zip
 from forcelab.io import atomic_file
 from forcelab.labels import Segment, Segments, Track, check_name, check_within
 from forcelab.project import (
@@ -598,11 +599,7 @@ def sniff(path: Path, head: bytes) -> bool:
         return False
     if head[30 : 30 + len(MANIFEST)] == MANIFEST.encode():
         return True
-    try:  # packed again by another program, in another order
-        with zipfile.ZipFile(path) as archive:
-            return MANIFEST in archive.namelist()
-    except (zipfile.BadZipFile, NotImplementedError, OSError):
-        return False
+    return MANIFEST in names_in_zip(path)  # packed again by another program, in another order
 
 
 def read_archive(path: str | Path, project_path: str | Path) -> Project:

@@ -14,11 +14,11 @@ import re
 import time
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,9 @@ ROOM, MOST_TIMES = 2**26, 100
 #: What reading a file may take: beside a gigabyte so many times its size, and beside so many
 #: seconds of computing one for so many bytes of it.
 _TIMES_SIZE, _SECONDS, _BYTES_A_SECOND = 32, 30, 10**6
+
+
+ResultT = TypeVar("ResultT")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -354,12 +357,12 @@ class _Choice:
         self.parts = []
         for array in self.read:
             table = array.sample_table(self.rows, _SAMPLE)
-            own = names.get(f"/{array.path}")
-            if own is None:
-                own = (array.path if taken[array.leaf] else array.leaf,)
+            titles = names.get(f"/{array.path}")
+            if titles is None:
+                titles = (array.path if taken[array.leaf] else array.leaf,)
             unit = "ns" if array.dtype.kind == "m" else array.unit
-            given = len(own) == 1 or not own[0].startswith(f"{array.leaf or 'column'} 1")
-            for place, name in enumerate(own):
+            given = len(titles) == 1 or not titles[0].startswith(f"{array.leaf or 'column'} 1")
+            for place, name in enumerate(titles):
                 if array in signals and not self._is_read(array, place, name, options):
                     continue
                 self.parts.append((array, place))
@@ -367,7 +370,7 @@ class _Choice:
                 cells.append(_cells(table[:, place]))
                 kinds.append(_kind(array, cells[-1]))
         rates = [array.rate for array in signals if array.rate]
-        rates += [rate for array in self._arrays if (rate := _told_rate(array))]
+        rates += [rate for array in self._arrays if (rate := _stated_rate(array))]
         width = len(columns)
         self.layout = Layout(
             Dialect(",", ".", width),
@@ -386,8 +389,8 @@ class _Choice:
         names, _ = name_forces(array.leaf, number)
         force = bool(names)
         leaf = array.leaf or "column"
-        if told := self._column_names(array, number):
-            names = told
+        if given := self._column_names(array, number):
+            names = given
         elif not names or number == 1:
             names = (leaf,) if number == 1 else tuple(f"{leaf} {i + 1}" for i in range(number))
         leaves = tuple((i,) for i in range(number))
@@ -508,25 +511,25 @@ class _Choice:
         if self.layout.rate and self.roles.time is None:
             yield ColumnUse("rate", "Hz", "times", (f"{self.layout.rate:g}",), ("times",), "1")
         for array in self._arrays:
-            own = {
+            read = {
                 place: row
                 for row, (other, place) in zip(rows, self.parts, strict=True)
                 if other is array
             }
-            width = array.width(self.rows) if own else 1
-            apart = len({row.use for row in own.values()}) > 1 or f"{array.path} " in self._apart
-            if not own:
+            width = array.width(self.rows) if read else 1
+            apart = len({row.use for row in read.values()}) > 1 or f"{array.path} " in self._apart
+            if not read:
                 yield from _unread(array)
             elif width == 1 or apart or not array.path:
                 table = array.sample_table(self.rows, 3)
                 for place in range(width):
-                    row = own.get(place) or ColumnUse("", "", "left out", _few(table[:, place]))
+                    row = read.get(place) or ColumnUse("", "", "left out", _few(table[:, place]))
                     name = array.path if width == 1 else f"{array.path} {place + 1}"
                     name = name if array.path else row.name
                     yield replace(row, name=name, size=array.size_text)
             else:
                 cells = _few(array.sample_table(self.rows, 1)[0])
-                use = own[0].use
+                use = read[0].use
                 yield ColumnUse(array.path, array.unit, use, cells, _WHOLE, array.size_text)
 
 
@@ -597,7 +600,7 @@ def is_rate_name(name: str) -> bool:
     return _RATE_NAME.fullmatch(re.sub(r"[\W_]", "", name)) is not None
 
 
-def _told_rate(array: Array) -> float | None:
+def _stated_rate(array: Array) -> float | None:
     """The samples a second, where an array is nothing but these."""
     if math.prod(array.shape) != 1 or array.dtype.kind not in "iuf" or not is_rate_name(array.leaf):
         return None
@@ -647,8 +650,17 @@ def _words(values: NDArray[Any], names: Mapping[int, str]) -> TextColumn:
     return column
 
 
-def read_apart(job: Callable[..., Any], path: Path, options: ReadOptions) -> Any:
-    """Run a job on a file in a process of its own, which a damaged file may end.
+#: Opens a file of arrays, which are there as long as it is open.
+TreeOpener: TypeAlias = Callable[[Path], AbstractContextManager[Tree]]
+
+
+def read_apart(
+    opener: TreeOpener,
+    use: Callable[[Tree, ReadOptions], ResultT],
+    path: Path,
+    options: ReadOptions,
+) -> ResultT:
+    """Use a file's tree in a process of its own, which a damaged file may end.
 
     The libraries of HDF5 and MATLAB files are written in C: what a file says wrongly of itself may
     crash them, or keep them busy for ever.
@@ -656,7 +668,7 @@ def read_apart(job: Callable[..., Any], path: Path, options: ReadOptions) -> Any
     from forcelab.process import run_in_process  # not every file needs it
 
     try:
-        return finish(run_in_process(_within_bounds, job, path, options))
+        return finish(run_in_process(_use_within_bounds, opener, use, path, options))
     except InputError:
         raise
     except ForcelabError as error:
@@ -666,12 +678,26 @@ def read_apart(job: Callable[..., Any], path: Path, options: ReadOptions) -> Any
         ) from error
 
 
-def _within_bounds(
-    job: Callable[..., Generator[Progress, None, Any]], path: Path, options: ReadOptions
-) -> Generator[Progress, None, Any]:
-    """Run a job with bounds on its memory and time, which leave room for what a file may need."""
+def _use_within_bounds(
+    opener: TreeOpener,
+    use: Callable[[Tree, ReadOptions], ResultT],
+    path: Path,
+    options: ReadOptions,
+) -> Generator[Progress, None, ResultT]:
+    """Use a file's tree with bounds on memory and time, which leave room for what it may need."""
     _set_bounds(path.stat().st_size)
-    return (yield from job(path, options))
+    yield Progress(0, 1, f"reading {path.name}")
+    return use_tree(opener, use, path, options)
+
+
+def use_tree(
+    opener: TreeOpener,
+    use: Callable[[Tree, ReadOptions], ResultT],
+    path: Path,
+    options: ReadOptions,
+) -> ResultT:
+    with opener(path) as tree:
+        return use(tree, options)
 
 
 def _set_bounds(size: int) -> None:

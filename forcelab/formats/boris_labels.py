@@ -72,7 +72,7 @@ class _Observation:
                 author = f"{self.observer} - {subject}" if several else self.observer
             segments[author].append(segment)
         try:
-            tracks = tuple(Track(author, tuple(own)) for author, own in segments.items())
+            tracks = tuple(Track(author, tuple(parts)) for author, parts in segments.items())
         except InputError as error:
             raise InputError(
                 f"'{path}', observation '{self.id[:80]}': {error} Make the behaviors exclude each "

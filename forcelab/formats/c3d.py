@@ -26,8 +26,8 @@ from forcelab.formats.streams import (
     Stream,
     make_recording,
     preview_streams,
-    unique_names,
 )
+from forcelab.text import unique_names
 
 _BLOCK: Final = 512
 _KEY: Final = 0x50

@@ -21,7 +21,7 @@ from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.label_tables import is_label_table
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
-from forcelab.formats.signatures import naming_damage
+from forcelab.formats.signatures import names_in_zip, naming_damage
 from forcelab.formats.table import make_recording, preview_layout, read_rows
 from forcelab.formats.table_columns import choose_roles
 from forcelab.formats.table_sniff import HEAD, Layout, Line, find_layout, is_comment
@@ -40,13 +40,7 @@ _CURE: Final = "open it in Excel or LibreOffice and save it again"
 
 def sniff(path: Path, head: bytes) -> bool:
     """Whether a file is a workbook, whatever it is called."""
-    if not head.startswith(b"PK\x03\x04"):
-        return False
-    try:
-        with zipfile.ZipFile(path) as archive:
-            return _WORKBOOK in archive.namelist()
-    except (zipfile.BadZipFile, NotImplementedError, ValueError, OSError):
-        return False
+    return head.startswith(b"PK\x03\x04") and _WORKBOOK in names_in_zip(path)
 
 
 def read(path: Path, options: ReadOptions) -> list[Recording]:

@@ -7,7 +7,7 @@ are left out, and so are soft links, which only repeat what has a place of its o
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
@@ -29,7 +29,6 @@ from forcelab.formats.arrays import (
 )
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import naming_damage
-from forcelab.jobs import Progress
 from forcelab.text import listed
 
 #: Groups in groups, and data sets in a file; more are no recording.
@@ -51,37 +50,24 @@ def sniff(path: Path, head: bytes) -> bool:  # noqa: ARG001 - as every format
 
 def read(path: Path, options: ReadOptions) -> list[Recording]:
     """Read a file as a demonstration, or as many as its groups are numbered."""
-    load_extra("h5py", "hdf5", f"'{path}' is an HDF5 file, which")
-    recordings: list[Recording] = read_apart(_reading, path, options)
-    return recordings
+    return read_apart(_open_tree, read_tree, path, options)
 
 
 def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
     """What the data sets of a file would be read as."""
-    load_extra("h5py", "hdf5", f"'{path}' is an HDF5 file, which")
-    uses: tuple[ColumnUse, ...] = read_apart(_previewing, path, options)
-    return uses
-
-
-def _reading(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:
-    yield Progress(0, 1, f"reading {path.name}")
-    with opened(path) as file:
-        return read_tree(Walk(path, file).tree(), options)
-
-
-def _previewing(
-    path: Path, options: ReadOptions
-) -> Generator[Progress, None, tuple[ColumnUse, ...]]:
-    yield Progress(0, 1, f"reading {path.name}")
-    with opened(path) as file:
-        return preview_tree(Walk(path, file).tree(), options)
+    return read_apart(_open_tree, preview_tree, path, options)
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Any]:
-    """The file, open as long as it is read; what the library says of damage is one sentence."""
-    import h5py
+def _open_tree(path: Path) -> Iterator[Tree]:
+    with opened(path, "an HDF5 file") as file:
+        yield Walk(path, file).tree()
 
+
+@contextmanager
+def opened(path: Path, kind: str) -> Iterator[Any]:
+    """The file, open as long as it is read; what the library says of damage is one sentence."""
+    h5py = load_extra("h5py", "hdf5", f"'{path}' is {kind}, which")
     cure = "copy it again, or write it again with the program that made it"
     with naming_damage(path, "HDF5 file", cure), h5py.File(path, "r", locking=False) as file:
         yield file

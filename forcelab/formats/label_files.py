@@ -19,7 +19,6 @@ from typing import Final, Literal, Protocol, cast
 from unicodedata import normalize
 
 import numpy as np
-from numpy.typing import NDArray
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration
@@ -27,11 +26,10 @@ from forcelab.errors import InputError
 from forcelab.formats.label_offset import fit_offset
 from forcelab.formats.output_folder import file_names
 from forcelab.formats.signatures import announced_kind, file_head, naming_file, seems_to_be
-from forcelab.formats.track_text import on_samples
+from forcelab.formats.track_text import edges_of, nearest, on_samples, with_edges
 from forcelab.jobs import Progress, finish
 from forcelab.labels import (
     OVERHANG,
-    Segment,
     Segments,
     Track,
     check_name,
@@ -691,30 +689,22 @@ def _on_force_clock(
                 )
     tracks = []
     for track in labels.tracks:
-        edges = np.array([(s.start, s.end) for s in track.segments]).reshape(-1, 2)
+        edges = edges_of(track)
         with np.errstate(over="ignore"):  # no segment has such an edge, which is told
             if origin or clock != ClockMap():
                 edges = clock.to_force(edges + origin)
             edges = edges + offset
-        tracks.append(_with_edges(track, edges))
+        tracks.append(with_edges(track, edges))
     return on_samples(tracks, demonstration.times), remark
-
-
-def _with_edges(track: Track, edges: NDArray[np.float64]) -> Track:
-    pairs = zip(track.segments, edges.tolist(), strict=True)
-    return Track(track.author, tuple(Segment(start, end, s.action) for s, (start, end) in pairs))
 
 
 def _at_stored_edges(track: Track, stored: Segments, resolution: float) -> Track:
     """A track whose edges are those stored where the file only rounds them."""
     if not stored or not track.segments:
         return track
-    known = np.unique([(s.start, s.end) for s in stored])
-    edges = np.array([(s.start, s.end) for s in track.segments])
-    after = np.clip(np.searchsorted(known, edges), 1, max(1, len(known) - 1))
-    lower, upper = known[after - 1], known[np.minimum(after, len(known) - 1)]
-    nearest = np.where(edges - lower < upper - edges, lower, upper)
-    moved = np.where(np.abs(nearest - edges) <= resolution, nearest, edges)
+    edges = edges_of(track)
+    known = nearest(edges, np.unique([(s.start, s.end) for s in stored]))
+    moved = np.where(np.abs(known - edges) <= resolution, known, edges)
     # An edge may be nearer to the one across a short gap: segments are known by both of theirs.
     starts = [s.start for s in stored]
     for row, segment in enumerate(track.segments):
@@ -725,4 +715,4 @@ def _at_stored_edges(track: Track, stored: Segments, resolution: float) -> Track
                 moved[row] = known_segment.start, known_segment.end
     if not (moved[:, 0] < moved[:, 1]).all() or not (moved[:-1, 1] <= moved[1:, 0]).all():
         return track
-    return _with_edges(track, moved)
+    return with_edges(track, moved)

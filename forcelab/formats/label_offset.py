@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.formats.track_text import nearest
 from forcelab.labels import Segments
 
 #: Seconds between the shifts that are compared, as long as there are no more than so many.
@@ -42,11 +43,11 @@ def fit_offset(segments: Segments, reference: Segments) -> OffsetFit | None:
     count = 1 << (2 * round(length / step) + 2).bit_length()
     overlap = np.zeros(count)
     for action in {s.action for s in segments} & {s.action for s in reference}:
-        own, other = (
+        moved, fixed = (
             np.fft.rfft(_covered(each, action, start, step, count))
             for each in (segments, reference)
         )
-        overlap += np.fft.irfft(np.conj(own) * other, count)
+        overlap += np.fft.irfft(np.conj(moved) * fixed, count)
     labelled = sum(s.duration for s in (*segments, *reference)) / step
     best = int(np.argmax(overlap))
     shift = (best if best < count // 2 else best - count) * step
@@ -74,15 +75,13 @@ def _fine_shift(segments: Segments, reference: Segments, shift: float, step: flo
     """What is to be added to a shift, by the edges that lie less than ten steps apart."""
     apart = [np.zeros(0)]
     for action in {s.action for s in segments} & {s.action for s in reference}:
-        own, other = (
+        first, second = (
             np.array([(s.start, s.end) for s in each if s.action == action])
             for each in (segments, reference)
         )
         for side in (0, 1):
-            moved, known = own[:, side] + shift, other[:, side]
-            after = np.minimum(np.searchsorted(known, moved), len(known) - 1)
-            nearest = known[np.stack([np.maximum(after - 1, 0), after])] - moved
-            apart.append(np.where(abs(nearest[0]) < abs(nearest[1]), *nearest))
+            moved = first[:, side] + shift
+            apart.append(nearest(moved, second[:, side]) - moved)
     away = np.concatenate(apart)
     close = away[abs(away) < 10 * step]
     return float(np.median(close)) if close.size else 0.0

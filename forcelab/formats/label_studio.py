@@ -122,7 +122,7 @@ def _task(
     scores: Mapping[str, Sequence[float | None]],
 ) -> dict[str, Any]:
     annotations, predictions = [], []
-    for number, (author, own) in enumerate(regions.items(), start=1):
+    for number, (author, author_regions) in enumerate(regions.items(), start=1):
         result: list[dict[str, Any]] = [
             {
                 "id": f"{number}-{i}",
@@ -132,7 +132,7 @@ def _task(
                 "origin": "manual",
                 "value": value,
             }
-            for i, (kind, value) in enumerate(own, start=1)
+            for i, (kind, value) in enumerate(author_regions, start=1)
         ]
         if is_model(author):
             for region, score in zip_longest(result, scores.get(author, ())):
@@ -342,9 +342,9 @@ def _person(value: JsonValue, options: LabelOptions) -> str:
 
 def _name(data: JsonValue, task: JsonValue, otherwise: str) -> str:
     """What a task calls its demonstration: as we do, else as its file."""
-    own = data.member("demonstration").value
-    if own and isinstance(own, str):
-        return own
+    title = data.member("demonstration").value
+    if title and isinstance(title, str):
+        return title
     values = [data.member("csv"), data.member("video"), task.member("file_upload")]
     values += [value for _, value in data.members()]
     names = (_file_name(value.value) for value in values if isinstance(value.value, str))

@@ -232,8 +232,8 @@ def _videos(
                 raise InputError(f"{sentence}; leave it out (--leave-out {camera}).")
             remarks.append(f"{sentence}.")
         name = camera.removeprefix("observation.").removeprefix("images.")
-        own = name if name not in [video.name for video in videos] else camera
-        videos.append(VideoReference(file, ClockMap(first), own))
+        video_name = name if name not in [video.name for video in videos] else camera
+        videos.append(VideoReference(file, ClockMap(first), video_name))
     return tuple(videos), remarks
 
 
@@ -264,15 +264,15 @@ def _write_pictures(
         for row, time in zip(times.rows.tolist(), times.times.tolist(), strict=True):
             data = contents[row].as_py() or b""
             try:
-                jpeg, own = check_jpeg(encode_jpeg(decode_png(data)) if is_png(data) else data)
-                if count and own != size:
+                jpeg, shape = check_jpeg(encode_jpeg(decode_png(data)) if is_png(data) else data)
+                if count and shape != size:
                     raise PictureError("it is of another size")
             except PictureError as error:
                 fault = fault or f"picture {row} cannot be used: {error}"
                 continue
             if not count:
-                writer = stack.enter_context(closing(JpegVideoWriter(file, *own)))
-                first, size = time, own
+                writer = stack.enter_context(closing(JpegVideoWriter(file, *shape)))
+                first, size = time, shape
             writer.write(jpeg, time - first)
             count += 1
     if not count:

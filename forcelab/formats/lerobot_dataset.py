@@ -163,9 +163,9 @@ class Dataset:
         by_file: dict[Path, dict[int, Episode]] = defaultdict(dict)
         for episode in episodes:
             by_file[episode.file][episode.number] = episode
-        for file, those in by_file.items():
-            parts: dict[int, list[Any]] = {number: [] for number in those}
-            numbers = sorted(those)
+        for file, requested in by_file.items():
+            parts: dict[int, list[Any]] = {number: [] for number in requested}
+            numbers = sorted(requested)
             with open_parquet(file) as parquet:
                 present = set(parquet.schema_arrow.names)
                 needed = [*_PLACES[:3], "task_index", *features]
@@ -177,10 +177,10 @@ class Dataset:
                         continue
                     table = parquet.read_row_group(group, columns=columns)
                     for number in pc.unique(table["episode_index"]).to_pylist():
-                        if number in those:
-                            own = pc.equal(table["episode_index"], number)
-                            parts[number].append(table.filter(own))
-                for number, episode in those.items():
+                        if number in requested:
+                            rows = pc.equal(table["episode_index"], number)
+                            parts[number].append(table.filter(rows))
+                for number, episode in requested.items():
                     frames = pa.concat_tables(parts.pop(number)) if parts[number] else ()
                     if len(frames) != episode.length:
                         raise InputError(
@@ -274,11 +274,11 @@ def _names(feature: str, names: Any, size: int) -> tuple[str, ...]:
         elif sorted(map(str, parts)) == sorted(map(str, range(len(parts)))):
             names = sorted(names, key=lambda name: int(names[name]))
     texts = [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
-    own = tuple(" ".join(name.split()) for name in texts)
+    given = tuple(" ".join(name.split()) for name in texts)
     if size == 1:
         return (feature,)
-    if len(own) == len(set(own)) == size and all(own):
-        return own
+    if len(given) == len(set(given)) == size and all(given):
+        return given
     return tuple(f"{feature}.{place}" for place in range(size))
 
 

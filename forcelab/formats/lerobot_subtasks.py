@@ -57,7 +57,7 @@ def writing_subtasks(
     names += [action for action in used if action not in names]
     rest = next(number for number, name in enumerate(names) if is_unlabelled(name))
     codes = {
-        number: np.where((own := _codes(segments, times, names)) < 0, rest, own)
+        number: np.where((coded := _codes(segments, times, names)) < 0, rest, coded)
         for number, (segments, times) in found.items()
     }
     changed = []
@@ -200,12 +200,12 @@ def _write_data(
                 start = 0
                 for group in range(groups):
                     table = parquet.read_row_group(group)
-                    own = pa.array(values[start : start + len(table)], pa.int64())
+                    column = pa.array(values[start : start + len(table)], pa.int64())
                     start += len(table)
                     if place < 0:
-                        table = table.append_column(field_, own)
+                        table = table.append_column(field_, column)
                     else:
-                        table = table.set_column(place, field_, own)
+                        table = table.set_column(place, field_, column)
                     table = table.replace_schema_metadata(schema.metadata)
                     writer.write_table(table, row_group_size=max(1, len(table)))
             stream.flush()
@@ -216,11 +216,11 @@ def _write_data(
 def _with_feature(metadata: Mapping[bytes, bytes]) -> dict[bytes, bytes]:
     """What their library says of a file's columns, with the subtask where it says anything."""
     try:
-        said = json.loads(metadata[b"huggingface"])
-        said["info"]["features"][SUBTASK] = {"dtype": "int64", "_type": "Value"}
+        description = json.loads(metadata[b"huggingface"])
+        description["info"]["features"][SUBTASK] = {"dtype": "int64", "_type": "Value"}
     except (KeyError, ValueError, TypeError):
         return dict(metadata)
-    return {**metadata, b"huggingface": json.dumps(said).encode()}
+    return {**metadata, b"huggingface": json.dumps(description).encode()}
 
 
 def _names_table(names: Sequence[str]) -> bytes:

@@ -10,17 +10,16 @@ import math
 import struct
 import warnings
 import zlib
-from collections.abc import Callable, Generator
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.extras import load_extra
 from forcelab.formats import hdf5
 from forcelab.formats.arrays import (
     MOST_TIMES,
@@ -34,7 +33,6 @@ from forcelab.formats.arrays import (
 )
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import naming_damage
-from forcelab.jobs import Progress
 from forcelab.text import listed
 
 #: Where the HDF5 part of a file of version 7.3 begins.
@@ -64,51 +62,29 @@ def _is_version_4(head: bytes, order: str) -> bool:
 
 def read(path: Path, options: ReadOptions) -> list[Recording]:
     """Read a file as a demonstration, or as many as its structs or cells are numbered."""
-    recordings: list[Recording] = _apart(_reading, path, options)
-    return recordings
+    return read_apart(_open_tree, read_tree, path, options)
 
 
 def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
     """What the arrays of a file would be read as."""
-    uses: tuple[ColumnUse, ...] = _apart(_previewing, path, options)
-    return uses
+    return read_apart(_open_tree, preview_tree, path, options)
 
 
-def _apart(job: Callable[..., Any], path: Path, options: ReadOptions) -> Any:
+@contextmanager
+def _open_tree(path: Path) -> Iterator[Tree]:
     if _is_hdf5(path):
-        load_extra("h5py", "hdf5", f"'{path}' is a MATLAB file of version 7.3, which")
-    return read_apart(job, path, options)
+        with hdf5.opened(path, "a MATLAB file of version 7.3") as file:
+            yield _Walk73(path, file).tree()
+    else:
+        with _naming_damage(path), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of what SciPy finds odd and reads nevertheless
+            yield _Variables(path).tree()
 
 
 def _is_hdf5(path: Path) -> bool:
     with path.open("rb") as file:
         file.seek(_HDF5_AT)
         return hdf5.sniff(path, file.read(8))
-
-
-def _reading(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:
-    yield Progress(0, 1, f"reading {path.name}")
-    return _with_tree(path, lambda tree: read_tree(tree, options))
-
-
-def _previewing(
-    path: Path, options: ReadOptions
-) -> Generator[Progress, None, tuple[ColumnUse, ...]]:
-    yield Progress(0, 1, f"reading {path.name}")
-    return _with_tree(path, lambda tree: preview_tree(tree, options))
-
-
-ResultT = TypeVar("ResultT")
-
-
-def _with_tree(path: Path, use: Callable[[Tree], ResultT]) -> ResultT:
-    """What is made of a file's tree while the file is open."""
-    if _is_hdf5(path):
-        with hdf5.opened(path) as file:
-            return use(_Walk73(path, file).tree())
-    with _naming_damage(path), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of what SciPy finds odd and reads nevertheless
-        return use(_Variables(path).tree())
 
 
 class _Variables:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.formats.arrays import Array, Tree, check_size, preview_tree, read_tree
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
-from forcelab.formats.signatures import naming_damage
+from forcelab.formats.signatures import names_in_zip, naming_damage
 
 _NPY: Final = b"\x93NUMPY"
 #: Files in an archive; more are no recording.
@@ -30,12 +30,8 @@ def sniff(path: Path, head: bytes) -> bool:
     """Whether a file is an array, or a zip file of nothing else."""
     if head.startswith(_NPY):
         return True
-    try:
-        with zipfile.ZipFile(path) as archive:
-            names = archive.namelist()
-    except (zipfile.BadZipFile, NotImplementedError, OSError, ValueError):
-        return b".npy" in head[:100]
-    return bool(names) and all(name.endswith(".npy") for name in names)
+    names = names_in_zip(path)
+    return all(name.endswith(".npy") for name in names) if names else b".npy" in head[:100]
 
 
 def read(path: Path, options: ReadOptions) -> list[Recording]:

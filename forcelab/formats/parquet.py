@@ -60,11 +60,11 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     options = table.name_parts(options)
     roles = choose_roles(table.layout, options)
     reader = BodyReader(table.layout, roles)
-    wanted = [i for i in range(len(table.layout.columns)) if i not in roles.left_out]
+    read_columns = [i for i in range(len(table.layout.columns)) if i not in roles.left_out]
     sources = [source for source in table.sources if not roles.left_out.issuperset(source.indices)]
     first = 1
     with _naming_damage(path):
-        for batch in _batches(path, {source.top for source in sources}, len(wanted)):
+        for batch in _batches(path, {source.top for source in sources}, len(read_columns)):
             numbers = np.arange(first, first + batch.num_rows)
             columns = _columns(batch, sources, first, path)
             reader.read(numbers, _cells(columns, table.layout, roles, first == 1))
@@ -144,8 +144,8 @@ def _sniff_table(path: Path) -> _Table:
         kind or by_text for kind, by_text in zip(types, column_kinds(rows, dialect), strict=True)
     )
     layout = Layout(dialect, named, kinds, 0, rows, remarks, path=path, line="row")
-    told = [f"No numbers or words were read from {listed(left)}."] if left else []
-    return _Table(layout, tuple(sources), tuple(told))
+    more = [f"No numbers or words were read from {listed(left)}."] if left else []
+    return _Table(layout, tuple(sources), tuple(more))
 
 
 def _schema(path: Path) -> Any:

@@ -23,6 +23,7 @@ __all__ = [
     "is_bag_folder",
     "is_lerobot_folder",
     "lerobot_folder",
+    "names_in_zip",
     "naming_damage",
     "naming_file",
     "seems_to_be",
@@ -124,6 +125,15 @@ def file_head(path: Path) -> bytes:
     if not head:
         raise InputError(f"'{path}' is empty (0 bytes); copy it again from where it is from.")
     return head
+
+
+def names_in_zip(path: Path) -> list[str]:
+    """The names of what is in a zip file; none of what is no whole one."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return archive.namelist()
+    except (zipfile.BadZipFile, NotImplementedError, ValueError, OSError):
+        return []
 
 
 @contextlib.contextmanager

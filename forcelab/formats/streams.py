@@ -301,16 +301,3 @@ def _segments(events: Events, start: float, duration: float) -> tuple[Segment, .
         else:
             joined.append(segment)
     return tuple(joined)
-
-
-def unique_names(names: Sequence[str]) -> list[str]:
-    """Names with numbers behind those that repeat one before."""
-    used: set[str] = set()
-    result = []
-    for name in names:
-        new, count = name, 2
-        while new in used:
-            new, count = f"{name} {count}", count + 1
-        used.add(new)
-        result.append(new)
-    return result

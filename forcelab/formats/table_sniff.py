@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
+from forcelab.text import unique_names
 
 #: Words, in lower case, that stand for a missing sample.
 MISSING = (
@@ -180,22 +181,20 @@ def name_columns(
     """
     split = [_name_and_unit(cell) for cell in header]
     below = [unit.strip().strip("[](){}").strip() for unit in units] or [""] * len(split)
-    taken = {name for name, _ in split if name}
-    columns: list[Column] = []
-    used: set[str] = set()
-    renamed: list[str] = []
-    for number, ((name, unit), lower) in enumerate(zip(split, below, strict=True), start=1):
-        new, count = name or f"column {number}", 2
-        while new in used or (new != name and new in taken):
-            new, count = f"{name or f'column {number}'} {count}", count + 1
-        if name and new != name:
-            renamed.append(f"'{new}' (column {number})")
-        used.add(new)
-        columns.append(Column(new, unit or lower, named=bool(name)))
+    names = unique_names([name or f"column {i}" for i, (name, _) in enumerate(split, start=1)])
+    columns = tuple(
+        Column(new, unit or lower, named=bool(name))
+        for new, (name, unit), lower in zip(names, split, below, strict=True)
+    )
+    renamed = [
+        f"'{new}' (column {number})"
+        for number, (new, (name, _)) in enumerate(zip(names, split, strict=True), start=1)
+        if name and new != name
+    ]
     remarks = []
     if renamed:
         remarks.append(f"Columns that repeat a name were renamed: {', '.join(renamed)}.")
-    return tuple(columns), tuple(remarks)
+    return columns, tuple(remarks)
 
 
 def _words(name: str) -> list[str]:

@@ -20,10 +20,10 @@ from forcelab.errors import InputError, UnclearRateError
 from forcelab.extras import load_extra
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import naming_damage
-from forcelab.formats.streams import Events, Stream, make_recording, preview_streams, unique_names
+from forcelab.formats.streams import Events, Stream, make_recording, preview_streams
 from forcelab.formats.table_sniff import Column, is_time_name, unit_of_time
 from forcelab.formats.timestamps import TimestampReader
-from forcelab.text import listed
+from forcelab.text import listed, unique_names
 
 _MAGIC: Final = b"TDSm"
 #: Bytes with which a segment begins, and the bit that says which end of its numbers comes first.
@@ -146,8 +146,8 @@ def _time_channel(group: Any, options: ReadOptions) -> Any:
     """The channel of times in a group: the one asked for, else dates, else one that is named so."""
     channels = [channel for channel in group.channels() if len(channel)]
     if options.time is not None:
-        wanted = options.time.removeprefix(f"{group.name}.")
-        return next((channel for channel in channels if channel.name == wanted), None)
+        name = options.time.removeprefix(f"{group.name}.")
+        return next((channel for channel in channels if channel.name == name), None)
     channels = [channel for channel in channels if not _step(channel)]
     dates = (channel for channel in channels if channel.dtype.kind == "M")
     named = (c for c in channels if c.dtype.kind in "fiu" and is_time_name(c.name))
@@ -183,13 +183,13 @@ class _Clocks:
 
         The times are in `times` then.
         """
-        group, length, told = channel.group_name, len(channel), channel.properties
+        group, length, properties = channel.group_name, len(channel), channel.properties
         step = _step(channel)
         if not length:
             return None
         if step and self._options.time is None:
-            start = float(told.get("wf_start_offset", 0))
-            if (moment := told.get("wf_start_time")) is not None:
+            start = float(properties.get("wf_start_offset", 0))
+            if (moment := properties.get("wf_start_time")) is not None:
                 nanoseconds = int(moment.as_datetime64("ns").astype(np.int64))
                 start += self._since_zero(nanoseconds // 10**9) + nanoseconds % 10**9 / 1e9
             key = _Key(group, length, step, start)

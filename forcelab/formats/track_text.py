@@ -47,15 +47,28 @@ def _plain(time: float) -> float:
 
 
 def _on_samples(track: Track, times: NDArray[np.float64]) -> Track:
-    edges = np.array([(s.start, s.end) for s in track.segments]).reshape(-1, 2)
-    after = np.clip(np.searchsorted(times, edges), 1, len(times) - 1)
-    lower, upper = times[after - 1], times[after]
-    nearest = np.where(edges - lower < upper - edges, lower, upper)
-    moved = np.where(abs(nearest - edges) <= SLIVER, nearest, edges)
-    if not (moved[:, 0] < moved[:, 1]).all():
-        return track
-    pairs = zip(track.segments, moved.tolist(), strict=True)
+    edges = edges_of(track)
+    samples = nearest(edges, times)
+    moved = np.where(abs(samples - edges) <= SLIVER, samples, edges)
+    return with_edges(track, moved) if (moved[:, 0] < moved[:, 1]).all() else track
+
+
+def edges_of(track: Track) -> NDArray[np.float64]:
+    """Starts and ends (s) of a track's segments, shape (n, 2)."""
+    return np.array([(s.start, s.end) for s in track.segments]).reshape(-1, 2)
+
+
+def with_edges(track: Track, edges: NDArray[np.float64]) -> Track:
+    """A track with other starts and ends of its segments."""
+    pairs = zip(track.segments, edges.tolist(), strict=True)
     return Track(track.author, tuple(Segment(start, end, s.action) for s, (start, end) in pairs))
+
+
+def nearest(values: NDArray[np.float64], known: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Of some rising values the one that is nearest to each value."""
+    after = np.searchsorted(known, values)
+    lower, upper = known[np.maximum(after - 1, 0)], known[np.minimum(after, len(known) - 1)]
+    return np.where(values - lower < upper - values, lower, upper)
 
 
 #: The columns of the CSV, in this order.

@@ -31,9 +31,8 @@ from forcelab.formats.streams import (
     Stream,
     make_recording,
     preview_streams,
-    unique_names,
 )
-from forcelab.text import listed
+from forcelab.text import listed, unique_names
 
 _MAGIC: Final = b"XDF:"
 _FILE_HEADER, _STREAM_HEADER, _SAMPLES, _CLOCK, _BOUNDARY, _FOOTER = range(1, 7)
@@ -87,14 +86,14 @@ def _load(path: Path, options: ReadOptions) -> tuple[list[Stream], list[Events],
         source = io.BytesIO(file.read(end)) if damage else file
         with naming_damage(path, "XDF file", _CURE), _refusing_logged():
             found, _ = pyxdf.load_xdf(source, dejitter_timestamps=False)
-            names = unique_names([_text(one["info"], "name") or "stream" for one in found])
+            names = unique_names([_text(stream["info"], "name") or "stream" for stream in found])
             filled = [
-                (name, one)
-                for name, one in zip(names, found, strict=True)
-                if len(one["time_stamps"])
+                (name, stream)
+                for name, stream in zip(names, found, strict=True)
+                if len(stream["time_stamps"])
             ]
-            events = [_events(name, one) for name, one in filled if _is_events(one)]
-            pairs = [_stream(name, one) for name, one in filled if not _is_events(one)]
+            events = [_events(name, stream) for name, stream in filled if _is_events(stream)]
+            pairs = [_stream(name, stream) for name, stream in filled if not _is_events(stream)]
     empty = [name for name in names if name not in {name for name, _ in filled}]
     if empty:
         remarks.append(f"No samples came from {listed(empty)}.")
@@ -136,7 +135,7 @@ def _stream(name: str, stream: Any) -> tuple[Stream, str]:
     plain = [f"{name} {i + 1}" if several else name for i in range(values.shape[1])]
     labels = [_text(channel, "label") for channel in listing] + [""] * len(plain)
     units = [_text(channel, "unit") for channel in listing] + [""] * len(plain)
-    named = unique_names([label or own for label, own in zip(labels, plain, strict=False)])
+    named = unique_names([label or default for label, default in zip(labels, plain, strict=False)])
     channels = tuple(Channel(label, unit) for label, unit in zip(named, units, strict=False))
     remark = ""
     rate = float(_text(info, "nominal_srate"))
@@ -221,10 +220,10 @@ def _check_chunk(file: BinaryIO, length: int, streams: dict[int, int]) -> None:
         header = fromstring(file.read(size).decode("utf-8", "replace"))
         if tag == _STREAM_HEADER:
             channels, rate = (
-                int(_own(header, "channel_count")),
-                float(_own(header, "nominal_srate")),
+                int(_required_text(header, "channel_count")),
+                float(_required_text(header, "nominal_srate")),
             )
-            width = _SIZES[_own(header, "channel_format")]
+            width = _SIZES[_required_text(header, "channel_format")]
             if not 1 <= channels <= _MOST_CHANNELS or not 0 <= rate < math.inf:
                 raise ValueError(f"a stream of {channels} channels at {rate} Hz")
             streams[number] = 1 + channels * width
@@ -234,7 +233,7 @@ def _check_chunk(file: BinaryIO, length: int, streams: dict[int, int]) -> None:
         raise ValueError(f"{count:,} samples in {length:,} bytes")
 
 
-def _own(header: Any, name: str) -> str:
+def _required_text(header: Any, name: str) -> str:
     """A text that a stream's header has to have."""
     text = header.findtext(name)
     if text is None:

@@ -55,11 +55,11 @@ def cut_video(source: Path, start: float, end: float, target: Path) -> VideoCut:
 
 def _seek(read: Any, stream: Any, start: float) -> int:
     """Go to the last key frame at or before a time; gives its stamp."""
-    wanted = place = round((start + _SAME) / stream.time_base)
+    latest = place = round((start + _SAME) / stream.time_base)
     for _ in range(_TRIES):
         read.seek(place, stream=stream)
         packet = next((p for p in read.demux(stream) if p.pts is not None), None)
-        if packet is None or packet.pts <= wanted:
+        if packet is None or packet.pts <= latest:
             break
         place = min(place, packet.dts) - 1  # it is decoded before the start, but shown after it
     else:
@@ -71,8 +71,8 @@ def _seek(read: Any, stream: Any, start: float) -> int:
 def _copy(read: Any, stream: Any, first: int, write: Any, stretch: tuple[float, float]) -> VideoCut:
     """Copy packets from where a file stands; the first frame gets the time 0."""
     start, end = (edge - _SAME for edge in stretch)
-    own = write.add_stream_from_template(stream, opaque=True)  # copying needs no encoder
-    own.time_base = stream.time_base
+    copied = write.add_stream_from_template(stream, opaque=True)  # copying needs no encoder
+    copied.time_base = stream.time_base
     times = []
     for packet in read.demux(stream):
         if packet.pts is None or packet.dts is None or packet.pts < first:
@@ -82,6 +82,6 @@ def _copy(read: Any, stream: Any, first: int, write: Any, stretch: tuple[float, 
         stamp = float(packet.pts * stream.time_base)
         if start <= stamp < end:
             times.append(stamp)
-        packet.pts, packet.dts, packet.stream = packet.pts - first, packet.dts - first, own
+        packet.pts, packet.dts, packet.stream = packet.pts - first, packet.dts - first, copied
         write.mux(packet)
     return VideoCut(float(first * stream.time_base), np.unique(np.array(times)))

@@ -129,8 +129,8 @@ _LAYOUTS: Final = {
     "yuv422_yuy2": _Layout(2, 8, "YUV2BGR_YUY2"),
     "yuyv": _Layout(2, 8, "YUV2BGR_YUY2"),
 } | {
-    f"bayer_{ros}{bits}": _Layout(1, bits, f"Bayer{theirs}2BGR")
-    for ros, theirs in (("rggb", "BG"), ("bggr", "RG"), ("gbrg", "GR"), ("grbg", "GB"))
+    f"bayer_{ros}{bits}": _Layout(1, bits, f"Bayer{opencv_order}2BGR")
+    for ros, opencv_order in (("rggb", "BG"), ("bggr", "RG"), ("gbrg", "GR"), ("grbg", "GB"))
     for bits in (8, 16)
 }
 

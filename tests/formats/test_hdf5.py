@@ -4,13 +4,12 @@ import random
 
 import numpy as np
 import pytest
-from process_jobs import crashing
+from process_jobs import ending_process
 
 from forcelab.cli import main
 from forcelab.errors import InputError, UnclearRateError
-from forcelab.formats import hdf5, preview, read
+from forcelab.formats import arrays, hdf5, preview, read
 from forcelab.formats.recording import ReadOptions
-from forcelab.jobs import finish
 from tests.formats.array_files import CODES, FORCES, SAMPLES, TIMES, WORDS, whole_hdf5
 
 h5py = pytest.importorskip("h5py")
@@ -19,7 +18,7 @@ h5py = pytest.importorskip("h5py")
 @pytest.fixture
 def inside(monkeypatch):
     """Read in this process."""
-    monkeypatch.setattr(hdf5, "read_apart", lambda job, *arguments: finish(job(*arguments)))
+    monkeypatch.setattr(hdf5, "read_apart", arrays.use_tree)
 
 
 @pytest.fixture
@@ -225,7 +224,7 @@ class TestForeignFiles:
                 assert str(error).isprintable()
 
     def test_a_file_that_ends_the_process_is_a_sentence(self, tmp_path, monkeypatch):
-        monkeypatch.setattr(hdf5, "_reading", crashing)
+        monkeypatch.setattr(hdf5, "read_tree", ending_process)
         path = tmp_path / "a.h5"
         with h5py.File(path, "w") as file:
             file["force"] = FORCES
@@ -244,8 +243,7 @@ def test_the_command_reads_a_file_in_a_process_of_its_own(tmp_path, capsys):
     assert "is not a whole HDF5 file (" in capsys.readouterr().err
 
 
-def test_a_missing_library_is_named_with_the_extra_that_brings_it(tmp_path, monkeypatch):
-    path = tmp_path / "pull.h5"
+def test_a_missing_library_is_named_with_the_extra_that_brings_it(path, monkeypatch):
     with h5py.File(path, "w") as file:
         file["force"] = FORCES
 

@@ -8,9 +8,8 @@ import pytest
 import scipy.io
 
 from forcelab.errors import InputError
-from forcelab.formats import identify, matlab, preview, read
+from forcelab.formats import arrays, identify, matlab, preview, read
 from forcelab.formats.recording import ReadOptions
-from forcelab.jobs import finish
 from tests.formats.array_files import (
     CODES,
     FORCES,
@@ -27,7 +26,7 @@ from tests.formats.array_files import (
 @pytest.fixture
 def inside(monkeypatch):
     """Read in this process."""
-    monkeypatch.setattr(matlab, "read_apart", lambda job, *arguments: finish(job(*arguments)))
+    monkeypatch.setattr(matlab, "read_apart", arrays.use_tree)
 
 
 @pytest.fixture

@@ -5,13 +5,17 @@ All devices are recorded on one clock into a project, which is created if need b
 makes demonstrations of them. An unplugged device is waited for, and the time without it
 is a gap. Each camera gives a video of its name, on the same clock.
 
-A device is KIND:PORT?OPTION=VALUE&... with the kinds optoforce (rate, filter,
-calibration, serial), text (baud, rate) and encoder (scale, unit, channel, rate,
-reverse); without PORT the only one of its kind. netft:ADDRESS is an ATI Net F/T (force,
-torque: counts a N and a Nm, where its page does not say; rate). lsl:NAME (source,
-dejitter) is a stream of the Lab Streaming Layer, by its sender's stamps; one of texts
-becomes labels. replay:PROJECT (demonstration, loop) plays a recording as a device, over
-and over unless loop=no. In a PORT or VALUE write & as %26, ? as %3F and % as %25.
+A device is KIND:PORT?OPTION=VALUE&...; without PORT it is the only one of its kind:
+  optoforce:PORT   rate, filter, calibration, serial
+  text:PORT        baud, rate
+  encoder:PORT     scale, unit, channel, rate, reverse
+  netft:ADDRESS    an ATI Net F/T: rate; force and torque, counts a N and a Nm, where its
+                   page does not say
+  lsl:STREAM       a stream of the Lab Streaming Layer, by its sender's stamps, or of
+                   texts, which become labels: source, dejitter
+  replay:PROJECT   a demonstration as a device, over and over unless loop=no:
+                   demonstration, loop
+In PORT and VALUE write & as %26, ? as %3F and % as %25.
 
 for example:
   forcelab capture --list
@@ -232,7 +236,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         action="append",
         default=[],
-        help="number or device of a camera; the first one's video goes with the demonstration",
+        help="number or device of a camera; may be repeated",
     )
     add_task(parser, "task of the demonstration")
     parser.add_argument("--name", metavar="NAME", help="its name (the task and the next number)")

@@ -1,27 +1,33 @@
 """Read recordings into a project.
 
-The project is created if need be. The format is recognised by content: tables (CSV,
-TSV, spaces); Parquet and Feather (extra parquet); Excel workbooks, where each sheet is a
-demonstration (extra excel); ROS bags, whose pictures become videos (extra rosbag);
-LeRobot datasets, which are folders (extra lerobot); arrays of NumPy (*.npy, *.npz),
-MATLAB (*.mat) and HDF5 (extra hdf5); XDF (extra xdf); TDMS (extra tdms); C3D; the
-paper's databases (*.pdl); archives of projects; raw dumps of OptoForce sensors.
+The project is created if need be. Formats are recognised by content; in brackets is the
+extra that some need, as in pip install 'forcelab[excel]':
+  tables        CSV, TSV, spaces; Excel, each sheet a demonstration (excel); Parquet and
+                Feather (parquet)
+  arrays        NumPy (*.npy, *.npz); HDF5 (hdf5); MATLAB (*.mat; of version 7.3: hdf5)
+  streams       ROS bags, whose pictures become videos (rosbag); XDF (xdf); TDMS (tdms);
+                C3D; raw dumps of OptoForce sensors
+  datasets      LeRobot folders, each episode a demonstration (lerobot); the databases of
+                the paper's authors (*.pdl)
+  projects      archives that 'forcelab export' wrote
 
-The labels of a table may be one of its columns, or lie beside it in NAME.labels.csv
-(start, end, action) or an Audacity label track NAME.txt. A video named with its
-recording (pull.csv pull.mp4) is attached to it, and so are further ones by what follows
-its name after a dot, dash or underscore: pull.left.mp4, pull_left.mp4 and pull-left.mp4
-are its video 'left'. A recording that the project has already is updated, not doubled;
-read with other columns it is another demonstration. A file that cannot be read is
-reported and left out, and the exit status is then 1; with --strict nothing is imported
-at all. A single archive imported into a new project restores everything it holds; into
-an existing one, the recordings and coders' labels that it lacks.
+Labels may be a column, or lie beside the recording in NAME.labels.csv (start, end,
+action) or an Audacity label track NAME.txt. A video named with its recording (pull.csv
+pull.mp4) is attached to it, and so are further ones by what follows its name after a
+dot, dash or underscore: pull.left.mp4, pull_left.mp4 and pull-left.mp4 are its video
+'left'.
 
-In files of arrays times, forces and labels are found by their names and shapes. --time,
---signal, --label and --leave-out name others: an array, a group of them (obs), or a
-column of one ("data 2"). Groups that are numbered as demonstrations (demo_0, trial 1)
-are one each. Of a LeRobot dataset an episode is one; --signal and --leave-out name its
-features (action), numbers in them or cameras.
+--time, --counter, --label, --signal and --leave-out name columns. In a ROS bag these are
+/topic or /topic.field, in XDF, TDMS and C3D STREAM or STREAM.CHANNEL, in a LeRobot
+dataset a feature, a number in it or a camera, and in files of arrays an array, a group
+of them (obs) or a column of one ("data 2"); groups that are numbered as demonstrations
+(demo_0, trial 1) are one each.
+
+A recording that the project has already is updated, not doubled; read with other
+columns it is another demonstration. A file that cannot be read is reported and left
+out, and the exit status is then 1; with --strict nothing is imported at all. A single
+archive imported into a new project restores everything it holds; into an existing one,
+the recordings and coders' labels that it lacks.
 
 for example:
   forcelab import lab.forcelab recordings/*.csv --task stylus --videos

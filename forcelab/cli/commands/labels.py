@@ -1,25 +1,32 @@
 """Import labels from other programs onto demonstrations that are in a project.
 
-Read are tables (CSV, TSV) of start, end, action and perhaps author, as 'forcelab
-export' writes them; label tracks of Audacity; projects of BORIS (*.boris), and its
-tabular and aggregated events as CSV or TSV; annotations of Label Studio (JSON,
-JSON-MIN); ELAN files (*.eaf), EAF 2.7 to 3.0; TextGrids of Praat. Tiers of the last two
-are authors, called by their annotator or else as the tier; annotations without text are
-unlabelled. With --tiers actions each tier is an action, and those of one annotator make
-one track. Annotations without times of their own, and points, are left out, which is
-said.
-A file belongs to the demonstration of its name or its media's ('task - name' where
-several have that name; 'name - author' tells the author, too): exactly, else whatever
-the case and suffix. Where several fit, the one as long as the labels counts; else
-choose with --demo.
-Each author's labels become a track. Actions that the task lacks are added to it. What
-an author has labelled already stays, unless --replace is given: then one edit replaces
-it, which can be undone, and edges that the file only rounds stay as they are. Equal
-labels are unchanged. What lies beyond the demonstration, overlaps or belongs nowhere is
-left out with a sentence, and the exit status is then 1.
-Times are seconds from the start of the forces; in an ELAN file that was made on a
-video, its times, which its clock carries over. --offset is added. Where labels agree
-much better with other labels of the demonstration at another offset, that is told.
+These are read:
+  tables        CSV or TSV of start, end, action and perhaps author, as 'forcelab
+                export' writes them
+  ELAN          *.eaf, EAF 2.7 to 3.0
+  Praat         TextGrids
+  Audacity      label tracks
+  BORIS         projects (*.boris); tabular and aggregated events as CSV or TSV
+  Label Studio  exports (JSON, JSON-MIN), without predictions
+
+A file belongs to the demonstration that it, or its media, is named after: exactly, else
+whatever the case and suffix. 'TASK - NAME' tells demonstrations of one name apart, and
+'NAME - AUTHOR' gives the author. Of several that fit, the one as long as the labels is
+taken; else choose one with --demo.
+
+A tier of ELAN or Praat is an author, called by its annotator or else as the tier. With
+--tiers actions it is an action, and all tiers of an annotator are one track.
+Without text an author's annotation is unlabelled. Points, and annotations without times
+of their own, are left out.
+
+Times are seconds from the start of the forces; those of labels made on a video are
+carried over by its clock. --offset is added. Where labels would agree much better with
+others of the demonstration at another offset, it is proposed.
+
+Each author's labels become a track, and actions that the task lacks are added to it.
+Labels that an author has already stay unless --replace is given, which can be undone.
+What lies beyond the demonstration, overlaps or belongs nowhere is left out with a
+sentence, and the exit status is then 1.
 
 for example:
   forcelab labels lab.forcelab corrected/*.eaf --replace
