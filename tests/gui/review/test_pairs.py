@@ -377,14 +377,14 @@ def test_stretched_rows_take_the_whole_width(shown, study):
     assert settings.flag("review/pairs/stretched")
 
 
-def test_further_rows_are_those_chosen_and_are_remembered(shown):
+def test_further_rows_are_those_chosen_and_are_remembered(shown, until):
     view = shown()
     titles = [action.text() for action in view.tools.menu.actions() if action.isCheckable()]
     assert titles == ["raw", "threshold", "median", "Bob"]
     for action in view.tools.menu.actions():
         if action.text() in ("raw", "Bob"):
             action.trigger()
-    shown.settle(view)
+    until(lambda: len(view.area.entries[0].lanes) == 2)
     lanes = view.area.entries[0].lanes
     assert [(lane.caption, lane.segments) for lane in lanes] == [
         ("raw", (Segment(1.0, 2.0, "hold"),)),
