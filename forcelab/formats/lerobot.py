@@ -32,11 +32,11 @@ from forcelab.signals.channels import channel_map
 from forcelab.text import counted, listed
 from forcelab.video.cut import cut_video
 
-#: Who made the labels that a dataset holds; it does not say.
+#: Author of the labels in a dataset, which does not say who made them.
 DATASET: Final = "dataset"
 #: Words in the name of a feature of forces.
 _FORCES: Final = frozenset(["force", "forces", "wrench", "torque", "torques", "ft", "effort"])
-#: So many episodes are read without being asked for by number; with cameras they take a minute.
+#: Episodes that are read without being chosen by number; with cameras they take a minute.
 MOST_UNASKED: Final = 1000
 
 

@@ -22,7 +22,7 @@ from forcelab.formats.signatures import names_in_zip, naming_damage
 from forcelab.text import listed
 
 _NPY: Final = b"\x93NUMPY"
-#: Files in an archive; more are no recording.
+#: Arrays in an archive at most.
 _MOST_MEMBERS: Final = 100_000
 _CURE: Final = "write it again with numpy.save or numpy.savez"
 

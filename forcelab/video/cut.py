@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
 
-#: Frames are never that close (s), and what metadata say of their times is never that far off.
+#: Seconds by which metadata may be off the time of a frame; frames are never that close.
 _SAME = 5e-4
 #: Key frames that are tried, one before the other, until decoding can begin before a stretch.
 _TRIES = 8
