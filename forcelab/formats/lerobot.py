@@ -221,9 +221,10 @@ def _videos(
                 cut = cut_video(stretch.file, stretch.start, stretch.end, file)
                 first, count = cut.first - stretch.start - times.start, len(cut.times)
         except InputError as error:
+            sentence = f"There are no pictures of '{camera}': {str(error).removesuffix('.')}."
             if options.strict:
-                raise
-            remarks.append(f"There are no pictures of '{camera}': {str(error).removesuffix('.')}.")
+                raise InputError(sentence) from error
+            remarks.append(sentence)
             continue
         if count != episode.length:
             pictures, frames = counted(count, "picture"), counted(episode.length, "frame")

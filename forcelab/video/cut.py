@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -43,7 +44,7 @@ def cut_video(source: Path, start: float, end: float, target: Path) -> VideoCut:
             with av.open(str(target.absolute()), "w", format="mp4") as write:
                 cut = _copy(read, stream, first, write, (start, end))
     except (av.FFmpegError, IndexError, ValueError) as error:
-        if isinstance(error, OSError) and error.errno in (28, 122):  # no room
+        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
             raise
         raise InputError(
             f"the video '{source}' is damaged or no MP4 file; copy or download it again"
