@@ -133,4 +133,4 @@ def _load(path: Path, name: str, field: str, rows: int | None) -> NDArray[Any]:
 
 def _naming_damage(path: Path) -> AbstractContextManager[None]:
     """Turn what is raised over a damaged file into a sentence."""
-    return naming_damage(path, "file of arrays", _CURE, SyntaxError, SystemError, TokenError)
+    return naming_damage(path, "file of arrays", _CURE, SystemError, TokenError)
