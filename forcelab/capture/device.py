@@ -39,7 +39,12 @@ class Block:
 
 
 class Device(Protocol):
-    """A source of samples that is read as time goes on."""
+    """A source of samples that is read as time goes on.
+
+    Some have more: ``counted`` (False: its ticks tell torn samples only), ``measured`` (True: its
+    rate was measured by arrivals), ``stamped`` (True: samples bring their times),
+    ``take_markers()`` (times and texts since the last call).
+    """
 
     @property
     def name(self) -> str:

@@ -48,9 +48,9 @@ _SAMPLE: Final = 400
 MOST_COLUMNS: Final = 512
 #: Bytes that an array may take in memory, and times as many as are stored of it beyond that.
 ROOM, MOST_TIMES = 2**26, 100
-#: Reading may take a gigabyte and this many times the file's size, and a minute and a second for
-#: this many of its bytes.
-_TIMES_SIZE, _BYTES_A_SECOND = 32, 10**7
+#: Reading may take a gigabyte and this many times the file's size, and this many seconds of
+#: computing and one more for this many of its bytes.
+_TIMES_SIZE, _SECONDS, _BYTES_A_SECOND = 32, 30, 10**6
 
 
 ResultT = TypeVar("ResultT")
@@ -101,7 +101,7 @@ class Array:
         return math.prod(self.shape) // rows
 
     def sized(self) -> str:
-        """Its path and its size, as in ``force (1000 x 3)``."""
+        """Its path and its size, as in ``force (1,000 × 3)``."""
         return f"{self.path or 'an array'} ({self.size_text})"
 
     @property
@@ -160,7 +160,7 @@ def preview_tree(tree: Tree, options: ReadOptions) -> tuple[ColumnUse, ...]:
     try:
         chosen = _Choice(tree, arrays, options)
     except InputError:
-        if options.signals or options.leave_out or options.label or options.time:
+        if any((options.signals, options.leave_out, *_single_roles(options))):
             raise
         return tuple(use for array in arrays for use in _unread(array))
     return tuple(chosen.uses())
@@ -214,8 +214,8 @@ class _Choice:
                 f"{f' ({why[:200]})' if why else ''}; there is nothing to import."
             )
         options = _without_slashes(options)
-        roles = [options.time, options.label, options.counter]
-        names = list(filter(None, [*roles, *options.signals, *options.leave_out]))
+        roles = _single_roles(options)
+        names = [*roles, *options.signals, *options.leave_out]
         #: Beginnings of names of columns, whose arrays are told column by column.
         self._apart = {re.sub(r"\d+$", "", name) for name in names}
         for name in names:
@@ -267,7 +267,7 @@ class _Choice:
 
     def _signals(self, options: ReadOptions) -> list[Array]:
         """The arrays that become channels; refused where that is not plain."""
-        roles = [name for name in (options.time, options.label, options.counter) if name]
+        roles = _single_roles(options)
         whole = [
             array
             for array in self._usable
@@ -319,7 +319,7 @@ class _Choice:
 
     def _others(self, signals: Sequence[Array], options: ReadOptions) -> list[Array]:
         """What else is read: times, counters, labels; of one name the nearest to the signals."""
-        roles = [name for name in (options.time, options.label, options.counter) if name]
+        roles = _single_roles(options)
         nearest: dict[str, tuple[tuple[bool, int], Array]] = {}
         for array in self._usable:
             if array in signals:
@@ -546,8 +546,9 @@ def _unread(array: Array) -> Iterator[ColumnUse]:
     elif array.is_vector:
         choices = ANY_USE
     if array.is_usable:
-        table = array.sample_table(array.length, 3)
-        cells = _few(table[:, 0] if array.is_vector else table[0])
+        with suppress(InputError):  # told when it is chosen
+            table = array.sample_table(array.length, 3)
+            cells = _few(table[:, 0] if array.is_vector else table[0])
     if array.length > 1:
         choices = choices if array.is_usable else ("left out",)
         yield ColumnUse(array.path, array.unit, "left out", cells, choices, array.size_text)
@@ -557,6 +558,11 @@ def _few(values: NDArray[Any]) -> tuple[str, ...]:
     """The first three of some values, of numbers not all digits."""
     cells = _cells(values[:3])
     return tuple(f"{float(c):.4g}" if values.dtype.kind == "f" and c else c for c in cells)
+
+
+def _single_roles(options: ReadOptions) -> list[str]:
+    """The names that were given for times, labels and counts."""
+    return [name for name in (options.time, options.label, options.counter) if name]
 
 
 def _without_slashes(options: ReadOptions) -> ReadOptions:
@@ -695,7 +701,7 @@ def use_tree(
 
 
 def _set_bounds(size: int) -> None:
-    """Let this process take a gigabyte and a minute more, and what a file of that size needs."""
+    """Let this process take a gigabyte and half a minute, and what a file of that size needs."""
     try:
         import resource
     except ImportError:  # Windows has no such limits
@@ -703,7 +709,7 @@ def _set_bounds(size: int) -> None:
     with suppress(OSError, ValueError):
         pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
         memory = pages * resource.getpagesize() + 2**30 + _TIMES_SIZE * size
-        seconds = math.ceil(time.process_time()) + 60 + size // _BYTES_A_SECOND
+        seconds = math.ceil(time.process_time()) + _SECONDS + size // _BYTES_A_SECOND
         for bound, limit in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, seconds)):
             _, hard = resource.getrlimit(bound)
             if hard == resource.RLIM_INFINITY or limit < hard:

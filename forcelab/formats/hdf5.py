@@ -102,7 +102,7 @@ class Walk:
             return
         if depth > DEEPEST:
             raise InputError(f"'{self.path}' is nested deeper than {DEEPEST} groups ({path[:80]}).")
-        rate = stated_rate(group) or rate
+        rate = Attributes(group).rate() or rate
         for name in group:
             inner = self.separator.join(filter(None, (path, name)))
             link = group.get(name, getlink=True)
@@ -122,7 +122,7 @@ class Walk:
         if isinstance(item, h5py.Group):
             self.add_group(item, path, depth + 1, rate)
         elif isinstance(item, h5py.Dataset) and self._is_new(item):
-            self.add_data_set(item, path, stated_rate(item) or rate)
+            self.add_data_set(item, path, rate)
 
     def _is_new(self, item: Any) -> bool:
         import h5py
@@ -152,6 +152,8 @@ class Walk:
             return
         if shape is None:
             return
+        attributes = Attributes(data)
+        rate = attributes.rate() or rate
         for name in dtype.names or ("",):
             part = dtype.fields[name][0] if name else dtype
             where = f"{path}.{name}" if name else path
@@ -160,7 +162,6 @@ class Walk:
                 self.leave(where, "neither numbers nor text")
                 continue
             whole = (*shape, *part.shape)
-            attributes = Attributes(data)
             codes = h5py.check_enum_dtype(part) or {}
             names = attributes.texts(_CODES)
             self.arrays.append(
@@ -215,12 +216,13 @@ class Attributes:
 
     def __init__(self, item: Any) -> None:
         self._item = item
+        self._names = tuple(item.attrs)  # asking for each by name takes longer than the rest
 
     def _value(self, name: str) -> Any:
         """An attribute, where there is one and it is short."""
-        attributes = self._item.attrs
-        if name not in attributes:
+        if name not in self._names:
             return None
+        attributes = self._item.attrs
         with suppress(OSError, TypeError, ValueError, RuntimeError, KeyError):
             if math.prod(attributes.get_id(name).shape or ()) <= 10_000:
                 return attributes[name]
@@ -263,9 +265,7 @@ class Attributes:
         result += offset or 0.0
         return result
 
-
-def stated_rate(item: Any) -> float | None:
-    """The samples a second that an attribute of a group or data set tells."""
-    names = tuple(name for name in item.attrs if is_rate_name(name))
-    rate = Attributes(item).number(names)
-    return rate if rate is not None and 1e-9 < rate < 1e9 else None
+    def rate(self) -> float | None:
+        """The samples a second."""
+        rate = self.number(tuple(name for name in self._names if is_rate_name(name)))
+        return rate if rate is not None and 1e-9 < rate < 1e9 else None

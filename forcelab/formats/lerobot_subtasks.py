@@ -47,8 +47,9 @@ def writing_subtasks(
     Other episodes keep their subtasks, or get that of frames without a label. A demonstration that
     came from the dataset, or any if `strict`, is refused where none of its episodes is the same.
     """
-    dataset = Dataset(path)
-    found = yield from _matching(dataset, labelled, strict)
+    with file_errors(f"'{path}' was not changed"):
+        dataset = Dataset(path)
+        found = yield from _matching(dataset, labelled, strict)
     names, known = list(dataset.subtasks), len(dataset.subtasks)
     if not any(map(is_unlabelled, names)):
         names.append(_UNLABELLED)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import struct
+import warnings
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -71,15 +72,19 @@ def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
 
 @contextmanager
 def _open_tree(path: Path) -> Iterator[Tree]:
-    with path.open("rb") as stream:
-        stream.seek(_HDF5_AT)
-        is_hdf5 = hdf5.sniff(path, stream.read(8))
-    if is_hdf5:
+    if _is_hdf5(path):
         with hdf5.opened(path, "a MATLAB file of version 7.3") as file:
             yield _Walk73(path, file).tree()
     else:
-        with _naming_damage(path):
+        with _naming_damage(path), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of what SciPy finds odd and reads nevertheless
             yield _Variables(path).tree()
+
+
+def _is_hdf5(path: Path) -> bool:
+    with path.open("rb") as file:
+        file.seek(_HDF5_AT)
+        return hdf5.sniff(path, file.read(8))
 
 
 class _Variables:
@@ -95,6 +100,8 @@ class _Variables:
 
         _check_packed(self._path)
         for name, shape, kind in whosmat(self._path):
+            if name.startswith("__"):
+                continue  # the insides of objects and functions
             if kind in {"cell", "struct"}:
                 self._add(name, self._variable(name), 0)
             elif kind in {"opaque", "object", "function", "sparse", "unknown"}:
@@ -116,13 +123,16 @@ class _Variables:
     def _variable(self, name: str) -> Any:
         from scipy.io import loadmat
 
-        return loadmat(self._path, variable_names=[name], verify_compressed_data_integrity=False)[
-            name
-        ]
+        return loadmat(self._path, variable_names=[name])[name]
 
     def _first(self, name: str, rows: int | None) -> NDArray[Any]:
         with _naming_damage(self._path):
-            values = np.asarray(self._variable(name))
+            values = self._variable(name)
+        if not isinstance(values, np.ndarray) or values.dtype.kind not in "biuf":
+            raise InputError(
+                f"'{self._path}': {name} is sparse or holds complex numbers, which are no "
+                f"measurements; leave it out (--leave-out {name})."
+            )
         return values if rows is None else values[:rows]
 
     def _add(self, path: str, value: Any, depth: int) -> None:
@@ -140,7 +150,7 @@ class _Variables:
                 for name in value.dtype.names:
                     self._add(f"{above}.{name}", element[name], depth + 1)
         elif value.dtype == object and plain:
-            items = list(value.reshape(-1, order="F"))
+            items = [v for v in value.reshape(-1, order="F") if isinstance(v, np.ndarray)]
             words = [_as_text(item) for item in items]
             if items and None not in words:
                 self._add_values(path, np.array(words, dtype=object))

@@ -6,14 +6,14 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Generator, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QDragEnterEvent, QDragMoveEvent, QDropEvent, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -83,6 +83,45 @@ CELL_PADDING = 3
 MOST_SHOWN = 1000
 
 
+#: The key of the job that looks at a file, and the milliseconds after which that is said.
+LOOKING = "import columns"
+_LOOKING_MS = 300
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """What a file's columns are read as, without choices and with them; or why they are not."""
+
+    path: Path | None = None
+    untouched: tuple[ColumnUse, ...] = ()
+    uses: tuple[ColumnUse, ...] = ()
+    trouble: str = ""
+    rate: float | None = None  #: samples a second that a table's head tells
+
+
+def _looking(
+    path: Path, chosen: ReadOptions | None, known: _Look | None
+) -> Generator[None, None, _Look]:
+    """Look at a file's columns as the importer does; of some formats that takes its time.
+
+    What is found without choices need not be looked for again where it is `known`.
+    """
+    yield
+    look = known
+    try:
+        if look is None:
+            rate = rate_in(path) if identify(path).name == "table" else None
+            found = preview(path, ReadOptions())
+            look = _Look(path, found, found, rate=rate)
+        if chosen is None or not look.untouched:
+            return replace(look, uses=look.untouched, trouble="")
+        yield
+        return replace(look, uses=preview(path, chosen), trouble="")
+    except (InputError, OSError) as error:
+        look = look or _Look(path)
+        return replace(look, uses=look.untouched, trouble=str(error))
+
+
 class ImportColumns(QWidget):
     """What each column of a table, or array in a file, is read as; shown for one file.
 
@@ -93,17 +132,19 @@ class ImportColumns(QWidget):
 
     #: The samples a second that were given for a file of the same build.
     rate_proposed = Signal(float)
+    #: The columns are shown as they are read now.
+    looked = Signal()
 
-    def __init__(self) -> None:
+    def __init__(self, jobs: Jobs) -> None:
         super().__init__()
+        self._jobs = jobs
         self._path: Path | None = None
         self._wishes: dict[str, Use] = {}
-        self._untouched: tuple[ColumnUse, ...] = ()  # as they are read without a choice
-        self._obstacle = ""  # why they are not
-        self._rate, self._trouble = 0.0, ""
-        self._rate_in_file: float | None = None
-        self._proposed = False
-        self.uses: tuple[ColumnUse, ...] = ()
+        self._look = _Look()
+        self._rate = 0.0
+        self._first = self._proposed = False
+        self._waiting = QTimer(self, singleShot=True, interval=_LOOKING_MS)
+        self._waiting.timeout.connect(self._say_looking)
         self.heading = QLabel()
         self.heading.setWordWrap(True)
         self.table = QTableWidget(0, 4)
@@ -134,27 +175,16 @@ class ImportColumns(QWidget):
         """Show the columns of the first file that has any."""
         if self._path in files:
             return
-        self._open(next((file for file in files if _has_columns(file)), None))
-        choice = None if self._path is None else _remembered(self._build)
-        self._proposed = choice is not None
-        self._wishes, rate = choice or ({}, 0.0)
+        self._path = next((file for file in files if _has_columns(file)), None)
+        self._wishes.clear()
+        self._first, self._proposed = True, False
         self._fill()
-        if choice is not None:
-            self.rate_proposed.emit(rate)
 
     def show_file(self, path: Path) -> None:
         """Show the columns of another file, if it has any; choices hold for all files."""
         if path != self._path and _has_columns(path):
-            self._open(path)
+            self._path = path
             self._fill()
-
-    def _open(self, path: Path | None) -> None:
-        """Find the columns of a file."""
-        self._path, self._rate_in_file = path, None
-        with suppress(InputError, OSError):  # the preview says what is wrong
-            if path is not None and identify(path).name == "table":
-                self._rate_in_file = rate_in(path)
-        self._untouched, self._obstacle = self._previewed(ReadOptions())
 
     def options(self, options: ReadOptions) -> ReadOptions:
         """Add the choices; what was not chosen is found in each file."""
@@ -174,7 +204,7 @@ class ImportColumns(QWidget):
 
     def wish(self, name: str, use: Use) -> None:
         """Read a column as something else."""
-        uses = {column.name: column.use for column in self._untouched}
+        uses = {column.name: column.use for column in self._look.untouched}
         if use in ("times", "counter", "labels"):  # there is one of each
             self._wishes = {n: u for n, u in self._wishes.items() if u != use}
         if use in ("times", "counter"):  # one stands in for the other
@@ -191,16 +221,47 @@ class ImportColumns(QWidget):
             self._rate = rate
             self._show_status()
 
+    @property
+    def uses(self) -> tuple[ColumnUse, ...]:
+        """What each column is read as."""
+        return self._look.uses
+
+    @property
+    def looking(self) -> bool:
+        """Whether a file is being looked at."""
+        return self._jobs.awaits(LOOKING)
+
     def _fill(self) -> None:
-        """Show the columns as they are read now."""
-        self.uses, trouble = self._untouched, self._obstacle
-        if self._wishes and self._untouched:
-            uses, trouble = self._previewed(self.options(ReadOptions()))
-            self.uses = uses or self._untouched
-        self.setVisible(bool(self.uses))
+        """Show the columns as they are read now, once the file has been looked at."""
+        if self._path is None:
+            self._jobs.cancel(LOOKING)
+            self._show(_Look())
+            return
+        chosen = self.options(ReadOptions()) if self._wishes else None
+        known = self._look if self._look.path == self._path and self._look.untouched else None
+        self._waiting.start()
+        self._jobs.run(_looking(self._path, chosen, known), self._show, key=LOOKING)
+
+    def _say_looking(self) -> None:
+        if self.looking and self._path is not None:
+            self.heading.setText(f"Looking at {self._path.name}…")
+            self.heading.setStyleSheet("")
+            self.setVisible(True)
+
+    def _show(self, look: _Look) -> None:
+        self._waiting.stop()
+        self._look = look
+        if self._first and (choice := _remembered(self._build)) is not None:
+            self._first, self._proposed = False, True
+            self._wishes, rate = choice
+            self._fill()
+            self.rate_proposed.emit(rate)
+            return
+        self._first = False
+        self.setVisible(bool(look.uses))
         self._fill_table()
-        self._trouble = trouble
         self._show_status()
+        self.looked.emit()
 
     def _fill_table(self) -> None:
         """Make a row for each column, and one above those of a group of arrays."""
@@ -240,7 +301,7 @@ class ImportColumns(QWidget):
     @property
     def _build(self) -> str:
         """What files have in common whose columns have the same names and numbers of axes."""
-        columns = sorted((column.name, column.size.count("×")) for column in self._untouched)
+        columns = sorted((column.name, column.size.count("×")) for column in self._look.untouched)
         return hashlib.sha256(json.dumps(columns).encode()).hexdigest()[:16] if columns else ""
 
     def choice(self) -> str:
@@ -250,9 +311,9 @@ class ImportColumns(QWidget):
 
     def _show_status(self) -> None:
         """Say which file is shown, and what is missing."""
-        trouble = name_fields(self._trouble, _FIELDS)
+        trouble = name_fields(self._look.trouble, _FIELDS)
         self.heading.setText(trouble or self._file_sentence())
-        wrong = self._trouble or not self._timed or not self._has_signals
+        wrong = trouble or not self._timed or not self._has_signals
         self.heading.setStyleSheet(f"color: {colours().warning}" if wrong else "")
 
     @property
@@ -264,17 +325,8 @@ class ImportColumns(QWidget):
     @property
     def _timed(self) -> bool:
         """Whether the times of the samples are known."""
-        rate = self._rate or self._rate_in_file
+        rate = self._rate or self._look.rate
         return bool(rate) or any(column.use == "times" for column in self.uses)
-
-    def _previewed(self, options: ReadOptions) -> tuple[tuple[ColumnUse, ...], str]:
-        """The columns as the importer reads them, or none and the reason."""
-        if self._path is None:
-            return (), ""
-        try:
-            return preview(self._path, options), ""
-        except (InputError, OSError) as error:
-            return (), str(error)
 
     def _file_sentence(self) -> str:
         """Which file this is and how its times are known."""
@@ -299,9 +351,9 @@ class ImportColumns(QWidget):
 
     def _stuck(self) -> str:
         """The time column that the importer leaves out as it never changes; "" without one."""
-        if any(column.use == "times" for column in self._untouched):
+        if any(column.use == "times" for column in self._look.untouched):
             return ""
-        for column in self._untouched:
+        for column in self._look.untouched:
             if column.use == "left out" and is_time_name(column.name) and any(column.cells):
                 return column.name
         return ""
@@ -311,8 +363,8 @@ class ImportColumns(QWidget):
         box = QComboBox()
         ignore_wheel(box)  # it scrolls the table
         box.setAccessibleName(f"{column.name} is read as")
-        current_use = next((t.use for t in self._untouched if t.name == column.name), column.use)
-        for use in dict.fromkeys((current_use, column.use, *column.choices)):
+        found = [other.use for other in self._look.untouched if other.name == column.name]
+        for use in dict.fromkeys((*found, column.use, *column.choices)):
             box.addItem(_role_name(use), use)
         box.setCurrentIndex(box.findData(column.use))
         box.activated.connect(lambda index: self.wish(column.name, box.itemData(index)))
@@ -421,7 +473,9 @@ class ImportDialog(QDialog):
         self._files.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._make_removable()
         self.setAcceptDrops(True)
-        self.columns = ImportColumns()
+        self.columns = ImportColumns(jobs)
+        self.columns.looked.connect(self._import_when_looked)
+        self._waits = False
         self._files.currentTextChanged.connect(self._look_at)
         self._bar = ProgressBar("Progress of the import")
         column = QVBoxLayout(self)
@@ -585,6 +639,7 @@ class ImportDialog(QDialog):
 
     def reject(self) -> None:
         """Cancel a running import, and close."""
+        self._jobs.cancel(LOOKING)
         self._jobs.cancel("import")
         super().reject()
 
@@ -648,8 +703,15 @@ class ImportDialog(QDialog):
         self._warn()
         self.columns.show_first([Path(name) for name in files])
 
+    def _import_when_looked(self) -> None:
+        if self._waits:
+            self._import()
+
     def _import(self) -> None:
-        """Import in the background."""
+        """Import in the background, once it is known what the columns are read as."""
+        self._waits = self.columns.looking
+        if self._waits:
+            return
         path, project = self._project_path(), self._document.project
         tasks = () if project is None else project.demonstrations.tasks()
         calibration = self.calibration.text().strip()

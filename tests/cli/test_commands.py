@@ -220,7 +220,9 @@ def test_list_names_the_videos_where_there_are_several(forcelab, project, tmp_pa
             opened.media.attach_video(info.id, film, name=name)
     assert f"Videos of '{info.name}': video 1, left" in forcelab("list", project).out
     output = forcelab("list", project, "--json").json["demonstrations"]
-    assert {row["id"]: row["videos"] for row in output}[info.id] == ["video 1", "left"]
+    (row,) = [row for row in output if row["id"] == info.id]
+    assert row["videos"] == ["video 1", "left"]
+    assert [Path(path).is_file() for path in row["beside"]] == [True]
 
 
 def test_exported_labels_read_back_as_they_were(forcelab, project, tmp_path):

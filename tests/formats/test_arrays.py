@@ -185,6 +185,8 @@ class TestWhatIsChosen:
         ]
         assert [use.choices for use in uses[:2]] == [("left out",), ("signal", "left out")]
         assert uses[1].cells == tuple(f"{value:.4g}" for value in FORCES[0])
+        with pytest.raises(InputError, match="it is not plain which are the signals"):
+            preview(path, ReadOptions(counter="kind"))
         uses = preview(path, ReadOptions(signals=("obs/pos",), time="aux/when", label="kind"))
         assert [use.use for use in uses[1:]] == ["signal", "left out", "times", "labels"]
 

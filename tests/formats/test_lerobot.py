@@ -321,8 +321,12 @@ def test_labels_go_nowhere_but_into_a_dataset_outside_of_projects(tmp_path, caps
     ):
         assert export(project, place) == 1
         assert why in capsys.readouterr().err
+    changed_info(folder, data_path="x" * 300)
+    shutil.move(project, tmp_path / "study.forcelab")
+    assert export(tmp_path / "study.forcelab", folder) == 1
+    assert "was not changed: File name too long" in capsys.readouterr().err
     for options in (["--format", "lerobot", "--out"], ["--format", "csv", "--into"]):
-        assert main(["export", str(project), *options, str(folder)]) == 2
+        assert main(["export", str(tmp_path), *options, str(folder)]) == 2
 
 
 def test_a_folder_that_is_a_link_is_not_written_through(tmp_path, capsys):

@@ -1,9 +1,11 @@
 """MATLAB files: versions 4 to 7 as SciPy writes them, 7.3 as MATLAB does."""
 
 import random
+from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.io
 
 from forcelab.errors import InputError
 from forcelab.formats import arrays, identify, matlab, preview, read
@@ -22,9 +24,13 @@ from tests.formats.array_files import (
 
 
 @pytest.fixture
-def path(tmp_path, monkeypatch):
-    """A file that is read in this process."""
+def inside(monkeypatch):
+    """Read in this process."""
     monkeypatch.setattr(matlab, "read_apart", arrays.use_tree)
+
+
+@pytest.fixture
+def path(tmp_path, inside):
     return tmp_path / "pull.mat"
 
 
@@ -98,6 +104,13 @@ def test_a_struct_array_of_trials_is_a_demonstration_each(path):
     ]
     assert np.array_equal(recordings[2].demonstration.signals, FORCES + 2)
     assert actions(recordings[0]) == ["1", "0", "2"]
+
+
+def test_complex_numbers_are_refused_only_where_they_are_chosen(path):
+    write_mat(path, t=TIMES, force=FORCES, impedance=FORCES[:, 0] + 1j, empty={})
+    assert names(load(path)) == ["fx", "fy", "fz"]
+    assert "impedance is sparse or holds complex numbers" in refusal(path, signals=("impedance",))
+    assert [use.name for use in preview(path, ReadOptions())] == ["t", "force", "impedance"]
 
 
 def test_what_only_matlab_can_read_is_left_out_and_named(path):
@@ -176,3 +189,26 @@ class TestDamage:
         path.with_suffix(".bin.mat").rename(path.with_suffix(".bin"))
         with pytest.raises(InputError):
             identify(path.with_suffix(".bin"))
+
+
+#: Files that MATLAB itself wrote, of versions 4 to 7.4, with damaged ones among them.
+REAL = Path(scipy.io.matlab.__file__).parent / "tests" / "data"
+
+
+@pytest.mark.skipif(not REAL.is_dir(), reason="SciPy came without the files of its tests")
+@pytest.mark.usefixtures("inside")
+class TestFilesOfMatlab:
+    @pytest.mark.parametrize("name", sorted(path.name for path in REAL.glob("testmatrix_*.mat")))
+    def test_numbers_are_those_that_scipy_reads(self, name):
+        recording = load(REAL / name, rate=10.0)
+        expected = scipy.io.loadmat(REAL / name)["testmatrix"]
+        rows = expected if expected.shape[0] > expected.shape[1] else expected.T
+        assert np.array_equal(recording.demonstration.signals, rows)
+
+    def test_each_is_read_or_refused_in_a_sentence(self):
+        for file in REAL.glob("*.mat"):
+            try:
+                assert read(file, ReadOptions(rate=10.0))
+            except InputError as error:
+                assert file.name in str(error)
+                assert str(error).isprintable()

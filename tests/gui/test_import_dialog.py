@@ -1,5 +1,6 @@
 """The dialog that imports recordings: what goes in, and what is open afterwards."""
 
+import threading
 from itertools import pairwise
 from pathlib import Path
 
@@ -25,6 +26,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.import_dialog import ImportDialog
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import guard_typing
+from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.resources import asset
 from tests.formats.array_files import CODES, FORCES, SAMPLES, TIMES, write_npz
@@ -43,10 +45,19 @@ def document(app, tmp_path):
     document.close()
 
 
+class LookingAtOnce(Jobs):
+    """Jobs of which those that look at a file's columns are done when they are begun."""
+
+    def run(self, generator, done, *rest, key="", **options):
+        if key != import_dialog.LOOKING:
+            return super().run(generator, done, *rest, key=key, **options)
+        return done(finish(generator))
+
+
 @pytest.fixture
 def open_on(document):
     """Open the dialog on some files."""
-    jobs, dialogs = Jobs(), []
+    jobs, dialogs = LookingAtOnce(), []
 
     def opened(*files):
         dialogs.append(ImportDialog(document, jobs, files=files))
@@ -84,6 +95,25 @@ def report(dialog):
 def warns_of_no_task(dialog):
     labels = dialog.findChildren(QLabel)
     return any(label.isVisible() and "Enter the task" in label.text() for label in labels)
+
+
+def test_a_file_is_looked_at_in_the_background_and_imported_after_it(
+    document, until, tmp_path, monkeypatch
+):
+    looked, look = threading.Event(), import_dialog.preview
+    monkeypatch.setattr(import_dialog, "preview", lambda *a: (looked.wait(60), look(*a))[1])
+    jobs = Jobs()
+    dialog = ImportDialog(document, jobs, files=[FOAM])
+    dialog.show()
+    until(lambda: dialog.columns.heading.text() == "Looking at foam-01.csv…")
+    named(dialog, QComboBox, "Task").setCurrentText("foam")
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
+    assert not document.infos
+    looked.set()
+    until(lambda: document.id)
+    assert document.demonstration.name == "foam-01"
+    dialog.close()
+    jobs.close()
 
 
 def test_delete_leaves_a_file_out_and_the_first_import_is_opened(document, dialog, until):

@@ -48,9 +48,16 @@ def run(arguments: argparse.Namespace) -> None:
         notes: dict[str, list[Note]] = {info.id: [] for info in infos}
         for note in project.coding.notes(arguments.to_label):
             notes.get(note.demonstration, []).append(note)
+        beside = {
+            info.id: [str(v.path) for v in project.demonstrations.load(info.id).videos[1:]]
+            for info in infos
+            if arguments.json and len(info.videos) > 1
+        }
     if arguments.json:
         content = {
-            "demonstrations": [_demonstration_json(info, notes[info.id]) for info in infos],
+            "demonstrations": [
+                _demonstration_json(info, beside.get(info.id, []), notes[info.id]) for info in infos
+            ],
             "recognisers": [{"id": r.id, "name": r.name, "time": str(r.time)} for r in recognisers],
             "runs": [{"id": r.id, "kind": r.kind, "time": str(r.time)} for r in runs],
         }
@@ -110,7 +117,9 @@ def _row(info: DemonstrationInfo) -> list[str]:
     ]
 
 
-def _demonstration_json(info: DemonstrationInfo, notes: list[Note]) -> dict[str, object]:
+def _demonstration_json(
+    info: DemonstrationInfo, beside: list[str], notes: list[Note]
+) -> dict[str, object]:
     return {
         "id": info.id,
         "name": info.name,
@@ -122,6 +131,7 @@ def _demonstration_json(info: DemonstrationInfo, notes: list[Note]) -> dict[str,
         "labelled_seconds": dict(info.labelled),
         "video": info.has_video,
         "videos": list(info.videos),
+        "beside": beside,
         "source": info.source,
         "notes": [note_json(note) for note in notes],
     }
