@@ -33,11 +33,14 @@ def listed(names: Sequence[str], most: int = 8) -> str:
 def unique_names(names: Sequence[str]) -> list[str]:
     """Names with numbers behind those that repeat one before: ``fx``, ``fx 2``."""
     known, used = set(names), set[str]()
+    counts: dict[str, int] = {}  # so that thousands of one name take no longer than others
     result = []
     for name in names:
-        new, count = name, 2
+        new, count = name, counts.get(name, 1)
         while new in used or (new != name and new in known):
-            new, count = f"{name} {count}", count + 1
+            count += 1
+            new = f"{name} {count}"
+        counts[name] = count
         used.add(new)
         result.append(new)
     return result

@@ -62,6 +62,7 @@ from forcelab.project import (
     StoredRun,
     Verdict,
 )
+from forcelab.project.files import STORED_ID, STORED_VIDEO
 from forcelab.project.records import (
     ASSIGNMENT_KINDS,
     EDIT_KINDS,
@@ -246,8 +247,7 @@ LARGEST_RATIO = 200
 #: Bytes of text that are parsed at once, and those of all edits, which are parsed one by one.
 LARGEST_TEXT, LARGEST_EDITS = 32 << 20, 128 << 20
 
-_ID = "[0-9a-f]{32}"
-_VIDEO = r"(video|beside)-(?P<digest>[0-9a-f]{16})(\.[a-z0-9]{1,8})?"
+_ID, _VIDEO = STORED_ID.pattern, STORED_VIDEO.pattern
 _MEMBER = re.compile(
     r"(forcelab|vocabularies|edits|assignments|verdicts|recognisers|runs)\.json"
     rf"|demonstrations/{_ID}/(demonstration\.json|tracks\.json|truth\.json|times\.npy|signals\.npy|{_VIDEO})"

@@ -46,10 +46,10 @@ from forcelab.text import listed, natural_order
 _SAMPLE: Final = 400
 #: An array with more columns holds pictures or a map.
 MOST_COLUMNS: Final = 512
-#: An array may take as many bytes in memory, and so many times those that are stored of it.
+#: Bytes that an array may take in memory, and times as many as are stored of it beyond that.
 ROOM, MOST_TIMES = 2**26, 100
-#: What reading a file may take: beside a gigabyte so many times its size, and beside so many
-#: seconds of computing one for so many bytes of it.
+#: Reading may take a gigabyte and this many times the file's size, and this many seconds of
+#: computing and one more for this many of its bytes.
 _TIMES_SIZE, _SECONDS, _BYTES_A_SECOND = 32, 30, 10**6
 
 

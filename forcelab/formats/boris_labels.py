@@ -24,15 +24,15 @@ from forcelab.formats.table_sniff import encoding_of
 from forcelab.labels import Segment, Track, means_unlabelled
 from forcelab.text import left_out
 
-#: BORIS rounds all times to milliseconds when it opens a project: half of one, and what arithmetic
-#: adds.
+#: Half a millisecond, as BORIS rounds all times to one when it opens a project, and what arithmetic
+#: adds (s).
 RESOLUTION: Final = 0.51e-3
 _OBSERVERS: Final = ("observer", "coder", "rater", "annotator", "author")
 #: Lines in which the header is looked for; BORIS 7 has the observation above it.
 _PREAMBLE: Final = 200
 #: The columns that say START, STOP or POINT: of BORIS 7, and of later ones.
 _STATUS: Final = frozenset(["status", "behavior type"])
-#: What BORIS writes where it knows nothing.
+#: What BORIS writes for a value that it does not know.
 _NOTHING: Final = frozenset(["", "na", "nan", "none", "not found", "live"])
 
 

@@ -31,14 +31,14 @@ from forcelab.text import unique_names
 
 _BLOCK: Final = 512
 _KEY: Final = 0x50
-#: Processors that numbers are written as of, by the fourth byte of the parameters.
+#: Processors in whose format numbers are written; the fourth byte of the parameters says which.
 _INTEL, _DEC, _MIPS = 84, 85, 86
-#: NumPy's types of the parameters' kinds; the others are texts.
+#: NumPy's types by the kinds of parameters; other kinds are texts.
 _KINDS: Final = {1: "u1", 2: "i2", 4: "f4"}
 _ANALOG, _POINTS = "analog", "points"
 _CURE: Final = "copy it again from where it is from"
 
-#: Of each group the values of its parameters, in capitals.
+#: Values of parameters by the names of their group and their own, both in capitals.
 _Groups = Mapping[str, Mapping[str, Any]]
 
 
@@ -58,7 +58,9 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     """
     streams, events, remarks = _load(path)
     if remarks and options.strict:
-        raise InputError(f"'{path}': {remarks[0].removesuffix('.')}; {_CURE}, or let it be so.")
+        raise InputError(
+            f"'{path}': {remarks[0].removesuffix('.')}; {_CURE}, or let the rest be left out."
+        )
     return [make_recording(path, streams, events, options, remarks)]
 
 

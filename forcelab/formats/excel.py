@@ -29,11 +29,11 @@ from forcelab.formats.table_sniff import HEAD, Layout, Line, find_layout, is_com
 _WORKBOOK: Final = "xl/workbook.xml"
 #: Rows looked at to find out how a sheet is filled, and rows read at a time.
 _SAMPLE_ROWS, _BLOCK_ROWS = 400, 1 << 12
-#: No sheet has more.
+#: Rows of a sheet at most.
 _MOST_ROWS: Final = 1 << 20
-#: Beyond these, what a sheet says of its width is not believed.
+#: Columns up to which a sheet is believed what it says of its width.
 _MOST_COLUMNS: Final = 256
-#: A part that unpacks to more bytes than these, and than so many times its size, is no sheet.
+#: Bytes, and times its packed size, that a part may always unpack to.
 _ROOM, _MOST_TIMES = 1 << 25, 100
 _CURE: Final = "open it in Excel or LibreOffice and save it again"
 

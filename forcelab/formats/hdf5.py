@@ -31,7 +31,7 @@ from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import naming_damage
 from forcelab.text import listed
 
-#: Groups in groups, and data sets in a file; more are no recording.
+#: How deep groups may be nested, and how many groups and data sets a file may hold.
 DEEPEST, MOST_OBJECTS = 32, 200_000
 #: Attributes by which programs name the columns of a data set, or what its codes stand for.
 _NAMES: Final = ("names", "columns", "column_names", "channels", "channel_names", "labels", "axes")

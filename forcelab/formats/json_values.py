@@ -17,7 +17,7 @@ __all__ = ["JsonValue", "read_json"]
 
 #: How files begin that are compressed.
 GZIP: Final = b"\x1f\x8b"
-#: Bytes; as many hours of labels as a person has years. What is parsed takes ten times as much.
+#: Bytes of the longest file that is read; once parsed it takes ten times as much memory.
 LARGEST: Final = 1 << 26
 
 

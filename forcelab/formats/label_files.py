@@ -55,10 +55,10 @@ __all__ = [
     "read_label_file",
 ]
 
-#: A sentence names so many demonstrations, and only counts further ones.
+#: Demonstrations that a sentence names; further ones it only counts.
 NAMED: Final = 4
-#: Another offset is worth telling if labels agree with others in this share of the labelled time,
-#: and in so much more of it than without.
+#: An offset is proposed if labels agree with others in this share of the labelled time at least,
+#: and in this much more of it than without.
 LEAST, BETTER = 0.5, 0.1
 #: Characters of an author's name in a file.
 LONGEST_AUTHOR: Final = 200

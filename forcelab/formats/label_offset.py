@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from forcelab.formats.track_text import nearest
 from forcelab.labels import Segments
 
-#: Seconds between the shifts that are compared, as long as there are no more than so many.
+#: Seconds between the shifts that are compared, and how many are compared at most.
 STEP, MOST_SHIFTS = 0.02, 1 << 17
-#: Fewer segments agree somewhere by chance.
+#: Segments at least; fewer agree somewhere by chance.
 FEWEST = 3
 
 

@@ -32,11 +32,11 @@ from forcelab.signals.channels import channel_map
 from forcelab.text import counted, listed
 from forcelab.video.cut import cut_video
 
-#: Who made the labels that a dataset holds; it does not say.
+#: Author of the labels in a dataset, which does not say who made them.
 DATASET: Final = "dataset"
 #: Words in the name of a feature of forces.
 _FORCES: Final = frozenset(["force", "forces", "wrench", "torque", "torques", "ft", "effort"])
-#: So many episodes are read without being asked for by number; with cameras they take a minute.
+#: Episodes that are read without being chosen by number; with cameras they take a minute.
 MOST_UNASKED: Final = 1000
 
 
@@ -221,9 +221,10 @@ def _videos(
                 cut = cut_video(stretch.file, stretch.start, stretch.end, file)
                 first, count = cut.first - stretch.start - times.start, len(cut.times)
         except InputError as error:
+            sentence = f"There are no pictures of '{camera}': {str(error).removesuffix('.')}."
             if options.strict:
-                raise
-            remarks.append(f"There are no pictures of '{camera}': {str(error).removesuffix('.')}.")
+                raise InputError(sentence) from error
+            remarks.append(sentence)
             continue
         if count != episode.length:
             pictures, frames = counted(count, "picture"), counted(episode.length, "frame")

@@ -31,9 +31,9 @@ SUBTASKS_FILE: Final = "meta/subtasks.parquet"
 #: Features that say which frame it is, and are no signals.
 _PLACES: Final = ("timestamp", "frame_index", "episode_index", "index", "task_index", SUBTASK)
 _NUMBER: Final = re.compile(r"float(16|32|64)|u?int(8|16|32|64)|bool")
-#: A feature with more numbers a frame is a cloud.
+#: Numbers a frame of a feature at most; more are a cloud of points.
 _MOST_NUMBERS: Final = 1000
-#: No clock counts further (s), and sums of what does would overflow.
+#: Stamps from here on (s) are no times; sums of them would overflow.
 _ABSURD: Final = 1e30
 _LONGEST: Final = 200  #: characters of the name of a feature
 _MOST_EPISODES, _MOST_BYTES = 10_000_000, 1 << 28

@@ -39,7 +39,7 @@ from forcelab.text import listed
 _HDF5_AT: Final = 512
 #: What a variable of version 4 may begin with: its type, as a number of either byte order.
 _TYPES_4: Final = frozenset((0, 1, 10, 20, 30, 40, 50, 51))
-#: Structs and cells in one another, and arrays in a file; more are no recording.
+#: How deep structs and cells may be nested, and how many arrays a file may hold.
 _DEEPEST, _MOST_ARRAYS = 32, 200_000
 
 

@@ -19,9 +19,10 @@ from forcelab.errors import InputError
 from forcelab.formats.arrays import Array, Tree, check_size, preview_tree, read_tree
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import names_in_zip, naming_damage
+from forcelab.text import listed
 
 _NPY: Final = b"\x93NUMPY"
-#: Files in an archive; more are no recording.
+#: Arrays in an archive at most.
 _MOST_MEMBERS: Final = 100_000
 _CURE: Final = "write it again with numpy.save or numpy.savez"
 
@@ -78,8 +79,8 @@ def _tree(path: Path) -> Tree:
     if left:
         remarks.append(
             f"Python objects, which only running code of the file could read, were left out "
-            f"({', '.join(left) or 'the array'}); save them as numbers or texts, as in "
-            "numpy.array(labels, dtype=str)."
+            f"({listed(left) or 'the array'}); save them as numbers or texts, as in "
+            f"numpy.array(labels, dtype=str)."
         )
     return Tree(path, tuple(arrays), tuple(remarks))
 
@@ -132,4 +133,4 @@ def _load(path: Path, name: str, field: str, rows: int | None) -> NDArray[Any]:
 
 def _naming_damage(path: Path) -> AbstractContextManager[None]:
     """Turn what is raised over a damaged file into a sentence."""
-    return naming_damage(path, "file of arrays", _CURE, SyntaxError, SystemError, TokenError)
+    return naming_damage(path, "file of arrays", _CURE, SystemError, TokenError)

@@ -36,11 +36,11 @@ _PARQUET, _ARROW, _STREAM = b"PAR1", b"ARROW1\0\0", b"\xff\xff\xff\xff"
 _STREAM_SUFFIXES: Final = frozenset([".arrow", ".arrows", ".feather", ".ipc"])
 #: Rows looked at to find out what the columns are, and rows read at a time.
 _SAMPLE_ROWS, _BLOCK_ROWS = 400, 1 << 16
-#: A vector of more numbers is a picture.
+#: Numbers of a vector at most; more are a picture.
 _MOST: Final = 64
-#: Structures are nested no deeper.
+#: How deep structures may be nested.
 _DEEPEST: Final = 8
-#: A file that takes more bytes in memory than these, and than so many times its size, is damaged.
+#: Bytes, and times its size, that a file may always take in memory.
 _ROOM, _MOST_TIMES = 1 << 27, 100
 _CURE: Final = "write it again, or copy it again from where it is from"
 

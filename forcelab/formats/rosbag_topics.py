@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import re
 from array import array
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from numbers import Real
@@ -145,10 +145,9 @@ def with_sensors(fields_: Sequence[Field]) -> list[Field]:
         replace(field_, names=tuple(f"{name} {'_'.join(words)}".strip() for name in field_.names))
         for field_, words in zip(fields_, all_words, strict=True)
     ]
-    names = [name for field_ in named for name in field_.names]
-    twice = [name for name in names if names.count(name) > 1]
-    if twice:
-        raise InputError(f"two fields would both become the channel '{twice[0]}'; leave one out.")
+    (name, number), *_ = Counter(name for f in named for name in f.names).most_common(1)
+    if number > 1:
+        raise InputError(f"two fields would both become the channel '{name}'; leave one out.")
     return named
 
 

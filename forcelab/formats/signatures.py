@@ -11,7 +11,6 @@ import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
-from xml.etree.ElementTree import ParseError
 
 from forcelab.errors import InputError
 
@@ -154,10 +153,10 @@ def naming_file(path: Path) -> Iterator[None]:
         raise InputError(_one_line(sentence)) from error
 
 
-#: What libraries raise over damaged files.
+#: What libraries raise over damaged files; of XML and of headers it is a SyntaxError.
 _DAMAGE: Final = (
     *(ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RuntimeError),
-    *(AssertionError, EOFError, OSError, ParseError, struct.error, zlib.error, zipfile.BadZipFile),
+    *(AssertionError, EOFError, OSError, SyntaxError, struct.error, zlib.error, zipfile.BadZipFile),
 )
 
 

@@ -60,12 +60,12 @@ class Events:
     words: list[str]
 
 
-#: Fewer samples than these are no stream.
+#: Samples of a stream at least.
 _FEWEST: Final = 2
-#: Nanoseconds in a second, and how many seconds the first samples are after the zero of a clock: a
-#: stamp of zero means that there is none.
+#: Nanoseconds in a second, and the seconds by which all times are moved from zero: a stamp of zero
+#: means that there is none.
 _SECOND, _LEAD = 10**9, 1e6
-#: Times this far from the others are none.
+#: Seconds from the others beyond which times are none.
 _ABSURD: Final = 1e9
 _USES: Final[tuple[Use, ...]] = ("signal", "left out")
 _EVENT_USES: Final[tuple[Use, ...]] = ("labels", "left out")

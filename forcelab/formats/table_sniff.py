@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.text import unique_names
+from forcelab.text import listed, unique_names
 
 #: Words, in lower case, that stand for a missing sample.
 MISSING = (
@@ -193,7 +193,7 @@ def name_columns(
     ]
     remarks = []
     if renamed:
-        remarks.append(f"Columns that repeat a name were renamed: {', '.join(renamed)}.")
+        remarks.append(f"Columns that repeat a name were renamed: {listed(renamed)}.")
     return columns, tuple(remarks)
 
 

@@ -30,7 +30,7 @@ _MAGIC: Final = b"TDSm"
 _LEAD, _BIG_ENDIAN = 28, 1 << 6
 #: Values of a channel that a preview reads.
 _SAMPLE: Final = 400
-#: Of each word a file holds where it ends.
+#: Bytes that a file holds of each word, however short: where it ends.
 _WORD_BYTES: Final = 4
 _CURE: Final = "copy it again from where it is from, without its .tdms_index"
 
@@ -93,7 +93,9 @@ def _load(
                     parts.setdefault(key, []).append((Channel(channel.name, unit), values))
         cut_off = not _ends_with_segment(source, path.stat().st_size)
     if cut_off and options.strict:
-        raise InputError(f"'{path}' ends in the middle of a segment; {_CURE}, or let it be so.")
+        raise InputError(
+            f"'{path}' ends in the middle of a segment; {_CURE}, or let the rest be left out."
+        )
     if left and not parts:
         raise UnclearRateError(
             f"'{path}' tells no times of {listed(left)}; name the channel of times, or say "

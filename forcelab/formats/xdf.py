@@ -36,14 +36,14 @@ from forcelab.text import listed, unique_names
 
 _MAGIC: Final = b"XDF:"
 _FILE_HEADER, _STREAM_HEADER, _SAMPLES, _CLOCK, _BOUNDARY, _FOOTER = range(1, 7)
-#: Bytes of a value of each format; of a text its length and how long that is.
+#: Bytes of a value of each format; of a text those that tell its length.
 _SIZES: Final = {
     **{"int8": 1, "int16": 2, "int32": 4, "int64": 8, "float32": 4, "double64": 8, "string": 2}
 }
-#: No stream has more channels, and no header is longer.
+#: Channels of a stream, and bytes of a header, at most.
 _MOST_CHANNELS: Final = 10_000
 _MOST_HEADER: Final = 1 << 24
-#: A step between stamps of more seconds ends an even run of samples.
+#: Seconds between two stamps that end an even run of samples.
 _BREAK: Final = 1.0
 _CURE: Final = "copy it again from where it is from"
 

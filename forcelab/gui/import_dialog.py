@@ -79,6 +79,8 @@ _FIELDS: Final = {
 }
 #: Free room above and below a choice, in pixels.
 CELL_PADDING = 3
+#: Columns that are shown at most: each has a list to choose from, which takes its time.
+MOST_SHOWN = 1000
 
 
 #: The key of the job that looks at a file, and the milliseconds after which that is said.
@@ -267,10 +269,11 @@ class ImportColumns(QWidget):
         self.table.setColumnHidden(3, not arrays)
         self.table.setHorizontalHeaderItem(0, QTableWidgetItem("Array" if arrays else "Column"))
         groups: dict[str, list[ColumnUse]] = {"": []}
-        for column in self.uses:
+        shown = self.uses[:MOST_SHOWN]
+        for column in shown:
             groups.setdefault(_group(column), []).append(column)
         self.table.clearSpans()
-        self.table.setRowCount(len(self.uses) + len(groups) - 1)
+        self.table.setRowCount(len(shown) + len(groups) - 1)
         row = 0
         for group, columns in groups.items():
             if group:
@@ -328,6 +331,8 @@ class ImportColumns(QWidget):
     def _file_sentence(self) -> str:
         """Which file this is and how its times are known."""
         name = self._path.name if self._path else ""
+        if len(self.uses) > MOST_SHOWN:
+            name += f" (the first {MOST_SHOWN:,} of {len(self.uses):,})"
         kinds = [column.use for column in self.uses]
         if not self._has_signals:
             return f"It is not plain which are the signals in {name}; choose them:"

@@ -45,7 +45,7 @@ _CURES = (
 #: What the store may call a demonstration or a recogniser, and a video: no separators, no leading
 #: dots. Until a demonstration could have several videos, those of further cameras were "beside".
 STORED_ID = re.compile(r"[0-9a-f]{32}")
-STORED_VIDEO = re.compile(r"(video|beside)-[0-9a-f]{16}(\.[a-z0-9]{1,8})?")
+STORED_VIDEO = re.compile(r"(video|beside)-(?P<digest>[0-9a-f]{16})(\.[a-z0-9]{1,8})?")
 
 #: Name of the file of raw stamps in a demonstration's folder.
 STAMPS = "stamps.npz"
@@ -319,8 +319,9 @@ def appearing(path: Path) -> Iterator[Path]:
 def replacing_folder(path: Path) -> Iterator[Path]:
     """A copy of a folder, which takes its place at the end; nothing is left if that fails.
 
-    Killed at any moment, the old or the new folder has the name. The files in the copy are the old
-    ones under a second name: remove one and write it anew, but never write into it.
+    Killed at any moment, the old or the new folder has the name; where the system cannot exchange
+    two names in one step, the old one may be left as "NAME (old)". The files in the copy are the
+    old ones under a second name: remove one and write it anew, but never write into it.
     """
     part = _part_beside(path)
     try:

@@ -23,9 +23,6 @@ from forcelab.project.files import DEMONSTRATIONS, STAMPS
 from forcelab.project.records import check_length
 from forcelab.text import tidy_name, unknown_word
 
-#: Names of files that are named after their content.
-_STORED = re.compile(r"[a-z]+-[0-9a-f]{16}(\.[a-z0-9]{1,8})?")
-
 
 def video_rows(database: Database, demonstration: str) -> list[sqlite3.Row]:
     """The rows of a demonstration's videos, in order."""
@@ -212,7 +209,7 @@ def name_video(sentence: str, video: VideoReference, demonstration: Demonstratio
     The path stays beside the name; a file that is not in a store keeps its own.
     """
     path = video.path
-    if not _STORED.fullmatch(path.name):
+    if not files.STORED_VIDEO.fullmatch(path.name):
         return sentence
     for quoted, where in ((str(path), f" ('{path}')"), (path.name, "")):
         parts = re.split(rf"(?:The video )?'{re.escape(quoted)}'", sentence)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
 
-#: Frames are never that close (s), and what metadata say of their times is never that far off.
+#: Seconds by which metadata may be off the time of a frame; frames are never that close.
 _SAME = 5e-4
 #: Key frames that are tried, one before the other, until decoding can begin before a stretch.
 _TRIES = 8
@@ -43,7 +44,7 @@ def cut_video(source: Path, start: float, end: float, target: Path) -> VideoCut:
             with av.open(str(target.absolute()), "w", format="mp4") as write:
                 cut = _copy(read, stream, first, write, (start, end))
     except (av.FFmpegError, IndexError, ValueError) as error:
-        if isinstance(error, OSError) and error.errno in (28, 122):  # no room
+        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
             raise
         raise InputError(
             f"the video '{source}' is damaged or no MP4 file; copy or download it again"

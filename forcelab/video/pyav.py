@@ -75,7 +75,10 @@ class PyAvCapture:
         """The picture of the frame that was decoded: blue, green, red; turned as the file says."""
         if self._frame is None:
             return False, None
-        picture = self._frame.to_ndarray(format="bgr24")
+        try:
+            picture = self._frame.to_ndarray(format="bgr24")
+        except (self._error, ValueError):  # of a kind that cannot be converted
+            return False, None
         turns = self._frame.rotation // 90
         return True, np.ascontiguousarray(np.rot90(picture, turns)) if turns else picture
 

@@ -489,6 +489,16 @@ def pick(dialog, name, text):
     QTest.keyClick(view, Qt.Key.Key_Return)
 
 
+def test_of_very_many_columns_the_first_are_shown(open_on, tmp_path, monkeypatch):
+    monkeypatch.setattr(import_dialog, "MOST_SHOWN", 3)
+    path = tmp_path / "wide.csv"
+    rows = [[row / 10, *range(row, row + 8)] for row in range(60)]
+    path.write_text("\n".join(["t,a,b,c,d,e,f,g,h", *(",".join(map(str, row)) for row in rows)]))
+    columns = open_on(path).columns
+    assert columns.table.rowCount() == 3
+    assert "wide.csv (the first 3 of 9)" in columns.heading.text()
+
+
 def test_what_is_in_a_file_of_arrays_is_shown_as_a_tree(open_on, tmp_path):
     dialog = open_on(write_fold(tmp_path / "a.npz"))
     table = dialog.columns.table

@@ -20,7 +20,7 @@ from factories import (
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.video.codecs import opencv
-from forcelab.video.index import Index, indexing
+from forcelab.video.index import Index, indexing, open_video
 from forcelab.video.motion import measuring_motion
 from forcelab.video.reader import LEAD, Decoder, DecoderPool, Thumbnails, VideoReader
 
@@ -125,6 +125,18 @@ def test_av1_is_turned_as_other_videos_are(tmp_path, turn):
             shown.append(reader.frame(5).astype(int))
     assert shown[0].shape == shown[1].shape
     assert np.abs(shown[0] - shown[1]).mean() < 5
+
+
+def test_a_frame_of_av1_that_cannot_be_converted_is_none(film, monkeypatch):
+    class Unconvertible:
+        def to_ndarray(self, **_):
+            raise av.error.InvalidDataError(1, "no picture")
+
+    capture = open_video(film("av1.mkv"))
+    assert capture.grab()
+    monkeypatch.setattr(capture, "_frame", Unconvertible())
+    assert capture.retrieve() == (False, None)
+    capture.release()
 
 
 def test_thumbnails_and_motion_of_av1_are_of_its_frames(film):

@@ -3,26 +3,26 @@
 Tables:
   csv           one per demonstration, one row per segment: start,end,action,author
   table         one of all, one row per segment, for statistics
-  samples       one per demonstration, one row per sample: its forces, the labels of each
-                coder, and what the task's latest run predicts, how probable
-  parquet       samples as Parquet
+  samples       one per demonstration, one row per sample: forces, labels of each coder,
+                and what the task's latest run predicts, with its probability
+  parquet       the same as Parquet (extra parquet)
 For other programs:
-  elan          one .eaf per demonstration, one tier per coder, the task's actions as
-                vocabulary, videos linked, beside it the forces as a time series
+  elan          one .eaf per demonstration, one tier per coder; the task's actions as
+                vocabulary, videos linked, the forces beside it as a time series
   textgrid      one TextGrid of Praat per demonstration, one tier per coder
   boris         one .boris project, one observation per coder and demonstration, videos
                 linked
-  label-studio  the tasks to import, one per demonstration, its forces as a time series;
-                labels of coders are annotations, those of models predictions; with the
-                labelling interface (.xml). Label Studio shows the files once its
+  label-studio  one task per demonstration, its forces as a time series: labels of coders
+                as annotations, those of models as predictions; and the labelling
+                interface (.xml). Label Studio shows the files once its
                 LABEL_STUDIO_LOCAL_FILES_DOCUMENT_ROOT is the innermost folder that
                 holds DIR and the project
   label-studio-video
-                the same with the first video of each and timelines of frames
+                the same on the first video of each, as timelines of frames
   audacity      one label track per coder and demonstration
 Datasets and projects:
   lerobot       the subtask of each frame, into the LeRobot dataset that was imported
-                (--into; unlabelled frames get a subtask of that name)
+                (--into, extra lerobot); unlabelled frames get a subtask of that name
   archive       one zip with everything; 'forcelab import' reads it back
 Times are seconds from the start of the forces (elan: milliseconds).
 
