@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import logging
+import math
 import socket
 import threading
 import time
 import warnings
 from collections import Counter
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
+from queue import Empty, SimpleQueue
 from typing import Any, Final, TypeVar
 
 from forcelab.errors import ForcelabError, InputError
@@ -22,8 +24,9 @@ from forcelab.version import __version__
 ItemT = TypeVar("ItemT")
 ResultT = TypeVar("ResultT")
 
-#: Seconds in which a scheduler has to answer.
-PATIENCE: Final = 10.0
+#: Seconds in which a scheduler has to answer, and its workers to come back; and after how many it
+#: is looked for them.
+PATIENCE, LOOK_EVERY = 10.0, 1.0
 #: A worker does one piece at a time, however many threads it has: the time of each is measured.
 _ALONE: Final = threading.Lock()
 
@@ -43,8 +46,6 @@ class Cluster:
         self, work: Callable[[ItemT], ResultT], items: Iterable[ItemT]
     ) -> Generator[ResultT, None, None]:
         """Call `work` on each item; yields results in order. What a lost worker did is redone."""
-        from distributed import as_completed
-
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
             # As the result of a task it is sent once, and made again should its worker be lost.
@@ -58,7 +59,7 @@ class Cluster:
         results: dict[int, ResultT] = {}
         given = 0
         try:
-            for future in as_completed(futures, loop=self._client.loop):
+            for future in self._finished(futures):
                 results[number_of[future.key]] = self._result(future)
                 # Else what is fetched already would be done again, should its worker be lost.
                 future.release()
@@ -68,6 +69,31 @@ class Cluster:
         finally:
             with suppress(OSError, RuntimeError, CancelledError):  # of a scheduler that is gone
                 self._client.cancel(futures)
+
+    def _finished(self, futures: Sequence[Any]) -> Iterator[Any]:
+        """The futures as they end; refused once no worker was left for a while."""
+        ended: SimpleQueue[Any] = SimpleQueue()
+        for future in futures:
+            future.add_done_callback(ended.put)
+        for _ in futures:
+            yield self._next(ended)
+
+    def _next(self, ended: SimpleQueue[Any]) -> Any:
+        """The next future that ends."""
+        alone_since = math.inf
+        while True:
+            with suppress(Empty):
+                return ended.get(timeout=LOOK_EVERY)
+            now = time.monotonic()
+            try:
+                alone_since = math.inf if self._present() else min(alone_since, now)
+            except OSError as error:
+                raise self._gone() from error
+            if now - alone_since > PATIENCE:  # as long as new ones may take to start
+                raise ForcelabError(
+                    f"No worker of {self.address} is left; start some by 'dask worker "
+                    f"{self.address}' and try again."
+                )
 
     def report(self) -> str:
         """What was done by how many workers in what time, and what lost ones cost."""
@@ -98,6 +124,11 @@ class Cluster:
             )
         return sentence
 
+    def _gone(self) -> ForcelabError:
+        return ForcelabError(
+            f"The scheduler at {self.address} is gone; start it and its workers, and try again."
+        )
+
     def _present(self) -> list[str]:
         return list(self._client.scheduler_info(n_workers=-1)["workers"])
 
@@ -114,9 +145,7 @@ class Cluster:
         except (CancelledError, OSError) as error:
             if future.status == "error":  # raised by the work itself
                 raise
-            raise ForcelabError(
-                f"The scheduler at {self.address} is gone; start it and its workers, and try again."
-            ) from error
+            raise self._gone() from error
 
 
 _current: ContextVar[Cluster | None] = ContextVar("cluster", default=None)

@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -65,6 +66,11 @@ class DaskProcesses:
                 options = "--nthreads", "2", "--no-nanny", "--host", "127.0.0.1"
                 self._started.append(self._start("worker", *options))
             client.wait_for_workers(count, timeout=PATIENCE)
+
+    def kill_workers(self):
+        for process in self._started[1:]:
+            process.kill()
+            process.wait()
 
     def end(self):
         for process in reversed(self._started):
@@ -157,6 +163,17 @@ def test_work_that_takes_every_worker_with_it_ends_in_a_sentence(address):
         pytest.raises(ForcelabError, match=r"^Every worker of tcp://\S+ that took on a piece of"),
     ):
         list(share_work(parallel_work.killed, [1], 2))
+
+
+def test_work_that_no_worker_is_left_for_ends_in_a_sentence(processes, address, monkeypatch):
+    monkeypatch.setattr("forcelab.cluster.PATIENCE", 0.5)
+    monkeypatch.setattr("forcelab.cluster.LOOK_EVERY", 0.1)
+    with join_cluster(address):
+        timer = threading.Timer(0.2, processes.kill_workers)
+        timer.start()
+        with pytest.raises(ForcelabError, match=r"^No worker of tcp://\S+ is left; start some by"):
+            list(share_work(parallel_work.lasting, [1, 2], 2))
+        timer.join()
 
 
 def test_a_command_joins_the_scheduler_that_it_is_told(address, tmp_path, capsys):
