@@ -179,21 +179,28 @@ def join_cluster(address: str) -> Iterator[Cluster]:
         worker has another version of forcelab.
     """
     distributed = load_extra("distributed", "cluster", "A cluster")
-    # What is to be said of lost connections is said in sentences.
-    logger = logging.getLogger("distributed")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL)
+    with _muted("distributed", "distributed.client"), _connect(address, distributed) as client:
+        _check_workers(address, client)
+        cluster = Cluster(address, client)
+        token = _current.set(cluster)
+        try:
+            yield cluster
+        finally:
+            _current.reset(token)
+
+
+@contextmanager
+def _muted(*names: str) -> Iterator[None]:
+    """Silence loggers: what is to be said of lost connections is said in sentences."""
+    loggers = [logging.getLogger(name) for name in names]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL)
     try:
-        with _connect(address, distributed) as client:
-            _check_workers(address, client)
-            cluster = Cluster(address, client)
-            token = _current.set(cluster)
-            try:
-                yield cluster
-            finally:
-                _current.reset(token)
+        yield
     finally:
-        logger.setLevel(level)
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
 
 
 def _connect(address: str, distributed: Any) -> Any:
