@@ -124,7 +124,10 @@ def make_recording(
     repaired = _times(table, options)
     remarks += repaired.remarks
     indices, left_out_remarks = _channel_columns(table)
-    signals = np.column_stack([table.body.values[index][repaired.rows] for index in indices])
+    signals = np.empty((len(repaired.rows), len(indices)))
+    for place, index in enumerate(indices):
+        # What has become a channel is not kept beside it: there may be gigabytes.
+        signals[:, place] = table.body.values.pop(index)[repaired.rows]
     channels = tuple(Channel(layout.columns[i].name, layout.columns[i].unit) for i in indices)
     unrequested = [column for column, i in enumerate(indices) if i not in roles.signals]
     remarks += [
@@ -225,7 +228,9 @@ class BodyReader:
         """All rows; a table of which more than 5 % (and more than one) are ragged is refused."""
         layout, time = self._layout, self._roles.time
         self._refuse_ragged()
-        values = {index: np.concatenate(blocks) for index, blocks in self._blocks.items() if blocks}
+        values = {}
+        for index in [index for index, blocks in self._blocks.items() if blocks]:
+            values[index] = np.concatenate(self._blocks.pop(index))  # not beside its blocks
         words = dict(self._words)
         for index, text in self._words.items():
             text.close()
