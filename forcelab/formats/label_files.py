@@ -38,7 +38,8 @@ from forcelab.labels import (
     means_unlabelled,
 )
 from forcelab.project import DemonstrationInfo, LabelImport, Project
-from forcelab.text import counted, listed
+from forcelab.segment_edits import tell_changes
+from forcelab.text import counted, listed, name_alike
 from forcelab.vocabulary import MOST_ACTIONS
 
 __all__ = [
@@ -302,6 +303,7 @@ class ImportedTrack:
     segments: int
     status: Literal["new", "replaced", "unchanged", "left out"]
     reason: str = ""  #: why they were left out, as a sentence
+    changes: str = ""  #: what differs from the labels they replace
 
 
 @dataclass(frozen=True, slots=True)
@@ -514,6 +516,7 @@ class _Importer:
         # A file's name has no dot at its end, and no character that some system refuses.
         self._as_in_file_names = {file_names([f"_{name}"])[0][1:]: name for name in self._kinds}
         self._taken: dict[tuple[str, str], tuple[Path, Segments]] = {}
+        self._actions: dict[str, list[str]] = {}  # of each task, with those that are imported
         self.imports: list[LabelImport] = []
         self.tracks: list[ImportedTrack] = []
         self.remarks: dict[Path, list[str]] = defaultdict(list)
@@ -599,11 +602,26 @@ class _Importer:
             if before:
                 what += f" in place of {len(before):,}"
             self.imports.append(LabelImport(info.id, track, before, what))
+            self.remarks[path] += self._new_actions(info.task, track)
         if status != "left out":
             self._taken[info.id, author] = path, track.segments
+        changes = tell_changes(before, track.segments) if status == "replaced" else ""
+        count = len(track.segments)
         self.tracks.append(
-            ImportedTrack(path, labels.name, info, author, len(track.segments), status, reason)
+            ImportedTrack(path, labels.name, info, author, count, status, reason, changes)
         )
+
+    def _new_actions(self, task: str, track: Track) -> list[str]:
+        """Remarks on actions that the task lacks; the first ones of a task are no news."""
+        names = self._project.actions.vocabulary(task).names
+        known, remarks = self._actions.setdefault(task, list(names)), []
+        for action in track.actions:
+            similar = name_alike(action, known)
+            if action not in known and (names or similar):
+                beside = f" (there is '{similar}')" if similar else ""
+                remarks.append(f"New action '{action}'{beside} of {task or 'no task'}.")
+            known += [action] * (action not in known)
+        return remarks
 
     def _hidden(self, info: DemonstrationInfo, author: str) -> bool:
         """Whether an author's labels are hidden from who imports."""

@@ -313,6 +313,7 @@ class LabelImportDialog(QDialog):
 def _row(track: ImportedTrack, words: dict[str, str]) -> TableRow:
     at = track.demonstration
     result = name_fields(track.reason, _FIELDS) or words[track.status]
+    result += f": {track.changes}" if track.changes else ""
     name = at.name if at else ""
     row = TableRow((track.file.name, name, track.author, f"{track.segments:,}", result))
     return _trouble(row) if track.reason else row

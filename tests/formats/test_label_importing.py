@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 
 import numpy as np
@@ -133,6 +134,29 @@ def test_what_an_author_has_there_is_replaced_only_on_demand_by_one_edit(load, p
         ]
         opened.tracks.undo(id_, "Ann")
         assert opened.tracks.get(id_, "Ann").segments == ANN
+
+
+def test_what_replacing_changes_and_new_actions_are_told(load, project, tmp_path, capsys):
+    load("02.csv", Track("Ann", ANN))
+    edited = (Segment(0.25, 1.75, "Grab"), Segment(1.75, 3.0, "hold"), Segment(4.0, 6.5, "slip"))
+    report = load("02.csv", Track("Ann", edited), replacing=True, writing=False)
+    assert report.tracks[0].changes == "1 edge moved, 1 segment renamed"
+    told = "New action 'Grab' (there is 'grab') of pen."
+    assert list(report.remarks.values()) == [(told,)]
+    words = ["labels", str(project), str(tmp_path / "02.csv"), "--replace"]
+    assert main([*words, "--dry-run", "--json"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content["tracks"][0]["changes"] == "1 edge moved, 1 segment renamed"
+    assert list(content["remarks"].values()) == [[told]]
+    assert main(words) == 0
+    assert capsys.readouterr().out.startswith(
+        f"replaced   02  Ann  3 segments: 1 edge moved, 1 segment renamed\n02.csv: {told}\n"
+    )
+    first = load("02.csv", Track("Zoe", (Segment(1, 2, "lift"), Segment(3, 4, " GRAB"))))
+    assert first.tracks[0].changes == ""
+    assert list(first.remarks.values()) == [
+        ("New action 'lift' of pen.", "New action 'GRAB' (there is 'grab') of pen.")
+    ]
 
 
 def test_actions_that_the_task_lacks_are_added(load, project):
