@@ -91,6 +91,8 @@ class LabelSet:
     resolution : float
         Seconds to which times in the file are rounded: stored labels that lie no farther from them
         are the same.
+    tiers : tuple of str
+        What its tiers are called, if it has any.
     """
 
     name: str
@@ -99,6 +101,7 @@ class LabelSet:
     remarks: tuple[str, ...] = ()
     media: Mapping[str, float] = field(default_factory=dict)
     resolution: float = 1e-6
+    tiers: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,7 +230,9 @@ def read_label_file(
     with naming_file(path):
         sets = [_checked(path, labels) for labels in _reader(path).read_labels(path, options)]
         if not any(track.segments for labels in sets for track in labels.tracks):
-            raise InputError(f"'{path}' holds no label; there is nothing to import.")
+            remarks = [remark for labels in sets for remark in labels.remarks]
+            sentence = f"'{path}' holds no label; there is nothing to import."
+            raise InputError(" ".join([sentence, *dict.fromkeys(remarks)]))
         return sets
 
 
@@ -545,7 +550,8 @@ class _Importer:
         except InputError as error:  # of a file that is gone, or times beyond all clocks
             self._leave_out(path, labels, info, str(error))
             return
-        self.remarks[path] += filter(None, [remark, self._wrong_length(labels, info)])
+        remarks = [remark, self._wrong_length(labels, info), self._actions_as_tiers(labels, info)]
+        self.remarks[path] += filter(None, remarks)
         for track in tracks:
             if track.segments:
                 self._add_track(path, labels, info, demonstration, track)
@@ -559,6 +565,19 @@ class _Importer:
                     path, labels.name, info, track.author, len(track.segments), "left out", reason
                 )
             )
+
+    def _actions_as_tiers(self, labels: LabelSet, info: DemonstrationInfo) -> str:
+        """A remark on tiers that were read as authors, and are called as actions of the task."""
+        if self._options.tiers == "actions":
+            return ""
+        known = {name.casefold() for name in self._project.actions.vocabulary(info.task).names}
+        tiers = [f"'{tier}'" for tier in labels.tiers if tier.strip().casefold() in known]
+        if not tiers:
+            return ""
+        return (
+            f"Tiers were read as authors and are called as actions of {info.task or 'no task'}: "
+            f"{listed(tiers, NAMED)}; if they are actions, say so (--tiers actions)."
+        )
 
     @staticmethod
     def _wrong_length(labels: LabelSet, info: DemonstrationInfo) -> str:

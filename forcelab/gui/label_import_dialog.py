@@ -63,6 +63,7 @@ _FIELDS: Final = {
     "--demo": "Demonstration",
     "--replace": "Replace existing labels",
     "--offset": "Add to all times",
+    "--tiers": "Tiers of ELAN and Praat: Actions",
 }
 
 

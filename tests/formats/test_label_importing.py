@@ -159,6 +159,29 @@ def test_what_replacing_changes_and_new_actions_are_told(load, project, tmp_path
     ]
 
 
+def test_tiers_called_as_actions_and_tiers_without_text_are_told(load, tmp_path):
+    load("02.csv", Track("Ann", ANN))
+    tracks = [Track("grab", (Segment(1, 2, "x"),)), Track("hold", (Segment(2, 3, "-"),))]
+    text = to_textgrid(tracks, 10.0).decode().replace('"-"', '" "')
+    read_as_authors = load("02.TextGrid", text=text)
+    (remarks,) = read_as_authors.remarks.values()
+    cure = "if they are actions, say so (--tiers actions)."
+    assert remarks[:2] == (
+        "The tier 'hold' has no text and was left out.",
+        f"Tiers were read as authors and are called as actions of pen: 'grab', 'hold'; {cure}",
+    )
+    options = LabelOptions(tiers="actions")
+    (remarks,) = load("02.TextGrid", text=text, options=options).remarks.values()
+    assert remarks[1] == "1 text was left out, as the tiers are the actions."
+    eaf = to_elan(tracks, (), tmp_path, ()).decode()
+    assert f"1 tier without any text was left out: 'hold'; {cure}" in next(
+        iter(load("02.eaf", text=eaf.replace(">-<", "><")).remarks.values())
+    )
+    blank = load("02.eaf", text=eaf.replace(">-<", "><").replace(">x<", "><"))
+    told = f"2 tiers without any text were left out: 'grab', 'hold'; {cure}"
+    assert next(iter(blank.unread.values())).endswith(f"there is nothing to import. {told}")
+
+
 def test_actions_that_the_task_lacks_are_added(load, project):
     load("02.csv", Track("Ann", ANN))
     with Project.open(project) as opened:

@@ -176,6 +176,9 @@ def test_tiers_may_be_actions(dialog, document, tmp_path, look):
     path.write_bytes(to_textgrid(tracks, 0.5))
     dialog.add_files([path])
     assert [row[2] for row in look()] == ["grab", "slip"]
+    assert "'grab'; if they are actions, say so (Tiers of ELAN and Praat: Actions)." in (
+        dialog._text.text()
+    )
     choose(dialog.tiers, "Actions")
     assert [row[2:] for row in look()] == [("coder", "2", "new")]
     assert "2 texts were left out" in dialog._text.text()
