@@ -466,8 +466,13 @@ class _Matcher:
             )
             return (self._infos[0], "") if alone else several
         names = list(dict.fromkeys([labels.name, *([own_stem(path)] if alone else [])]))
-        found = _look_up(names, self._exact) or _look_up(names, self._folded, _folded)
-        if not found:
+        media = [Path(name).stem for name in labels.media]
+        for candidates in (names, media):
+            found = _look_up(candidates, self._exact) or _look_up(candidates, self._folded, _folded)
+            if found:
+                break
+        else:
+            names = list(dict.fromkeys([*names, *media]))
             called = " or ".join(f"'{name}'" for name in names)
             return f"No demonstration is called {called}; rename the file, or choose one (--demo)."
         if len(found) > 1:

@@ -90,6 +90,18 @@ def test_a_name_of_two_is_that_of_the_one_as_long_as_the_labels(load, project, t
     assert outcome(load("all.csv", text=to_statistics_table(rows)))[0] == ("pen", "01")
 
 
+def test_an_observation_of_another_name_belongs_to_the_demonstration_of_its_media(load):
+    header = "Observation id,Observer,Media file name,Time offset (s),Behavior,Behavior type,Time\n"
+    text = header + "".join(
+        f"Obs KB 3,Kim,C:\\films\\02.mp4,0,grab,{kind}\n" for kind in ("START,1", "STOP,2")
+    )
+    assert outcome(load("events.csv", text=text)) == (("pen", "02"), "Kim", "new")
+    (track,) = load("events.csv", text=text.replace("02.mp4", "x.mp4")).tracks
+    assert track.reason.startswith("No demonstration is called 'Obs KB 3' or 'events' or 'x';")
+    named = load("events.csv", text=text.replace("Obs KB 3", "Ü 1: a"))
+    assert outcome(named)[0] == ("foam", "Ü 1: a")
+
+
 def test_a_demonstration_can_be_chosen_and_a_missing_one_is_told(load, project):
     assert load("what.csv", Track("Ann", ANN)).trouble().popitem()[1] == (
         "No demonstration is called 'what'; rename the file, or choose one (--demo).",
