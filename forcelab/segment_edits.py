@@ -20,6 +20,7 @@ from typing import Literal
 
 from forcelab.errors import InputError, StaleTrackError
 from forcelab.labels import Segment, Segments, ordered
+from forcelab.text import counted
 
 #: Segments that are compared at once.
 BLOCK = 256
@@ -335,6 +336,36 @@ def paint_all(segments: Segments, proposed: Segments) -> tuple[Segments, Segment
             done[first:] = after
     done.extend(segments[passed:])
     return tuple(done), tuple(painted)
+
+
+def tell_changes(before: Segments, after: Segments) -> str:
+    """What differs between two states of a track: ``1 edge moved, 1 segment renamed``.
+
+    A segment is the one before that it overlaps most, preferably of the same action.
+    """
+    pairs: list[tuple[bool, float, int, int]] = []
+    first = second = 0
+    while first < len(before) and second < len(after):
+        old, new = before[first], after[second]
+        if (overlap := min(old.end, new.end) - max(old.start, new.start)) > 0:
+            pairs.append((old.action == new.action, overlap, first, second))
+        first, second = first + (old.end <= new.end), second + (new.end <= old.end)
+    kept, used, taken = [], set[int](), set[int]()
+    for _, _, first, second in sorted(pairs, reverse=True):
+        if first not in used and second not in taken:
+            used.add(first)
+            taken.add(second)
+            kept.append((before[first], after[second]))
+    # Neighbours share an edge, which moves once.
+    edges = {(old.start, new.start) for old, new in kept}
+    edges |= {(old.end, new.end) for old, new in kept}
+    counts = [
+        (sum(old != new for old, new in edges), "edge", "moved"),
+        (sum(old.action != new.action for old, new in kept), "segment", "renamed"),
+        (len(after) - len(kept), "segment", "added"),
+        (len(before) - len(kept), "segment", "removed"),
+    ]
+    return ", ".join(f"{counted(number, noun)} {done}" for number, noun, done in counts if number)
 
 
 def free_parts(segments: Segments, proposed: Segments) -> Segments:

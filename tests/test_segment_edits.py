@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -420,3 +421,28 @@ def test_segments_are_found_where_they_lie():
     assert overlapping(track, 1.9, 2.05, least=0.06) == slice(0, 1)
     assert overlapping(track, 2.0, 2.05, least=0.06) == slice(1, 1)  # where they would be
     assert [index_at(track, t) for t in (0.9, 1.0, 2.0, 2.999, 3.0)] == [None, 0, 1, 1, None]
+
+
+@pytest.mark.parametrize(
+    ("after", "told"),
+    [
+        (TRACK, ""),
+        ((), "3 segments removed"),
+        ((Segment(0.0, 0.5, "grab"), *TRACK[1:]), "1 edge moved"),
+        ((*TRACK, Segment(9.0, 9.5, "hold")), "1 segment added"),
+        (
+            (replace(TRACK[0], action="hold"), Segment(20.0, 21.0, "pull")),
+            "1 segment renamed, 1 segment added, 2 segments removed",
+        ),
+    ],
+)
+def test_what_differs_is_told_by_edges_and_segments(after, told):
+    assert segment_edits.tell_changes(TRACK, after) == told
+
+
+def test_an_edge_of_two_neighbours_moves_once_and_a_split_adds_one():
+    before = (Segment(0.0, 2.0, "grab"), Segment(2.0, 3.0, "hold"))
+    moved = (Segment(0.0, 2.5, "grab"), Segment(2.5, 3.0, "hold"))
+    assert segment_edits.tell_changes(before, moved) == "1 edge moved"
+    split = (Segment(0.0, 0.5, "grab"), Segment(0.5, 2.0, "pull"), before[1])
+    assert segment_edits.tell_changes(before, split) == "1 edge moved, 1 segment added"

@@ -249,7 +249,8 @@ def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
     if path.stat().st_size > LONGEST:
         raise InputError(f"'{path}' is larger than any ELAN file of labels; check what it is.")
     document = _Document(path)
-    tracks, remarks = tracks_of_tiers(document.tiers(), options)
+    tiers = document.tiers()
+    tracks, remarks = tracks_of_tiers(tiers, options)
     names = [Path(name).stem for name in document.media if not document.on_force_clock]
     return [
         LabelSet(
@@ -258,6 +259,7 @@ def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
             remarks=(*document.remarks, *remarks),
             media={} if document.on_force_clock else document.media,
             resolution=0.001,
+            tiers=tuple(tier.name for tier in tiers),
         )
     ]
 

@@ -38,7 +38,8 @@ from forcelab.labels import (
     means_unlabelled,
 )
 from forcelab.project import DemonstrationInfo, LabelImport, Project
-from forcelab.text import counted, listed
+from forcelab.segment_edits import tell_changes
+from forcelab.text import counted, listed, name_alike
 from forcelab.vocabulary import MOST_ACTIONS
 
 __all__ = [
@@ -90,6 +91,8 @@ class LabelSet:
     resolution : float
         Seconds to which times in the file are rounded: stored labels that lie no farther from them
         are the same.
+    tiers : tuple of str
+        What its tiers are called, if it has any.
     """
 
     name: str
@@ -98,6 +101,7 @@ class LabelSet:
     remarks: tuple[str, ...] = ()
     media: Mapping[str, float] = field(default_factory=dict)
     resolution: float = 1e-6
+    tiers: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,7 +230,9 @@ def read_label_file(
     with naming_file(path):
         sets = [_checked(path, labels) for labels in _reader(path).read_labels(path, options)]
         if not any(track.segments for labels in sets for track in labels.tracks):
-            raise InputError(f"'{path}' holds no label; there is nothing to import.")
+            remarks = [remark for labels in sets for remark in labels.remarks]
+            sentence = f"'{path}' holds no label; there is nothing to import."
+            raise InputError(" ".join([sentence, *dict.fromkeys(remarks)]))
         return sets
 
 
@@ -302,6 +308,7 @@ class ImportedTrack:
     segments: int
     status: Literal["new", "replaced", "unchanged", "left out"]
     reason: str = ""  #: why they were left out, as a sentence
+    changes: str = ""  #: what differs from the labels they replace
 
 
 @dataclass(frozen=True, slots=True)
@@ -459,8 +466,13 @@ class _Matcher:
             )
             return (self._infos[0], "") if alone else several
         names = list(dict.fromkeys([labels.name, *([own_stem(path)] if alone else [])]))
-        found = _look_up(names, self._exact) or _look_up(names, self._folded, _folded)
-        if not found:
+        media = [Path(name).stem for name in labels.media]
+        for candidates in (names, media):
+            found = _look_up(candidates, self._exact) or _look_up(candidates, self._folded, _folded)
+            if found:
+                break
+        else:
+            names = list(dict.fromkeys([*names, *media]))
             called = " or ".join(f"'{name}'" for name in names)
             return f"No demonstration is called {called}; rename the file, or choose one (--demo)."
         if len(found) > 1:
@@ -514,6 +526,7 @@ class _Importer:
         # A file's name has no dot at its end, and no character that some system refuses.
         self._as_in_file_names = {file_names([f"_{name}"])[0][1:]: name for name in self._kinds}
         self._taken: dict[tuple[str, str], tuple[Path, Segments]] = {}
+        self._actions: dict[str, list[str]] = {}  # of each task, with those that are imported
         self.imports: list[LabelImport] = []
         self.tracks: list[ImportedTrack] = []
         self.remarks: dict[Path, list[str]] = defaultdict(list)
@@ -542,7 +555,8 @@ class _Importer:
         except InputError as error:  # of a file that is gone, or times beyond all clocks
             self._leave_out(path, labels, info, str(error))
             return
-        self.remarks[path] += filter(None, [remark, self._wrong_length(labels, info)])
+        remarks = [remark, self._wrong_length(labels, info), self._actions_as_tiers(labels, info)]
+        self.remarks[path] += filter(None, remarks)
         for track in tracks:
             if track.segments:
                 self._add_track(path, labels, info, demonstration, track)
@@ -556,6 +570,19 @@ class _Importer:
                     path, labels.name, info, track.author, len(track.segments), "left out", reason
                 )
             )
+
+    def _actions_as_tiers(self, labels: LabelSet, info: DemonstrationInfo) -> str:
+        """A remark on tiers that were read as authors, and are called as actions of the task."""
+        if self._options.tiers == "actions":
+            return ""
+        known = {name.casefold() for name in self._project.actions.vocabulary(info.task).names}
+        tiers = [f"'{tier}'" for tier in labels.tiers if tier.strip().casefold() in known]
+        if not tiers:
+            return ""
+        return (
+            f"Tiers were read as authors and are called as actions of {info.task or 'no task'}: "
+            f"{listed(tiers, NAMED)}; if they are actions, say so (--tiers actions)."
+        )
 
     @staticmethod
     def _wrong_length(labels: LabelSet, info: DemonstrationInfo) -> str:
@@ -599,11 +626,26 @@ class _Importer:
             if before:
                 what += f" in place of {len(before):,}"
             self.imports.append(LabelImport(info.id, track, before, what))
+            self.remarks[path] += self._new_actions(info.task, track)
         if status != "left out":
             self._taken[info.id, author] = path, track.segments
+        changes = tell_changes(before, track.segments) if status == "replaced" else ""
+        count = len(track.segments)
         self.tracks.append(
-            ImportedTrack(path, labels.name, info, author, len(track.segments), status, reason)
+            ImportedTrack(path, labels.name, info, author, count, status, reason, changes)
         )
+
+    def _new_actions(self, task: str, track: Track) -> list[str]:
+        """Remarks on actions that the task lacks; the first ones of a task are no news."""
+        names = self._project.actions.vocabulary(task).names
+        known, remarks = self._actions.setdefault(task, list(names)), []
+        for action in track.actions:
+            similar = name_alike(action, known)
+            if action not in known and (names or similar):
+                beside = f" (there is '{similar}')" if similar else ""
+                remarks.append(f"New action '{action}'{beside} of {task or 'no task'}.")
+            known += [action] * (action not in known)
+        return remarks
 
     def _hidden(self, info: DemonstrationInfo, author: str) -> bool:
         """Whether an author's labels are hidden from who imports."""

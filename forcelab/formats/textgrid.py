@@ -59,6 +59,8 @@ def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
             annotations = ((content.interval(), content.text()) for _ in range(number))
             read = [Annotation(*times, text) for times, text in annotations if text.strip()]
             tiers.append(Tier(name.strip(), tuple(read)))
+            if not read:
+                left_out.append(f"The tier '{name}' has no text and was left out.")
         elif kind == "TextTier":
             for _ in range(number):
                 content.number()
@@ -70,7 +72,8 @@ def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
         else:
             raise content.error(f"a tier is an IntervalTier or a TextTier, not '{kind[:40]}'")
     tracks, remarks = tracks_of_tiers(tiers, options)
-    return [LabelSet(own_stem(path), tracks, end, (*left_out, *remarks))]
+    names = tuple(tier.name for tier in tiers)
+    return [LabelSet(own_stem(path), tracks, end, (*left_out, *remarks), tiers=names)]
 
 
 class _Content:

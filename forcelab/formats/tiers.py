@@ -10,7 +10,7 @@ from itertools import pairwise
 from forcelab.errors import InputError
 from forcelab.formats.label_files import LabelOptions
 from forcelab.labels import Segment, Track
-from forcelab.text import left_out
+from forcelab.text import left_out, listed
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +57,11 @@ def tracks_of_tiers(
     rows: dict[str, list[tuple[Segment, str]]] = defaultdict(list)
     annotators = Counter(tier.annotator for tier in tiers if tier.annotator)
     texts = 0
+    texts_of = {f"'{tier.name}'": any(a.text.strip() for a in tier.annotations) for tier in tiers}
+    blank = [name for name, text in texts_of.items() if not text]
+    if blank and options.tiers == "authors":
+        what = left_out(len(blank), "tier without any text")
+        remarks.append(f"{what}: {listed(blank)}; if they are actions, say so (--tiers actions).")
     for tier in tiers:
         author = tier.annotator or options.author
         if options.tiers == "authors" and annotators[tier.annotator] != 1:

@@ -63,6 +63,7 @@ _FIELDS: Final = {
     "--demo": "Demonstration",
     "--replace": "Replace existing labels",
     "--offset": "Add to all times",
+    "--tiers": "Tiers of ELAN and Praat: Actions",
 }
 
 
@@ -313,6 +314,7 @@ class LabelImportDialog(QDialog):
 def _row(track: ImportedTrack, words: dict[str, str]) -> TableRow:
     at = track.demonstration
     result = name_fields(track.reason, _FIELDS) or words[track.status]
+    result += f": {track.changes}" if track.changes else ""
     name = at.name if at else ""
     row = TableRow((track.file.name, name, track.author, f"{track.segments:,}", result))
     return _trouble(row) if track.reason else row

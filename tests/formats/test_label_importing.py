@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 
 import numpy as np
@@ -89,6 +90,18 @@ def test_a_name_of_two_is_that_of_the_one_as_long_as_the_labels(load, project, t
     assert outcome(load("all.csv", text=to_statistics_table(rows)))[0] == ("pen", "01")
 
 
+def test_an_observation_of_another_name_belongs_to_the_demonstration_of_its_media(load):
+    header = "Observation id,Observer,Media file name,Time offset (s),Behavior,Behavior type,Time\n"
+    text = header + "".join(
+        f"Obs KB 3,Kim,C:\\films\\02.mp4,0,grab,{kind}\n" for kind in ("START,1", "STOP,2")
+    )
+    assert outcome(load("events.csv", text=text)) == (("pen", "02"), "Kim", "new")
+    (track,) = load("events.csv", text=text.replace("02.mp4", "x.mp4")).tracks
+    assert track.reason.startswith("No demonstration is called 'Obs KB 3' or 'events' or 'x';")
+    named = load("events.csv", text=text.replace("Obs KB 3", "Ü 1: a"))
+    assert outcome(named)[0] == ("foam", "Ü 1: a")
+
+
 def test_a_demonstration_can_be_chosen_and_a_missing_one_is_told(load, project):
     assert load("what.csv", Track("Ann", ANN)).trouble().popitem()[1] == (
         "No demonstration is called 'what'; rename the file, or choose one (--demo).",
@@ -133,6 +146,52 @@ def test_what_an_author_has_there_is_replaced_only_on_demand_by_one_edit(load, p
         ]
         opened.tracks.undo(id_, "Ann")
         assert opened.tracks.get(id_, "Ann").segments == ANN
+
+
+def test_what_replacing_changes_and_new_actions_are_told(load, project, tmp_path, capsys):
+    load("02.csv", Track("Ann", ANN))
+    edited = (Segment(0.25, 1.75, "Grab"), Segment(1.75, 3.0, "hold"), Segment(4.0, 6.5, "slip"))
+    report = load("02.csv", Track("Ann", edited), replacing=True, writing=False)
+    assert report.tracks[0].changes == "1 edge moved, 1 segment renamed"
+    told = "New action 'Grab' (there is 'grab') of pen."
+    assert list(report.remarks.values()) == [(told,)]
+    words = ["labels", str(project), str(tmp_path / "02.csv"), "--replace"]
+    assert main([*words, "--dry-run", "--json"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content["tracks"][0]["changes"] == "1 edge moved, 1 segment renamed"
+    assert list(content["remarks"].values()) == [[told]]
+    assert main(words) == 0
+    assert capsys.readouterr().out.startswith(
+        f"replaced   02  Ann  3 segments: 1 edge moved, 1 segment renamed\n02.csv: {told}\n"
+    )
+    first = load("02.csv", Track("Zoe", (Segment(1, 2, "lift"), Segment(3, 4, " GRAB"))))
+    assert first.tracks[0].changes == ""
+    assert list(first.remarks.values()) == [
+        ("New action 'lift' of pen.", "New action 'GRAB' (there is 'grab') of pen.")
+    ]
+
+
+def test_tiers_called_as_actions_and_tiers_without_text_are_told(load, tmp_path):
+    load("02.csv", Track("Ann", ANN))
+    tracks = [Track("grab", (Segment(1, 2, "x"),)), Track("hold", (Segment(2, 3, "-"),))]
+    text = to_textgrid(tracks, 10.0).decode().replace('"-"', '" "')
+    read_as_authors = load("02.TextGrid", text=text)
+    (remarks,) = read_as_authors.remarks.values()
+    cure = "if they are actions, say so (--tiers actions)."
+    assert remarks[:2] == (
+        "The tier 'hold' has no text and was left out.",
+        f"Tiers were read as authors and are called as actions of pen: 'grab', 'hold'; {cure}",
+    )
+    options = LabelOptions(tiers="actions")
+    (remarks,) = load("02.TextGrid", text=text, options=options).remarks.values()
+    assert remarks[1] == "1 text was left out, as the tiers are the actions."
+    eaf = to_elan(tracks, (), tmp_path, ()).decode()
+    assert f"1 tier without any text was left out: 'hold'; {cure}" in next(
+        iter(load("02.eaf", text=eaf.replace(">-<", "><")).remarks.values())
+    )
+    blank = load("02.eaf", text=eaf.replace(">-<", "><").replace(">x<", "><"))
+    told = f"2 tiers without any text were left out: 'grab', 'hold'; {cure}"
+    assert next(iter(blank.unread.values())).endswith(f"there is nothing to import. {told}")
 
 
 def test_actions_that_the_task_lacks_are_added(load, project):

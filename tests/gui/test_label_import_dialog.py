@@ -98,9 +98,13 @@ def test_files_are_matched_before_they_are_imported_and_replace_only_on_demand(
     box = QPoint(8, dialog.replacing.height() // 2)
     QTest.mouseClick(dialog.replacing, Qt.MouseButton.LeftButton, pos=box)
     assert dialog.replacing.isChecked()
-    assert look()[1][4] == "replaces labels"
+    assert look()[1][4] == "replaces labels: 2 edges moved, 1 segment renamed"
+    assert "New action 'slip'" in dialog._text.text()
     click(dialog.go)
-    assert [row[4] for row in look()][:2] == ["imported", "replaced"]
+    assert [row[4] for row in look()][:2] == [
+        "imported",
+        "replaced: 2 edges moved, 1 segment renamed",
+    ]
     assert stored(document, "Ben") == stored(document, "Zoe") == SLIP
     assert "2 tracks imported." in dialog._text.text()
     assert not dialog.go.isEnabled()
@@ -172,6 +176,9 @@ def test_tiers_may_be_actions(dialog, document, tmp_path, look):
     path.write_bytes(to_textgrid(tracks, 0.5))
     dialog.add_files([path])
     assert [row[2] for row in look()] == ["grab", "slip"]
+    assert "'grab'; if they are actions, say so (Tiers of ELAN and Praat: Actions)." in (
+        dialog._text.text()
+    )
     choose(dialog.tiers, "Actions")
     assert [row[2:] for row in look()] == [("coder", "2", "new")]
     assert "2 texts were left out" in dialog._text.text()

@@ -23,8 +23,9 @@ Times are seconds from the start of the forces; those of labels made on a video 
 carried over by its clock. --offset is added. Where labels would agree much better with
 others of the demonstration at another offset, it is proposed.
 
-Each author's labels become a track, and actions that the task lacks are added to it.
-Labels that an author has already stay unless --replace is given, which can be undone.
+Each author's labels become a track, and actions that the task lacks are added to it and
+named. Labels that an author has already stay unless --replace is given, which tells what
+it changes and can be undone.
 What lies beyond the demonstration, overlaps or belongs nowhere is left out with a
 sentence, and the exit status is then 1.
 
@@ -100,7 +101,7 @@ def _summary(report: LabelReport, dry_run: bool) -> str:
     """The report for people; what is unchanged is only counted."""
     lines = [
         f"{track.status:<9}  {printable(track.demonstration.name)}  {printable(track.author)}  "
-        f"{counted(track.segments, 'segment')}"
+        f"{counted(track.segments, 'segment')}{track.changes and ': '}{track.changes}"
         for track in report.tracks
         if track.demonstration is not None and track.status in {"new", "replaced"}
     ]
@@ -124,6 +125,7 @@ def _json_content(report: LabelReport) -> dict[str, object]:
                 "segments": track.segments,
                 "status": track.status,
                 "reason": track.reason,
+                "changes": track.changes,
             }
             for track in report.tracks
         ],
