@@ -23,7 +23,7 @@ from forcelab.formats.signatures import names_in_zip, naming_damage
 _NPY: Final = b"\x93NUMPY"
 #: Files in an archive; more are no recording.
 _MOST_MEMBERS: Final = 100_000
-_CURE: Final = "write it again with numpy.save or numpy.savez"
+_CURE: Final = "copy it again, or write it again with numpy.save or numpy.savez"
 
 
 def sniff(path: Path, head: bytes) -> bool:
