@@ -15,6 +15,7 @@ from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import (
     announced_kind,
     file_head,
+    names_in_zip,
     naming_file,
     seems_to_be,
 )
@@ -204,6 +205,11 @@ def identify(path: str | os.PathLike[str]) -> Format:
             raise InputError(
                 f"'{path}' holds labels, which belong to a demonstration: import the recording "
                 f"first, then its labels (forcelab labels; in the window File > Import labels)."
+            )
+        if head.startswith(b"PK\x03\x04") and not names_in_zip(path):
+            raise InputError(
+                f"'{path}' looks like {kind.partition(',')[0]} that is cut short or damaged; copy "
+                f"it again from where it is from."
             )
         readable = ", ".join(format_.description for format_ in all_formats())
         raise InputError(f"'{path}' looks like {kind}; what can be read: {readable}.")

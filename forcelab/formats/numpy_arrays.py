@@ -24,7 +24,7 @@ from forcelab.text import listed
 _NPY: Final = b"\x93NUMPY"
 #: Arrays in an archive at most.
 _MOST_MEMBERS: Final = 100_000
-_CURE: Final = "write it again with numpy.save or numpy.savez"
+_CURE: Final = "copy it again, or write it again with numpy.save or numpy.savez"
 
 
 def sniff(path: Path, head: bytes) -> bool:

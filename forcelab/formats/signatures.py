@@ -116,6 +116,13 @@ def file_head(path: Path) -> bytes:
         path = path / LEROBOT_INFO
     mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
+        from forcelab.project.database import FILE  # which nothing else here needs
+
+        if (path / FILE).is_file():
+            raise InputError(
+                f"'{path}' is a project; export it as an archive (forcelab export {path} --out "
+                f"FOLDER --format archive) and import that."
+            )
         raise InputError(f"'{path}' is a folder; name the files in it, such as {path}/*.csv.")
     if not stat.S_ISREG(mode):
         raise InputError(f"'{path}' is a device or pipe; save what it gives as a file first.")

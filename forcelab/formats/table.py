@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, UnclearRateError
+from forcelab.formats.boris_labels import sniff_labels as is_boris
 from forcelab.formats.label_tables import is_label_table, own_or_beside_tracks
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
 from forcelab.formats.samples import SAMPLES
@@ -46,7 +47,9 @@ from forcelab.formats.table_sniff import (
     head_lines,
     is_comment,
     is_index,
+    is_label_name,
     is_text,
+    is_time_name,
     lines,
     numbers,
     sniff_layout,
@@ -70,8 +73,11 @@ _TABLE_SHARE = 0.5
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """Whether a file is a text table: rows of numbers, or a text called ``.csv`` or ``.tsv``."""
-    if not is_text(head):
+    """Whether a file is a text table: rows of numbers, or a text called ``.csv`` or ``.tsv``.
+
+    A table of events of BORIS is none.
+    """
+    if not is_text(head) or is_boris(path, head):
         return False
     if path.suffix.lower() in _SUFFIXES:
         return True
@@ -120,6 +126,7 @@ def make_recording(
 ) -> Recording:
     """A demonstration of the rows of a table, with its labels and those beside its file."""
     table = _Table(layout, roles, body)
+    _refuse_long_format(table)
     remarks = [*layout.remarks, *table.ragged_remarks(options.strict), *more_remarks]
     repaired = _times(table, options)
     remarks += repaired.remarks
@@ -132,6 +139,7 @@ def make_recording(
     unrequested = [column for column, i in enumerate(indices) if i not in roles.signals]
     remarks += [
         *left_out_remarks,
+        *_found_remarks(table, options),
         *switch_remark(signals, channels, unrequested),
         *missing_remark(signals, channels),
     ]
@@ -558,6 +566,47 @@ def _channel_columns(table: _Table) -> tuple[list[int], list[str]]:
         )
         remarks.append(f"{subject} left out: {why}.")
     return chosen, remarks
+
+
+#: Of the rows that repeat a time, so many have another word than the row before if the word says
+#: whose value stands in the row; of no more words than these.
+_LONG_SHARE, _LONG_WORDS = 0.9, 100
+
+
+def _refuse_long_format(table: _Table) -> None:
+    """Refuse a table with several rows a time, each for another channel or sensor."""
+    body, layout = table.body, table.layout
+    repeats = body.times is not None and np.diff(body.times.values) == 0
+    if not np.any(repeats) or np.mean(repeats) < 0.4:
+        return
+    for index, text in body.words.items():
+        if index in {table.label, *table.roles.authors, *table.roles.left_out} or text.empty:
+            continue
+        changes = np.diff(text.codes)[repeats] != 0
+        if len(text.words) <= _LONG_WORDS and np.mean(changes) > _LONG_SHARE:
+            name, words = layout.columns[index].name, listed(text.words, 6)
+            raise InputError(
+                f"{layout.path} has several rows for each time, one for each of {words} in "
+                f"'{name}'; write one row for each time, with columns for each of them (a pivot "
+                f"table does it)."
+            )
+
+
+def _found_remarks(table: _Table, options: ReadOptions) -> list[str]:
+    """Which columns hold times and labels, where neither their names nor the options say so."""
+    columns, remarks = table.layout.columns, []
+    time, label = table.roles.time, table.label
+    if time is not None and options.time is None and not is_time_name(columns[time].name):
+        remarks.append(
+            f"Times were read from '{columns[time].name}', as it steps like a clock; name another "
+            f"column if they are not (--time)."
+        )
+    if label is not None and options.label is None and not is_label_name(columns[label].name):
+        remarks.append(
+            f"Labels were read from '{columns[label].name}', the only column of words; leave it "
+            f"out if they are none (--leave-out)."
+        )
+    return remarks
 
 
 def _own_tracks(

@@ -201,6 +201,8 @@ _DATE = re.compile(r"\d{1,4}[-/.]\d\d?[-/.]\d{1,4}.*", re.ASCII)
 MOST_LABELS = 100
 #: A column with more different words than this names no actions.
 _MOST_ACTIONS = 1000
+#: Nor does one whose word changes in more of the rows: labels last longer than a sample.
+_CHANGING = 0.75
 #: Fewer rows cannot show that a nameless column steps evenly.
 _FEWEST_STEPS = 5
 
@@ -418,7 +420,7 @@ def _frame_columns(
 def label_column(layout: Layout, roles: ColumnRoles, words: Mapping[int, TextColumn]) -> int | None:
     """The column of labels: as chosen before reading, else the only one that holds words.
 
-    Constants, dates, columns with a new word in every other row, and those with more words than
+    Constants, dates, columns whose word is another one in most rows, and those with more words than
     there are actions are none.
     """
     if roles.label is not None:
@@ -439,7 +441,8 @@ def label_column(layout: Layout, roles: ColumnRoles, words: Mapping[int, TextCol
         actions = {word for word in column.words if not is_unlabelled(word)}
         most = min(max(1, column.codes.size // 2), _MOST_ACTIONS)
         dates = any(_DATE.fullmatch(word) for word in actions)
-        if not dates and len(column.words) > 1 and 0 < len(actions) <= most:
+        lasting = np.count_nonzero(np.diff(column.codes)) <= _CHANGING * column.codes.size
+        if not dates and lasting and len(column.words) > 1 and 0 < len(actions) <= most:
             candidates.append(index)
     return candidates[0] if len(candidates) == 1 and not roles.authors else None
 

@@ -219,6 +219,7 @@ class TestWhatIsRefused:
         np.save(path, FORCES)
         path.write_bytes(path.read_bytes().replace(b"(200, 3), }", b"(2000000, 3), }"))
         assert "is cut off: its array is said to hold 6,000,000 values" in refusal(path)
+        assert "; copy it again, or write it again with numpy.save" in refusal(path)
 
     def test_a_broken_member_is_one_sentence(self, tmp_path):
         path = write_npz(tmp_path / "a.npz", t=TIMES, force=FORCES)

@@ -14,7 +14,7 @@ from fuzz.text_mutations import mutated_bytes, mutated_json
 
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
-from forcelab.formats import json_values
+from forcelab.formats import identify, json_values
 from forcelab.formats.boris import Observation, VideoFile, to_boris
 from forcelab.formats.boris_labels import RESOLUTION
 from forcelab.formats.label_files import LabelOptions, LabelSet, read_label_file
@@ -228,6 +228,12 @@ EIGHT_TABULAR_START = (
 def tabular(path, *rows):
     text = "".join(f"{EIGHT_TABULAR_START}{row},/films/a.mp4,NA,NA,\r\n" for row in rows)
     return write(path, EIGHT_TABULAR + text)
+
+
+def test_tabular_events_are_no_recording(tmp_path):
+    path = tabular(tmp_path / "a.csv", "grab,,START,1.0", "grab,,STOP,1.5")
+    with pytest.raises(InputError, match="holds labels, which belong to a demonstration"):
+        identify(path)
 
 
 def test_tabular_events_of_later_versions(tmp_path):

@@ -13,6 +13,7 @@ from forcelab.errors import InputError
 from forcelab.extras import PACKAGES
 from forcelab.formats import all_formats, format_names, identify, read
 from forcelab.formats.recording import ReadOptions
+from forcelab.project import Project
 from tests.formats import column_files
 
 TABLE = b"t,fx,fy\n" + b"".join(b"%.3f,%d.5,%d.25\n" % (i / 100, i, -i) for i in range(50))
@@ -127,6 +128,21 @@ def test_a_foreign_zip_is_told_by_what_is_in_it(tmp_path, entries, kind):
             created.writestr(entry, "x")
     with pytest.raises(InputError, match=rf"a\.zip' looks like {kind}"):
         read(tmp_path / "a.zip")
+
+
+def test_a_zip_that_is_cut_short_is_told_as_such(tmp_path):
+    path = tmp_path / "a.xlsx"
+    with zipfile.ZipFile(path, "w") as created:
+        created.writestr("xl/workbook.xml", "x" * 1000)
+    path.write_bytes(path.read_bytes()[:500])
+    with pytest.raises(InputError, match="an Excel workbook that is cut short or damaged; copy it"):
+        read(path)
+
+
+def test_of_a_project_it_is_said_how_its_recordings_are_imported(tmp_path):
+    Project.create(tmp_path / "p").close()
+    with pytest.raises(InputError, match="p' is a project; export it as an archive"):
+        read(tmp_path / "p")
 
 
 def test_of_a_video_it_is_said_how_one_is_attached(tmp_path):

@@ -330,6 +330,8 @@ class TestTime:
         np.testing.assert_allclose(recording.demonstration.times, np.arange(50) * 0.005)
         assert recording.remarks == (
             "There is no header; the columns are called by their numbers.",
+            "Times were read from 'column 2', as it steps like a clock; name another column if "
+            "they are not (--time).",
         )
 
     def test_a_ramp_of_force_with_a_name_is_not_taken_for_stamps(self, table):
@@ -366,6 +368,26 @@ class TestLabels:
         found = [(s.start, s.end, s.action) for s in track.segments]
         assert found == [(0.1, 0.3, "grab"), (0.3, 0.5, "hold"), (0.7, pytest.approx(0.8), "grab")]
         assert channels(recording) == [("fx", "")]
+
+    def test_a_column_found_by_its_words_is_named(self, table):
+        remark = "Labels were read from 'whatever', the only column of words"
+        assert remark in load(table("time,fx,whatever\n" + self.ROWS)).remarks[-1]
+        assert load(table("time,fx,phase\n" + self.ROWS)).remarks == ()
+        text = table("time,fx,whatever\n" + self.ROWS)
+        assert load(text, label="whatever").remarks == ()
+
+    def test_words_that_change_in_each_row_are_no_labels(self, table):
+        rows = "".join(f"{i / 10},{i % 4},{'xyz'[i % 3]}\n" for i in range(30))
+        recording = load(table("time,value,axis\n" + rows))
+        assert recording.tracks == ()
+        assert recording.remarks == ("Column axis was left out: words, not numbers.",)
+
+    def test_several_rows_for_each_time_are_refused_where_a_word_parts_them(self, table):
+        rows = "".join(f"{i // 3 / 10},{i % 4},{'xyz'[i % 3]}\n" for i in range(30))
+        message = refusal(path := table("time,value,axis\n" + rows))
+        assert "several rows for each time, one for each of x, y, z in 'axis'" in message
+        assert "pivot" in message
+        assert "10 bursts" in load(path, leave_out=("axis",)).remarks[0]
 
     def test_whole_numbers_are_labels_where_the_column_says_so(self, table):
         text = "time,fx,{}\n0,5,1\n.1,5,1\n.2,5,3\n.3,5,-1\n"

@@ -460,7 +460,7 @@ def test_the_columns_of_a_parquet_file_are_chosen_as_those_of_text(
     pa = pytest.importorskip("pyarrow")
     from tests.formats.column_files import write_arrow
 
-    action = pa.array(["grab", "hold"] * 50).dictionary_encode()
+    action = pa.array(["grab"] * 50 + ["hold"] * 50).dictionary_encode()
     columns = {"clock": [i / 50 for i in range(100)], "fx": [1.5] * 100, "what": action}
     dialog = open_on(write_arrow(tmp_path / "a.parquet", columns))
     assert read_as(dialog) == {"clock": "times", "fx": "signal", "what": "labels"}
