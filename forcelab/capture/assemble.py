@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.capture.camera import SILENT_SECONDS
-from forcelab.capture.clock import missing_samples
+from forcelab.capture.clock import missing_by_stamps, missing_samples
 from forcelab.capture.clock_smoother import Timestamps, fit_timestamps, spread_deliveries
 from forcelab.capture.device import Block
 from forcelab.capture.journal import (
@@ -124,6 +124,9 @@ class DeviceStream:
     #: Whether the first value of one that holds was there before anything was recorded: then it
     #: holds for samples, too, that were on their way when recording began.
     before: bool = False
+    #: Missing by the stamps that came with the samples, and how many gaps that are.
+    lost: int = 0
+    gaps: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -451,8 +454,20 @@ def _time_samples(
     elif len(host) and not (device.holds or device.stamped):
         host, precision = spread_deliveries(host, breaks)
     before = device.holds and len(host) > 0 and bool(host[0] <= begun)
+    missing = np.zeros(0, dtype=np.int64)
+    if device.stamped and fitted is None and device.rate > 0:
+        # What was missed while it was away is said by how long that was.
+        parts = np.split(host, breaks)
+        missing = np.concatenate([missing_by_stamps(part, device.rate) for part in parts])
     stream = DeviceStream(
-        host, block.values, device.holds, fitted is not None, tuple(log.away), before
+        host,
+        block.values,
+        device.holds,
+        fitted is not None,
+        tuple(log.away),
+        before,
+        int(missing.sum()),
+        int(np.count_nonzero(missing)),
     )
     return stream, precision, kept
 
@@ -545,19 +560,20 @@ def loss_remark(
     if not len(stream.host):
         return f"{name} gave nothing while it was recorded; its channels are empty."
     sentences, gaps = [], len(stream.away)
+    lost, how = stream.lost, "lost"
     if ticks is not None and len(ticks) > 1:
         steps, seconds = np.diff(ticks), np.diff(stream.host)
         wide = np.flatnonzero(steps > 1)
         if counted:
             period = float(np.median(seconds))
             pairs = zip(steps[wide].tolist(), seconds[wide].tolist(), strict=True)
-            lost, how = sum(missing_samples(step, apart, period) for step, apart in pairs), "lost"
+            lost = sum(missing_samples(step, apart, period) for step, apart in pairs)
         else:  # each of them was seen
             lost, how = int((steps[wide] - 1).sum()), "in torn lines and lost"
-        if lost:
-            gaps += lost
-            were = "1 sample of {} was" if lost == 1 else f"{lost} samples of {{}} were"
-            sentences.append(f"{were.format(name)} {how}")
+    if lost:
+        gaps += stream.gaps or lost
+        were = "1 sample of {} was" if lost == 1 else f"{lost} samples of {{}} were"
+        sentences.append(f"{were.format(name)} {how}")
     if stream.away:
         number, last = len(stream.away), float(stream.host[-1])
         seconds_away = sum(max(min(back, last) - gone, 0.0) for gone, back in stream.away)
