@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from forcelab.capture.clock import ArrivalClock, missing_by_stamps, missing_samples
 from forcelab.capture.device import Block, Device, MessageQueue, UnpluggedError
-from forcelab.capture.journal import PLUGGED, UNPLUGGED, JournalWriter, RecordKind
+from forcelab.capture.journal import ENDED, PLUGGED, UNPLUGGED, JournalWriter, RecordKind
 from forcelab.capture.zero_drift import ZeroDrift
 from forcelab.demonstration import Channel
 from forcelab.errors import ForcelabError
@@ -169,6 +169,8 @@ class DeviceReader:
     def record_to(self, journal: JournalWriter | None) -> None:
         """Give what comes from now on to a journal, or to none."""
         with self._lock:
+            if journal is None and not self._plugged:
+                self._note(ENDED)
             self._journal = journal
             if journal is None:
                 self.end = self.ring.count
