@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.capture.camera import SILENT_SECONDS
-from forcelab.capture.clock import missing_samples
+from forcelab.capture.clock import missing_by_stamps, missing_samples
 from forcelab.capture.clock_smoother import Timestamps, fit_timestamps, spread_deliveries
 from forcelab.capture.device import Block
 from forcelab.capture.journal import (
+    ENDED,
     PLUGGED,
     UNPLUGGED,
     JournalReader,
@@ -40,10 +41,12 @@ class DeviceLog:
     breaks: list[int] = field(default_factory=list)
     #: From when to when (host's clock, s) it was unplugged.
     away: list[tuple[float, float]] = field(default_factory=list)
+    #: Whether it was unplugged when the recording ended.
+    gone: bool = False
     _since: float | None = None
 
     def event(self, record: object, at: float) -> None:
-        """It was unplugged or plugged in again."""
+        """It was unplugged or plugged in again, or the recording ended meanwhile."""
         if record == UNPLUGGED and self._since is None:
             self._since = at
         elif record == PLUGGED:
@@ -51,12 +54,15 @@ class DeviceLog:
             if self._since is not None:
                 self.away.append((self._since, at))
             self._since = None
+        elif record == ENDED and self._since is not None:
+            self.away.append((self._since, at))
+            self._since, self.gone = None, True
 
     def end(self) -> None:
         """There are no more records."""
         if self._since is not None:
             self.away.append((self._since, np.inf))
-            self._since = None
+            self._since, self.gone = None, True
 
 
 @dataclass(eq=False)
@@ -124,6 +130,11 @@ class DeviceStream:
     #: Whether the first value of one that holds was there before anything was recorded: then it
     #: holds for samples, too, that were on their way when recording began.
     before: bool = False
+    #: Missing by the stamps that came with the samples, and how many gaps that are.
+    lost: int = 0
+    gaps: int = 0
+    #: Whether it stayed away the last time until the recording ended.
+    gone: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -395,10 +406,11 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
         streams.append(stream)
         precision = max(precision, device_precision)
         stamps |= {f"{key}_{i}": values for key, values in kept.items()}
-        if device.channels:
-            ticks = stamps.get(f"ticks_{i}")
-            remarks.append(loss_remark(device.name, stream, ticks, device.counted))
     aligned = align(streams, names)
+    for i, (device, stream) in enumerate(zip(devices, streams, strict=True)):
+        if device.channels:
+            ticks, leads = stamps.get(f"ticks_{i}"), i == aligned.lead
+            remarks.append(loss_remark(device.name, stream, ticks, device.counted, leads))
     start = aligned.start
     stamps["start"] = np.array(start)
     stamps |= {f"frames_{i}": frames[:, :2] for i, frames in enumerate(index.frames)}
@@ -451,8 +463,21 @@ def _time_samples(
     elif len(host) and not (device.holds or device.stamped):
         host, precision = spread_deliveries(host, breaks)
     before = device.holds and len(host) > 0 and bool(host[0] <= begun)
+    missing = np.zeros(0, dtype=np.int64)
+    if device.stamped and fitted is None and device.rate > 0:
+        # What was missed while it was away is said by how long that was.
+        parts = np.split(host, breaks)
+        missing = np.concatenate([missing_by_stamps(part, device.rate) for part in parts])
     stream = DeviceStream(
-        host, block.values, device.holds, fitted is not None, tuple(log.away), before
+        host,
+        block.values,
+        device.holds,
+        fitted is not None,
+        tuple(log.away),
+        before,
+        int(missing.sum()),
+        int(np.count_nonzero(missing)),
+        log.gone,
     )
     return stream, precision, kept
 
@@ -539,33 +564,50 @@ def _even_stamps(
 
 
 def loss_remark(
-    name: str, stream: DeviceStream, ticks: NDArray[Any] | None, counted: bool = True
+    name: str,
+    stream: DeviceStream,
+    ticks: NDArray[Any] | None,
+    counted: bool = True,
+    leads: bool = True,
 ) -> str:
-    """A sentence about samples that are missing; empty where none are."""
+    """A sentence about samples that are missing; empty where none are.
+
+    With the device that `leads` the recording ends.
+    """
     if not len(stream.host):
         return f"{name} gave nothing while it was recorded; its channels are empty."
-    sentences, gaps = [], len(stream.away)
+    away = stream.away[:-1] if stream.gone else stream.away
+    sentences, results, gaps = [], [], len(away)
+    lost, how = stream.lost, "lost"
     if ticks is not None and len(ticks) > 1:
         steps, seconds = np.diff(ticks), np.diff(stream.host)
         wide = np.flatnonzero(steps > 1)
         if counted:
             period = float(np.median(seconds))
             pairs = zip(steps[wide].tolist(), seconds[wide].tolist(), strict=True)
-            lost, how = sum(missing_samples(step, apart, period) for step, apart in pairs), "lost"
+            lost = sum(missing_samples(step, apart, period) for step, apart in pairs)
         else:  # each of them was seen
             lost, how = int((steps[wide] - 1).sum()), "in torn lines and lost"
-        if lost:
-            gaps += lost
-            were = "1 sample of {} was" if lost == 1 else f"{lost} samples of {{}} were"
-            sentences.append(f"{were.format(name)} {how}")
-    if stream.away:
-        number, last = len(stream.away), float(stream.host[-1])
-        seconds_away = sum(max(min(back, last) - gone, 0.0) for gone, back in stream.away)
+    if lost:
+        gaps += stream.gaps or lost
+        were = "1 sample of {} was" if lost == 1 else f"{lost} samples of {{}} were"
+        sentences.append(f"{were.format(name)} {how}")
+    if away:
         which_device = "the device" if sentences else name
-        times = "once" if number == 1 else f"{number} times, in all"
+        times = "once" if len(away) == 1 else f"{len(away)} times, in all"
+        seconds_away = sum(back - gone for gone, back in away)
         sentences.append(f"{which_device} was unplugged {times} for {seconds_away:.1f} s")
-    which = "that is a gap" if gaps == 1 else "these are gaps"
-    return f"{' and '.join(sentences)}; {which}." if sentences else ""
+    if gaps:
+        results.append("that is a gap" if gaps == 1 else "these are gaps")
+    if stream.gone:
+        short = stream.away[-1][1] - float(stream.host[-1])
+        which_device = "the device" if sentences else name
+        known = f", for the last {short:.1f} s" if np.isfinite(short) else ""
+        sentences.append(f"{which_device} was unplugged until the end{known}")
+        results.append(
+            "the recording is shorter by that" if leads else "its channels are empty from then on"
+        )
+    return f"{' and '.join(sentences)}; {' and '.join(results)}." if sentences else ""
 
 
 def channels_of_all(devices: Sequence[Sequence[Channel]]) -> tuple[Channel, ...]:

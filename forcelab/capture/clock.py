@@ -91,6 +91,24 @@ def missing_samples(ticks: int, seconds: float, period: float) -> int:
     return max(ticks - 1, 0) if (ticks - 1) * period <= seconds + STEP else fit
 
 
+def missing_by_stamps(stamps: NDArray[np.float64], rate: float) -> NDArray[np.int64]:
+    """How many samples are missing after each but the last, by stamps (s) and a stated rate (Hz).
+
+    None where the next samples catch up, as those of a delivery do that are stamped together, and
+    none at all where the rate is not kept, which then tells nothing.
+    """
+    missing = np.zeros(max(len(stamps) - 1, 0), dtype=np.int64)
+    late = rate * (stamps - stamps[:1]) - np.arange(len(stamps))  # in periods
+    steps = np.diff(late)
+    wide = np.flatnonzero(steps > 0.5)
+    if len(wide) and np.median(steps) < 0.5:
+        for before in wide.tolist():
+            after = before + 1
+            ahead = 2 + int(min(steps[before], rate))
+            missing[before] = max(round(float(late[after : after + ahead].min() - late[before])), 0)
+    return missing
+
+
 T = TypeVar("T", float, NDArray[np.float64])
 
 #: Seconds after which a window counts half.

@@ -107,6 +107,7 @@ def _little_endian(array: Any, kind: str) -> bytes:
 
 #: Events of a device.
 UNPLUGGED, PLUGGED = "unplugged", "plugged in again"
+ENDED = "ended"  # the recording, while the device was unplugged
 #: Seconds after which what was recorded is on the disk, at most.
 FLUSH_SECONDS = 0.2
 #: How the names of journals end.

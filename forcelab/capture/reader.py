@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.clock import ArrivalClock, missing_samples
+from forcelab.capture.clock import ArrivalClock, missing_by_stamps, missing_samples
 from forcelab.capture.device import Block, Device, MessageQueue, UnpluggedError
-from forcelab.capture.journal import PLUGGED, UNPLUGGED, JournalWriter, RecordKind
+from forcelab.capture.journal import ENDED, PLUGGED, UNPLUGGED, JournalWriter, RecordKind
 from forcelab.capture.zero_drift import ZeroDrift
 from forcelab.demonstration import Channel
 from forcelab.errors import ForcelabError
@@ -83,7 +83,7 @@ class DeviceState:
     channels: tuple[Channel, ...]
     plugged: bool
     samples: int
-    #: Missing by the counter.
+    #: Missing by the counter, or by the stamps of a stream.
     lost: int
     #: Beyond the sensor's range.
     saturated: int
@@ -119,10 +119,11 @@ _WRONG, _SETTLED = 0.05, 5.0  # share by which a configured rate is wrong; s to 
 _UNKNOWN = 1000.0  # Hz, at most, of a device without a configured rate
 
 
-def _rate(times: NDArray[np.float64]) -> float:
-    """Samples a second by their stamps (s); 0 where these do not tell."""
+def _rate(times: NDArray[np.float64], stated: float) -> float:
+    """Samples a second by their stamps (s), with those missing; 0 where these do not tell."""
     seconds = float(np.ptp(times)) if len(times) > 1 else 0.0
-    return (len(times) - 1) / seconds if seconds > 0 else 0.0
+    taken = len(times) - 1 + int(missing_by_stamps(times, stated).sum())
+    return taken / seconds if seconds > 0 else 0.0
 
 
 class DeviceReader:
@@ -156,6 +157,7 @@ class DeviceReader:
         self._opened = self._last_arrival = time.monotonic()
         self._lost_at = self._saturated_at = -np.inf
         self._samples = self._lost = self._saturated = 0
+        self._unsettled = np.zeros(0)  # stamps of a stream whose next ones may tell what is missing
         self._just_zeroed = False  # what it dropped meanwhile was not lost
         self._before_gap: tuple[int, float] | None = None  # tick and time of the last sample
         self._rate_checked = device.holds
@@ -167,11 +169,14 @@ class DeviceReader:
     def record_to(self, journal: JournalWriter | None) -> None:
         """Give what comes from now on to a journal, or to none."""
         with self._lock:
+            if journal is None and not self._plugged:
+                self._note(ENDED)
             self._journal = journal
             if journal is None:
                 self.end = self.ring.count
                 return
             self._samples = self._lost = self._saturated = 0
+            self._unsettled = np.zeros(0)
             # What it holds, it holds since before.
             self.first = self.ring.count - int(self.device.holds and self.ring.count > 0)
             self.end = None
@@ -198,7 +203,7 @@ class DeviceReader:
             clocked = self._clock.known and not self.device.holds
             rate = 1.0 / self._clock.rate if clocked else 0.0
             if self._stamped and not self.device.holds:
-                rate = _rate(self.ring.latest(_RECENT)[1])
+                rate = _rate(self.ring.latest(_RECENT)[1], configured)
             # A rate that was only measured is no promise that a clock could break.
             promised = configured > 0 and not getattr(self.device, "measured", False)
             pace = configured / rate if clocked and promised else np.nan
@@ -221,7 +226,7 @@ class DeviceReader:
                 self.device.channels,
                 self._plugged,
                 self._samples,
-                self._lost,
+                self._lost + int(missing_by_stamps(self._unsettled, configured).sum()),
                 self._saturated,
                 rate,
                 self._clock.offset if clocked else np.nan,
@@ -309,6 +314,8 @@ class DeviceReader:
 
     def _times(self, block: Block) -> NDArray[np.float64]:
         """When the samples were taken, by the clock as it is now."""
+        if self._stamped and not self.device.holds:
+            self._count_missing(block.arrived)
         if self.device.holds or self._stamped:
             return block.arrived
         ticks = block.ticks
@@ -331,6 +338,17 @@ class DeviceReader:
             self._before_gap = None
         return host
 
+    def _count_missing(self, stamps: NDArray[np.float64]) -> None:
+        """Count what a stream's stamps say is missing once later ones can no longer catch up."""
+        stamps = np.concatenate([self._unsettled, stamps])
+        missing = missing_by_stamps(stamps, self.device.rate)
+        settled = int(np.searchsorted(stamps, stamps[-1] - _RECENT))
+        self._lost += int(missing[:settled].sum())
+        self._unsettled = stamps[settled:]
+        later = np.arange(len(missing), 0, -1)  # samples that came after each
+        if ((missing > 0) & (later > missing))[settled:].any():
+            self._lost_at = self._last_arrival
+
     def _wait_for_device(self, error: UnpluggedError) -> None:
         """Say that the device is gone, and wait until it is back."""
         since = time.monotonic()
@@ -348,6 +366,8 @@ class DeviceReader:
                 self._last_arrival = time.monotonic()
                 if self._before_gap is None and (newest := self._clock.newest) is not None:
                     self._before_gap = newest, float(self._clock.to_host(np.array([newest]))[0])
+                self._lost += int(missing_by_stamps(self._unsettled, self.device.rate).sum())
+                self._unsettled = np.zeros(0)
                 self._clock.restart()
                 self._zero_drift.interrupt()
                 self._note(PLUGGED)

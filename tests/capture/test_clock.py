@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from forcelab.capture.clock import ArrivalClock
+from forcelab.capture.clock import ArrivalClock, missing_by_stamps
 from forcelab.capture.clock_smoother import fit_timestamps
 
 MS = 1e-3
@@ -369,3 +369,18 @@ def test_slow_lines_that_arrive_at_once_are_one_stretch():
     fitted = fit_timestamps(arrived, np.arange(len(true)))
     assert fitted.stretches.tolist() == [0]
     assert np.abs(fitted.host - true).max() < 10 * MS
+
+
+@pytest.mark.parametrize(
+    ("stamps", "missing"),
+    [
+        (np.delete(np.arange(2000), np.arange(700, 1000)) / 500, {699: 300}),
+        (np.delete(np.arange(2000), [50, 51, 60]) / 499.5, {49: 2, 57: 1}),
+        (np.repeat(np.arange(20) / 50, 10), {}),  # ten are stamped together
+        (np.arange(200) / 250, {}),  # the stated rate is not kept
+        (np.arange(1) / 500, {}),
+    ],
+)
+def test_samples_are_missing_where_no_later_stamp_catches_up(stamps, missing):
+    counts = missing_by_stamps(stamps, 500.0)
+    assert {int(k): int(counts[k]) for k in np.flatnonzero(counts)} == missing

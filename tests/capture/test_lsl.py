@@ -1,5 +1,7 @@
 """Streams of the Lab Streaming Layer as devices: real outlets on this machine, recorded."""
 
+import json
+import re
 import time
 
 import numpy as np
@@ -44,6 +46,12 @@ def record(project, device, until):
     return demonstration, start, [*saved.remarks, *remarks]
 
 
+def alarms_after(recorder, samples):
+    """The alarms of the only device once it has given so many samples."""
+    [device] = recorder.state().devices
+    return device.alarms if device.samples > samples else ()
+
+
 def test_values_are_those_sent_and_times_those_of_the_outlet(project):
     with sending("forces") as sender:
         demonstration, start, remarks = record(
@@ -86,10 +94,12 @@ def test_uneven_stamps_of_what_was_sampled_evenly_are_evened_out(project):
 def test_samples_that_the_sender_left_out_are_a_gap_and_move_no_other(project):
     left_out = {k for k in range(10_000) if k % 100 in (50, 51) or k % 1000 > 900}
     with sending("forces", leave_out=left_out) as sender:
-        demonstration, start, _ = record(
-            project, parse_device("lsl:forces"), lambda r: r.state().devices[0].samples > 400
+        demonstration, start, remarks = record(
+            project, parse_device("lsl:forces"), lambda r: "lost samples" in alarms_after(r, 400)
         )
     numbers = demonstration.signals[:, 0]
+    lost = int((np.diff(numbers) - 1).sum())
+    assert remarks == [f"{lost} samples of lsl:forces were lost; these are gaps."]
     assert not left_out & set(numbers.astype(int).tolist())
     assert np.diff(numbers).max() >= 3
     sent = host_clock(sender.stamp(numbers))
@@ -234,3 +244,16 @@ def test_the_command_lists_and_records_streams(project, capsys):
         command = ["capture", str(project), "--task", "hold", "--seconds", "0.3", "--device"]
         assert main([*command, "lsl:forces?dejitter=yes"]) == 0
     assert "'hold 01': 0." in capsys.readouterr().out
+
+
+def test_the_command_counts_what_a_stream_left_out(project, capsys):
+    left_out = {k for k in range(10_000) if k % 100 >= 70}
+    with sending("gappy", leave_out=left_out):
+        command = ["capture", str(project), "--task", "hold", "--seconds", "0.6", "--json"]
+        assert main([*command, "--device", "lsl:gappy"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    [device] = said["devices"]
+    assert device["lost"] >= 30
+    assert device["lost"] % 30 == 0
+    assert device["rate"] == pytest.approx(500.0, rel=0.02)
+    assert re.fullmatch(r"\d+0 samples of lsl:gappy were lost; .* gaps?\.", said["remarks"][0])

@@ -195,6 +195,28 @@ def test_what_a_device_lost_while_it_was_away_is_told_live_as_it_is_kept(project
         assert re.fullmatch(r"fake:0 was unplugged once for \d+\.\d s; that is a gap\.", remark)
 
 
+def test_a_device_that_stays_away_until_the_end_makes_the_recording_shorter(project):
+    devices = [FakeDevice(), FakeDevice("fake:1")]
+    said = []
+    for gone in devices:
+        with Recorder(project, devices) as recorder:
+            recorder.start("LEGO")
+            wait_for_seconds(recorder, 0.1)
+            gone.gone.set()
+            eventually(lambda: any(not device.plugged for device in recorder.state().devices))
+            until = time.monotonic() + 0.3
+            eventually(lambda until=until: time.monotonic() > until)
+            said.append((recorder.state().seconds, recorder.stop()))
+        gone.gone.clear()
+    away = r"fake:%d was unplugged until the end, for the last (\d\.\d) s; "
+    [short], [missing] = (saved.remarks for _, saved in said)
+    match = re.fullmatch(away % 0 + r"the recording is shorter by that\.", short)
+    seconds, saved = said[0]
+    assert float(match[1]) == pytest.approx(seconds - saved.seconds, abs=0.2)
+    assert float(match[1]) >= 0.3
+    assert re.fullmatch(away % 1 + r"its channels are empty from then on\.", missing)
+
+
 def test_a_second_device_that_is_away_is_missing_and_the_first_goes_on(project):
     second = FakeDevice("fake:1")
     with Recorder(project, [FakeDevice(), second]) as recorder:
