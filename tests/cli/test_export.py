@@ -48,6 +48,19 @@ def test_what_there_is_not_is_refused_and_nothing_is_written(
     assert not (tmp_path / "out").exists()
 
 
+def test_a_task_and_names_narrow_each_other(forcelab, project, tmp_path):
+    words = ("export", project, "--out", tmp_path / "out")
+    both = forcelab(*words, "--task", "foam", "--demo", "foam-01").out
+    assert [Path(line).name for line in both.splitlines()] == ["foam-01.labels.csv"]
+    refused = forcelab(*words, "--task", "sponge", "--demo", "foam-01").sentence
+    assert "'foam-01' is not of sponge; leave out --task, or choose its own." in refused
+    with Project.open(project) as opened:
+        sponge = opened.demonstrations.infos("sponge")[0]
+        opened.demonstrations.rename(sponge.id, "foam-01")
+    one = forcelab(*words, "--task", "sponge", "--demo", "foam-01").out
+    assert [Path(line).name for line in one.splitlines()] == ["sponge - foam-01.labels.csv"]
+
+
 def test_an_archive_is_always_whole(forcelab, project, tmp_path):
     words = ("export", project, "--out", tmp_path / "out", "--format", "archive")
     assert "whole project" in forcelab(*words, "--task", "foam").wrong_word

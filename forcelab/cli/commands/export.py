@@ -42,6 +42,7 @@ from pathlib import Path
 
 from forcelab.cli.options import UsageError, add_author, add_json, add_project, add_task
 from forcelab.cli.output import print_result
+from forcelab.errors import InputError
 from forcelab.formats.export import FORMATS, exporting
 from forcelab.formats.samples import Prediction
 from forcelab.jobs import finish
@@ -128,10 +129,25 @@ def _print(arguments: argparse.Namespace) -> None:
 
 
 def _ids(arguments: argparse.Namespace) -> set[str]:
-    """The demonstrations of the requested tasks and names."""
+    """The demonstrations of the requested tasks and names, each of which narrows the other."""
     with Project.open(arguments.project) as project:
         infos = project.demonstrations.infos()
         for task in arguments.task or ():
             project.demonstrations.check_task(task)
-        named = {project.demonstrations.id_of(name) for name in arguments.demo or ()}
-    return named | {info.id for info in infos if info.task in (arguments.task or ())}
+        if arguments.task:
+            infos = tuple(info for info in infos if info.task in arguments.task)
+        ids = {info.id for info in infos}
+        if not arguments.demo:
+            return ids
+        named = set[str]()
+        for name in arguments.demo:
+            # A name of several tasks is clear in one of them.
+            same = {info.id for info in infos if arguments.task and info.name == name}
+            found = same or ids & {project.demonstrations.id_of(name)}
+            if not found:
+                tasks = ", ".join(arguments.task)
+                raise InputError(
+                    f"'{name}' is not of {tasks}; leave out --task, or choose its own."
+                )
+            named |= found
+    return named
