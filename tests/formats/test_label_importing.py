@@ -316,6 +316,12 @@ def test_samples_with_labels_are_told_to_be_a_recording(load):
     )
 
 
+def test_where_nothing_is_read_no_tracks_are_counted(project, tmp_path, capsys):
+    (tmp_path / "note.txt").write_text("Dear all,\nno labels here\n")
+    assert main(["labels", str(project), str(tmp_path / "note.txt")]) == 1
+    assert capsys.readouterr().out == ""
+
+
 def test_a_dry_run_says_what_it_would_do(project, tmp_path, capsys):
     (tmp_path / "02.csv").write_text(to_csv([Track("Ann", ANN)]))
     assert main(["labels", str(project), str(tmp_path / "02.csv"), "--dry-run"]) == 0
