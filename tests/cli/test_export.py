@@ -61,6 +61,25 @@ def test_a_task_and_names_narrow_each_other(forcelab, project, tmp_path):
     assert [Path(line).name for line in one.splitlines()] == ["sponge - foam-01.labels.csv"]
 
 
+def test_samples_of_what_has_no_labels_are_written_and_other_formats_tell(
+    forcelab, project, recordings, tmp_path
+):
+    lines = (recordings / "foam-01.csv").read_text("utf-8").splitlines()
+    (tmp_path / "bare.csv").write_text("\n".join(row.rpartition(",")[0] for row in lines[:99]))
+    assert forcelab("import", project, tmp_path / "bare.csv", "--task", "foam").status == 0
+    words = ("export", project, "--out", tmp_path / "out", "--task", "foam")
+    samples = forcelab(*words, "--format", "samples", "--demo", "bare")
+    assert Path(samples.out.strip()).name == "bare.samples.csv"
+    assert "labels of" not in Path(samples.out.strip()).read_text("utf-8")
+    told = "1 demonstration has no labels yet.\n"
+    assert samples.err == told
+    segments = forcelab(*words)
+    assert (segments.err, "bare" in segments.out) == (told, False)
+    by_author = forcelab(*words, "--author", "coder").err
+    assert by_author == "1 demonstration has no labels by these authors yet.\n"
+    assert forcelab(*words, "--demo", "foam-01").err == ""
+
+
 def test_an_archive_is_always_whole(forcelab, project, tmp_path):
     words = ("export", project, "--out", tmp_path / "out", "--format", "archive")
     assert "whole project" in forcelab(*words, "--task", "foam").wrong_word

@@ -3,8 +3,8 @@
 Tables:
   csv           one per demonstration, one row per segment: start,end,action,author
   table         one of all, one row per segment, for statistics
-  samples       one per demonstration, one row per sample: its forces, the labels of each
-                coder, and what the task's latest run predicts, how probable
+  samples       one per demonstration, labelled or not, one row per sample: its forces, the
+                labels of each coder, and what the task's latest run predicts, how probable
   parquet       samples as Parquet
 For other programs:
   elan          one .eaf per demonstration, one tier per coder, the task's actions as
@@ -47,6 +47,7 @@ from forcelab.formats.export import FORMATS, exporting
 from forcelab.formats.samples import Prediction
 from forcelab.jobs import finish
 from forcelab.project import Project
+from forcelab.text import counted
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -91,6 +92,9 @@ def run(arguments: argparse.Namespace) -> None:
         return
     written = [str(path) for path in _export(arguments, arguments.out or arguments.into)]
     print_result(arguments.json, {"written": written}, "\n".join(written))
+    if bare := 0 if arguments.format == "archive" else _count_unlabelled(arguments):
+        what = f"{counted(bare, 'demonstration')} {'has' if bare == 1 else 'have'} no labels"
+        print(f"{what}{' by these authors' if arguments.author else ''} yet.", file=sys.stderr)
 
 
 def _export(arguments: argparse.Namespace, out: Path) -> tuple[Path, ...]:
@@ -126,6 +130,17 @@ def _print(arguments: argparse.Namespace) -> None:
             f"print all of it with --format table."
         )
     sys.stdout.write(texts[0])
+
+
+def _count_unlabelled(arguments: argparse.Namespace) -> int:
+    """How many of the chosen demonstrations none of the chosen authors labelled."""
+    ids = _ids(arguments)
+    with Project.open(arguments.project) as project:
+        infos = [info for info in project.demonstrations.infos() if info.id in ids]
+    wanted = arguments.author
+    return sum(
+        not (info.authors if wanted is None else {*info.authors} & {*wanted}) for info in infos
+    )
 
 
 def _ids(arguments: argparse.Namespace) -> set[str]:
