@@ -75,6 +75,8 @@ def test_samples_of_what_has_no_labels_are_written_and_other_formats_tell(
     assert samples.err == told
     segments = forcelab(*words)
     assert (segments.err, "bare" in segments.out) == (told, False)
+    printed = forcelab("export", project, "--out", "-", "--format", "table")
+    assert (printed.err, "bare" in printed.out) == (told, False)
     by_author = forcelab(*words, "--author", "coder").err
     assert by_author == "1 demonstration has no labels by these authors yet.\n"
     assert forcelab(*words, "--demo", "foam-01").err == ""

@@ -89,9 +89,9 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError("Labels go into a dataset (--into) with --format lerobot, and only then.")
     if arguments.out == Path("-"):
         _print(arguments)
-        return
-    written = [str(path) for path in _export(arguments, arguments.out or arguments.into)]
-    print_result(arguments.json, {"written": written}, "\n".join(written))
+    else:
+        written = [str(path) for path in _export(arguments, arguments.out or arguments.into)]
+        print_result(arguments.json, {"written": written}, "\n".join(written))
     if bare := 0 if arguments.format == "archive" else _count_unlabelled(arguments):
         what = f"{counted(bare, 'demonstration')} {'has' if bare == 1 else 'have'} no labels"
         print(f"{what}{' by these authors' if arguments.author else ''} yet.", file=sys.stderr)
