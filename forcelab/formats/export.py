@@ -64,6 +64,7 @@ class ExportFormat:
     #: Further files for each part, by what their names end in.
     beside: tuple[tuple[str, Callable[[Part], Any]], ...] = ()
     predictions: bool = False  #: whether it holds what runs predict, too
+    unlabelled: bool = False  #: whether demonstrations without labels are written, too
     #: Formats of a kind stand together in the window: tables, those of a program, and the rest.
     group: Literal["table", "program", "whole"] = "program"
 
@@ -223,6 +224,7 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         "demonstration",
         lambda part: _samples(part, SampleTable.write_csv),
         predictions=True,
+        unlabelled=True,
         group="table",
     ),
     "parquet": ExportFormat(
@@ -232,6 +234,7 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         lambda part: _samples(part, SampleTable.write_parquet),
         prints=False,
         predictions=True,
+        unlabelled=True,
         group="table",
     ),
     "elan": ExportFormat(
@@ -323,7 +326,8 @@ def exporting(
         predicted: Mapping[str, Prediction] = {}
         if predictions is not None and chosen.predictions and authors is None:
             predicted = predictions(project)
-        parts = _parts(project, out, ids, viewer, authors, predicted)
+        unlabelled = chosen.unlabelled and authors is None
+        parts = _parts(project, out, ids, viewer, authors, predicted, unlabelled)
         if not parts:
             if ids is not None or authors is not None:
                 raise InputError("What was chosen has no labels; export more, or label it first.")
@@ -373,19 +377,22 @@ def _parts(
     viewer: str | None,
     authors: Collection[str] | None,
     predicted: Mapping[str, Prediction],
+    unlabelled: bool,
 ) -> list[Part]:
-    """The tracks to write, and what is predicted, by demonstration."""
+    """The tracks to write, and what is predicted, by demonstration, perhaps without either."""
     author_names = [author.name for author in project.coding.authors()]
     for name in authors or ():
         if name not in author_names:
-            others = ", ".join(author_names) or "none at all"
-            raise InputError(f"Nobody called '{name}' labelled here; there are {others}.")
+            cure = f"choose from {', '.join(author_names)}" if author_names else "nobody did yet"
+            raise InputError(f"Nobody called '{name}' labelled here; {cure}.")
     infos = project.demonstrations.infos()
     times = Counter(info.name.casefold() for info in infos)
     parts = []
     for info in infos:
         prediction = predicted.get(info.id)
-        if not (info.authors or prediction) or (ids is not None and info.id not in ids):
+        if ids is not None and info.id not in ids:
+            continue
+        if not (info.authors or prediction or unlabelled):
             continue
         hidden = viewer is not None and project.coding.is_blind(info.id, viewer)
         tracks = tuple(
@@ -399,7 +406,7 @@ def _parts(
         title = info.name if unique else f"{info.task} - {info.name}"
         if hidden:
             prediction = None
-        if tracks or prediction:
+        if tracks or prediction or unlabelled:
             parts.append(Part(project, info, tracks, title, out, prediction))
     return parts
 

@@ -25,7 +25,9 @@ from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.label_offset import fit_offset
 from forcelab.formats.output_folder import file_names
+from forcelab.formats.samples import LABELS_OF
 from forcelab.formats.signatures import announced_kind, file_head, naming_file, seems_to_be
+from forcelab.formats.table_sniff import find_layout, head_lines, is_label_name
 from forcelab.formats.track_text import edges_of, nearest, on_samples, with_edges
 from forcelab.jobs import Progress, finish
 from forcelab.labels import (
@@ -267,6 +269,14 @@ def _reader(path: Path) -> _Reader:
     head = file_head(path)
     if (format_ := identify_labels(path, head)) is not None:
         return _module(format_)
+    layout = find_layout(head_lines(head)) if seems_to_be(head) == "text" else None
+    names = [column.name for column in layout.columns] if layout is not None else []
+    if any(is_label_name(name) or name.startswith(LABELS_OF) for name in names):
+        raise InputError(
+            f"'{path}' looks like a recording, not a file of labels (start, end, action); import "
+            "it with those that are in it (forcelab import; in the window File > Import "
+            "demonstrations)."
+        )
     readable = "; ".join(format_.description for format_ in LABEL_FORMATS)
     raise InputError(
         f"'{path}' looks like {seems_to_be(head)} without labels; what can be read: {readable}."

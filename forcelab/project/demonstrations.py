@@ -633,7 +633,9 @@ class _Addition:
         if current and not self.tracks.as_imported(id_, author):
             self.remarks.append(
                 f"The labels of '{author}' on '{self.name}' were edited in the project; those in "
-                f"the file were left out."
+                f"the file were left out. To replace the edited ones, import those of the file as "
+                f"a table of segments: start, end, action (forcelab labels --replace; in the "
+                f"window File > Import labels)."
             )
             return
         source = _file_name(self.incoming.labels_from or self.incoming.source)

@@ -48,6 +48,40 @@ def test_what_there_is_not_is_refused_and_nothing_is_written(
     assert not (tmp_path / "out").exists()
 
 
+def test_a_task_and_names_narrow_each_other(forcelab, project, tmp_path):
+    words = ("export", project, "--out", tmp_path / "out")
+    both = forcelab(*words, "--task", "foam", "--demo", "foam-01").out
+    assert [Path(line).name for line in both.splitlines()] == ["foam-01.labels.csv"]
+    refused = forcelab(*words, "--task", "sponge", "--demo", "foam-01").sentence
+    assert "'foam-01' is not of sponge; leave out --task, or choose its own." in refused
+    with Project.open(project) as opened:
+        sponge = opened.demonstrations.infos("sponge")[0]
+        opened.demonstrations.rename(sponge.id, "foam-01")
+    one = forcelab(*words, "--task", "sponge", "--demo", "foam-01").out
+    assert [Path(line).name for line in one.splitlines()] == ["sponge - foam-01.labels.csv"]
+
+
+def test_samples_of_what_has_no_labels_are_written_and_other_formats_tell(
+    forcelab, project, recordings, tmp_path
+):
+    lines = (recordings / "foam-01.csv").read_text("utf-8").splitlines()
+    (tmp_path / "bare.csv").write_text("\n".join(row.rpartition(",")[0] for row in lines[:99]))
+    assert forcelab("import", project, tmp_path / "bare.csv", "--task", "foam").status == 0
+    words = ("export", project, "--out", tmp_path / "out", "--task", "foam")
+    samples = forcelab(*words, "--format", "samples", "--demo", "bare")
+    assert Path(samples.out.strip()).name == "bare.samples.csv"
+    assert "labels of" not in Path(samples.out.strip()).read_text("utf-8")
+    told = "1 demonstration has no labels yet.\n"
+    assert samples.err == told
+    segments = forcelab(*words)
+    assert (segments.err, "bare" in segments.out) == (told, False)
+    printed = forcelab("export", project, "--out", "-", "--format", "table")
+    assert (printed.err, "bare" in printed.out) == (told, False)
+    by_author = forcelab(*words, "--author", "coder").err
+    assert by_author == "1 demonstration has no labels by these authors yet.\n"
+    assert forcelab(*words, "--demo", "foam-01").err == ""
+
+
 def test_an_archive_is_always_whole(forcelab, project, tmp_path):
     words = ("export", project, "--out", tmp_path / "out", "--format", "archive")
     assert "whole project" in forcelab(*words, "--task", "foam").wrong_word

@@ -304,12 +304,12 @@ def test_what_has_no_labels_of_those_asked_for_is_said_so(project):
 def test_in_an_empty_project_nobody_is_there(tmp_path):
     with Project.create(tmp_path / "new.forcelab") as new:
         path = new.path
-    with pytest.raises(InputError, match="'Ben' labelled here; there are none at all"):
+    with pytest.raises(InputError, match="'Ben' labelled here; nobody did yet"):
         export(path, "table", authors=["Ben"])
 
 
 def test_an_author_who_is_not_there_is_refused_with_those_who_are(project):
-    with pytest.raises(InputError, match="'Ben' labelled here; there are Ann, Zoe"):
+    with pytest.raises(InputError, match="'Ben' labelled here; choose from Ann, Zoe"):
         export(project, "table", authors=["Ben"])
     assert not (project.parent / "out").exists()
 

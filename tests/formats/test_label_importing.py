@@ -308,6 +308,20 @@ def test_a_file_that_is_none_is_told_and_the_others_are_imported(project, tmp_pa
     assert stored(project, "02", "Ann") == ANN
 
 
+def test_samples_with_labels_are_told_to_be_a_recording(load):
+    rows = "".join(f"{n / 100},{n % 7 / 3},{'grab' if n > 20 else ''}\n" for n in range(60))
+    unread = load("02.samples.csv", text=f"time (s),fz1 (N),labels of Ines\n{rows}").unread
+    assert "02.samples.csv' looks like a recording, not a file of labels" in (
+        next(iter(unread.values()))
+    )
+
+
+def test_where_nothing_is_read_no_tracks_are_counted(project, tmp_path, capsys):
+    (tmp_path / "note.txt").write_text("Dear all,\nno labels here\n")
+    assert main(["labels", str(project), str(tmp_path / "note.txt")]) == 1
+    assert capsys.readouterr().out == ""
+
+
 def test_a_dry_run_says_what_it_would_do(project, tmp_path, capsys):
     (tmp_path / "02.csv").write_text(to_csv([Track("Ann", ANN)]))
     assert main(["labels", str(project), str(tmp_path / "02.csv"), "--dry-run"]) == 0

@@ -100,7 +100,9 @@ def test_imported_labels_are_replaced_until_somebody_edits_them(project, make):
     project.tracks.edit(id_, "anna", HOLD, GRAB, "hold erased")
     added = project.demonstrations.add(make(1), [Track("anna", HOLD), Track("bert", HOLD)])
     assert added.remarks == (
-        "The labels of 'anna' on '01' were edited in the project; those in the file were left out.",
+        "The labels of 'anna' on '01' were edited in the project; those in the file were left out. "
+        "To replace the edited ones, import those of the file as a table of segments: start, end, "
+        "action (forcelab labels --replace; in the window File > Import labels).",
     )
     assert project.tracks.get(id_, "anna").segments == GRAB
     assert project.tracks.get(id_, "bert").segments == HOLD

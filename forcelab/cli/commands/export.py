@@ -3,8 +3,8 @@
 Tables:
   csv           one per demonstration, one row per segment: start,end,action,author
   table         one of all, one row per segment, for statistics
-  samples       one per demonstration, one row per sample: forces, labels of each coder,
-                and what the task's latest run predicts, with its probability
+  samples       one per demonstration, labelled or not, one row per sample: forces, labels
+                of each coder, and what the task's latest run predicts, with its probability
   parquet       the same as Parquet (extra parquet)
 For other programs:
   elan          one .eaf per demonstration, one tier per coder; the task's actions as
@@ -42,10 +42,12 @@ from pathlib import Path
 
 from forcelab.cli.options import UsageError, add_author, add_json, add_project, add_task
 from forcelab.cli.output import print_result
+from forcelab.errors import InputError
 from forcelab.formats.export import FORMATS, exporting
 from forcelab.formats.samples import Prediction
 from forcelab.jobs import finish
 from forcelab.project import Project
+from forcelab.text import counted
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -87,9 +89,12 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError("Labels go into a dataset (--into) with --format lerobot, and only then.")
     if arguments.out == Path("-"):
         _print(arguments)
-        return
-    written = [str(path) for path in _export(arguments, arguments.out or arguments.into)]
-    print_result(arguments.json, {"written": written}, "\n".join(written))
+    else:
+        written = [str(path) for path in _export(arguments, arguments.out or arguments.into)]
+        print_result(arguments.json, {"written": written}, "\n".join(written))
+    if bare := 0 if arguments.format == "archive" else _count_unlabelled(arguments):
+        what = f"{counted(bare, 'demonstration')} {'has' if bare == 1 else 'have'} no labels"
+        print(f"{what}{' by these authors' if arguments.author else ''} yet.", file=sys.stderr)
 
 
 def _export(arguments: argparse.Namespace, out: Path) -> tuple[Path, ...]:
@@ -127,11 +132,37 @@ def _print(arguments: argparse.Namespace) -> None:
     sys.stdout.write(texts[0])
 
 
+def _count_unlabelled(arguments: argparse.Namespace) -> int:
+    """How many of the chosen demonstrations none of the chosen authors labelled."""
+    ids = _ids(arguments)
+    with Project.open(arguments.project) as project:
+        infos = [info for info in project.demonstrations.infos() if info.id in ids]
+    wanted = arguments.author
+    return sum(
+        not (info.authors if wanted is None else {*info.authors} & {*wanted}) for info in infos
+    )
+
+
 def _ids(arguments: argparse.Namespace) -> set[str]:
-    """The demonstrations of the requested tasks and names."""
+    """The demonstrations of the requested tasks and names, each of which narrows the other."""
     with Project.open(arguments.project) as project:
         infos = project.demonstrations.infos()
         for task in arguments.task or ():
             project.demonstrations.check_task(task)
-        named = {project.demonstrations.id_of(name) for name in arguments.demo or ()}
-    return named | {info.id for info in infos if info.task in (arguments.task or ())}
+        if arguments.task:
+            infos = tuple(info for info in infos if info.task in arguments.task)
+        ids = {info.id for info in infos}
+        if not arguments.demo:
+            return ids
+        named = set[str]()
+        for name in arguments.demo:
+            # A name of several tasks is clear in one of them.
+            same = {info.id for info in infos if arguments.task and info.name == name}
+            found = same or ids & {project.demonstrations.id_of(name)}
+            if not found:
+                tasks = ", ".join(arguments.task)
+                raise InputError(
+                    f"'{name}' is not of {tasks}; leave out --task, or choose its own."
+                )
+            named |= found
+    return named

@@ -26,8 +26,9 @@ others of the demonstration at another offset, it is proposed.
 Each author's labels become a track, and actions that the task lacks are added to it and
 named. Labels that an author has already stay unless --replace is given, which tells what
 it changes and can be undone.
-What lies beyond the demonstration, overlaps or belongs nowhere is left out with a
-sentence, and the exit status is then 1.
+Labels that lie beyond the demonstration or belong nowhere are left out with a sentence.
+So is a whole file in which one row overlaps another of its author, or ends before it
+starts. The exit status is then 1.
 
 for example:
   forcelab labels lab.forcelab corrected/*.eaf --replace
@@ -88,7 +89,9 @@ def run(arguments: argparse.Namespace) -> int:
             writing=not arguments.dry_run,
         )
         report = finish(job, watch)
-    print_result(arguments.json, _json_content(report), _summary(report, arguments.dry_run))
+    summary = _summary(report, arguments.dry_run)
+    if arguments.json or summary:
+        print_result(arguments.json, _json_content(report), summary)
     trouble = report.trouble()
     for path, reasons in trouble.items():
         for reason in reasons:
@@ -110,7 +113,8 @@ def _summary(report: LabelReport, dry_run: bool) -> str:
     counts = [f"{report.count(status)} {status}" for status in ("new", "replaced", "unchanged")]
     if left := report.count("left out"):
         counts.append(f"{left} left out")
-    lines.append(f"{counted(len(report.tracks), 'track')}: {', '.join(counts)}.")
+    if report.tracks:
+        lines.append(f"{counted(len(report.tracks), 'track')}: {', '.join(counts)}.")
     return "\n".join([*lines, *(["Nothing was imported (--dry-run)."] if dry_run else [])])
 
 
