@@ -125,6 +125,10 @@ def make_recording(
     more_remarks: Sequence[str] = (),
 ) -> Recording:
     """A demonstration of the rows of a table, with its labels and those beside its file."""
+    if body.times is not None and roles.nanoseconds is not None:
+        ticks = body.values[roles.nanoseconds] * (body.times.per_second / 1e9)
+        times = replace(body.times, values=body.times.values + ticks)
+        body = replace(body, times=times)
     table = _Table(layout, roles, body)
     _refuse_long_format(table)
     remarks = [*layout.remarks, *table.ragged_remarks(options.strict), *more_remarks]
@@ -408,7 +412,7 @@ class _Table:
         column, roles, words = self.layout.columns[index], self.roles, self.body.words.get(index)
         use: Use = "left out"
         why = ""
-        if index == roles.time:
+        if roles.time is not None and index in (roles.time, roles.nanoseconds):
             use = "times"
         elif index == self.label or index in roles.authors:
             use = "labels"
@@ -591,7 +595,8 @@ def _found_remarks(table: _Table, options: ReadOptions) -> list[str]:
     """Which columns hold times and labels, where neither their names nor the options say so."""
     columns, remarks = table.layout.columns, []
     time, label = table.roles.time, table.label
-    if time is not None and options.time is None and not is_time_name(columns[time].name):
+    named = options.time or table.roles.nanoseconds is not None
+    if time is not None and not named and not is_time_name(columns[time].name):
         remarks.append(
             f"Times were read from '{columns[time].name}', as it steps like a clock; name another "
             f"column if they are not (--time)."

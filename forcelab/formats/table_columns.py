@@ -197,6 +197,8 @@ _UNLABELLED_WORDS = frozenset(
 
 _WHOLE = re.compile(r"-?\d+", re.ASCII)
 _DATE = re.compile(r"\d{1,4}[-/.]\d\d?[-/.]\d{1,4}.*", re.ASCII)
+#: The two columns of a time as ROS writes it, such as ``stamp.sec`` and ``stamp.nanosec``.
+_SECONDS_NAME = re.compile(r"(?P<stem>|.*?[\W_])(?P<nano>n|nano|)(?:secs?|seconds)", re.IGNORECASE)
 #: A column of whole numbers with more different values than this measures something.
 MOST_LABELS = 100
 #: A column with more different words than this names no actions.
@@ -226,6 +228,7 @@ class ColumnRoles:
     #: whose labels columns hold that are named so, as those of exported samples are
     authors: Mapping[int, str] = field(default_factory=dict)
     probabilities: frozenset[int] = frozenset()  #: how sure predictions among these are
+    nanoseconds: int | None = None  #: what is to be added to whole seconds in the column of times
 
 
 def choose_roles(layout: Layout, options: ReadOptions) -> ColumnRoles:
@@ -255,16 +258,27 @@ def choose_roles(layout: Layout, options: ReadOptions) -> ColumnRoles:
         if column.name.removeprefix(PROBABILITY_OF) in authors.values() and index not in taken
     )
     taken_or_label = taken | {label} | authors.keys() | probabilities
-    named = [index for index in _time_columns(layout) if index not in taken_or_label]
+    pairs = {
+        seconds: rest
+        for seconds, rest in _find_pairs(layout).items()
+        if seconds not in taken_or_label and rest not in taken_or_label
+    }
+    named = [
+        index
+        for index in sorted({*_time_columns(layout), *pairs} - set(pairs.values()))
+        if index not in taken_or_label
+    ]
     if options.time is None:
-        time = _find_time(layout, named, taken_or_label, required=options.rate is None)
+        time = _find_time(layout, named, pairs, taken_or_label, required=options.rate is None)
     elif layout.kinds[time := column_of(options.time, "times")] in (
         CellType.TEXT,
         CellType.MISSING,
     ):
         raise _not_understood(layout, time)
+    time = next((seconds for seconds, rest in pairs.items() if rest == time), time)
     if counter is not None:
         time = None
+    nanoseconds = None if time is None else pairs.get(time)
     for index in signals & (left_out | {time, label, counter}):
         raise error(index, "is asked for as a signal and as something else; choose one of the two.")
     if time is not None and time == label:
@@ -274,9 +288,12 @@ def choose_roles(layout: Layout, options: ReadOptions) -> ColumnRoles:
         for index, kind in enumerate(layout.kinds)
         if kind is CellType.NUMBER and index not in (time, label) and index not in authors
     )
-    other_times = tuple(index for index in named if index not in (time, counter))
+    other_times = tuple(
+        index for index in (*named, *pairs.values()) if index not in (time, counter, nanoseconds)
+    )
     return ColumnRoles(
-        time, label, numeric, other_times, counter, left_out, signals, authors, probabilities
+        *(time, label, numeric, other_times, counter, left_out, signals, authors, probabilities),
+        nanoseconds=nanoseconds,
     )
 
 
@@ -319,15 +336,39 @@ def _time_columns(layout: Layout) -> list[int]:
     ]
 
 
+def _find_pairs(layout: Layout) -> dict[int, int]:
+    """Columns of whole seconds, each with that of the nanoseconds beyond, as ROS has them."""
+    found: dict[str, dict[str, int]] = {"": {}, "n": {}}
+    for index, column in enumerate(layout.columns):
+        match = _SECONDS_NAME.fullmatch(column.name)
+        if match is None or not column.named or layout.kinds[index] is not CellType.NUMBER:
+            continue
+        cells = [
+            c
+            for c in layout.cells(index)
+            if cell_type(c, layout.dialect.decimal) is not CellType.MISSING
+        ]
+        values = numbers(cells, layout.dialect.decimal)
+        part = match["nano"][:1].lower()
+        if (values == np.floor(values)).all() and (not part or (values < 1e9).all()):
+            found[part].setdefault(match["stem"].lower(), index)
+    return {index: found["n"][stem] for stem, index in found[""].items() if stem in found["n"]}
+
+
 def _find_time(
-    layout: Layout, named: Sequence[int], taken: Collection[int | None], *, required: bool
+    layout: Layout,
+    named: Sequence[int],
+    pairs: Collection[int],
+    taken: Collection[int | None],
+    *,
+    required: bool,
 ) -> int | None:
     """The first column of times by its name, else by how it steps.
 
     A column that is named so but holds words is refused where one is `required`.
     """
     for index in named:
-        if len(set(layout.cells(index))) > 1 or len(layout.sample) == 1:
+        if index in pairs or len(set(layout.cells(index))) > 1 or len(layout.sample) == 1:
             return index
     for index, column in enumerate(layout.columns):
         if index not in taken and _steps_like_time(layout, index, column):

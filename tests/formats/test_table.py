@@ -323,6 +323,29 @@ class TestTime:
         assert "time, fx, fy" in refusal(table(SMALL), time="clock")
         assert "no column '9' of labels" in refusal(table(SMALL), label="9")
 
+    @pytest.mark.parametrize(
+        ("seconds", "nanoseconds"),
+        [("stamp.sec", "stamp.nanosec"), ("/ft/header/stamp/secs", "/ft/header/stamp/nsecs")],
+    )
+    def test_seconds_and_nanoseconds_are_one_time(self, table, seconds, nanoseconds):
+        ticks = 1_764_000_000_900_000_000 + np.arange(300) * 2_000_000
+        rows = "".join(f"{t // 10**9},{t % 10**9},{t % 7}\n" for t in ticks.tolist())
+        path = table(f"{seconds},{nanoseconds},fx\n" + rows)
+        recording = load(path)
+        np.testing.assert_allclose(
+            recording.demonstration.times, np.arange(300) * 0.002, rtol=0, atol=1e-6
+        )
+        assert channels(recording) == [("fx", "")]
+        assert recording.remarks == ()
+        np.testing.assert_allclose(
+            load(path, time=nanoseconds).demonstration.times, recording.demonstration.times
+        )
+
+    def test_seconds_beside_the_same_in_nanoseconds_are_no_pair(self, table):
+        rows = "".join(f"{i},{i * 10**9},{i % 7}\n" for i in range(30))
+        recording = load(table("t_sec,t_nsec,fx\n" + rows))
+        np.testing.assert_allclose(recording.demonstration.times, np.arange(30))
+
     def test_without_a_header_an_even_step_tells_the_stamps(self, table):
         rng = np.random.default_rng(1)
         rows = "".join(f"{rng.normal():.4f} {3 + i * 0.005:.3f}\n" for i in range(50))
