@@ -24,6 +24,7 @@ from forcelab.formats.label_tables import is_label_table, own_or_beside_tracks
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
 from forcelab.formats.samples import SAMPLES
 from forcelab.formats.table_columns import (
+    SEVERAL_AUTHORS,
     ColumnRoles,
     TextColumn,
     choose_roles,
@@ -34,6 +35,7 @@ from forcelab.formats.table_columns import (
     label_column,
     missing_remark,
     switch_remark,
+    word_columns,
 )
 from forcelab.formats.table_sniff import (
     HEAD,
@@ -592,7 +594,7 @@ def _refuse_long_format(table: _Table) -> None:
 
 
 def _found_remarks(table: _Table, options: ReadOptions) -> list[str]:
-    """Which columns hold times and labels, where neither their names nor the options say so."""
+    """On columns of times and labels that neither names nor options tell, and on brief labels."""
     columns, remarks = table.layout.columns, []
     time, label = table.roles.time, table.label
     named = options.time or table.roles.nanoseconds is not None
@@ -606,6 +608,23 @@ def _found_remarks(table: _Table, options: ReadOptions) -> list[str]:
             f"Labels were read from '{columns[label].name}', the only column of words; leave it "
             f"out if they are none (--leave-out)."
         )
+    if label is None and not table.roles.authors:
+        candidates = word_columns(table.layout, table.roles, table.body.words)
+        if len(candidates) > 1:
+            names = listed([columns[index].name for index in candidates], _NAMED)
+            remarks.append(
+                f"No column was read as labels, as several may be ({names}): name the one that is "
+                f"(--label); {SEVERAL_AUTHORS}."
+            )
+    if label is not None:
+        text = table.body.words[label]
+        labelled = np.array([not is_unlabelled(word) for word in text.words], np.bool_)[text.codes]
+        if np.count_nonzero(labelled) > 1 and not (labelled[1:] & labelled[:-1]).any():
+            remarks.append(
+                f"'{columns[label].name}' is empty below each label, so that all of them last one "
+                f"sample; where one holds until the next, fill the cells below it with it (Fill "
+                f"down in a spreadsheet) and import the file again."
+            )
     return remarks
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -207,6 +208,12 @@ _MOST_ACTIONS = 1000
 _CHANGING = 0.75
 #: Fewer rows cannot show that a nameless column steps evenly.
 _FEWEST_STEPS = 5
+
+
+#: How the labels of several people are read from one table.
+SEVERAL_AUTHORS: Final = (
+    f"to read labels of several people, call each column '{LABELS_OF}NAME' in the header"
+)
 
 
 def is_unlabelled(word: str) -> bool:
@@ -459,11 +466,7 @@ def _frame_columns(
 
 
 def label_column(layout: Layout, roles: ColumnRoles, words: Mapping[int, TextColumn]) -> int | None:
-    """The column of labels: as chosen before reading, else the only one that holds words.
-
-    Constants, dates, columns whose word is another one in most rows, and those with more words than
-    there are actions are none.
-    """
+    """The column of labels: as chosen before reading, else the only one fit by its words."""
     if roles.label is not None:
         number = len(words[roles.label].words)
         if number > _MOST_ACTIONS:
@@ -473,6 +476,16 @@ def label_column(layout: Layout, roles: ColumnRoles, words: Mapping[int, TextCol
                 f"or give this one another header."
             )
         return roles.label
+    candidates = word_columns(layout, roles, words)
+    return candidates[0] if len(candidates) == 1 and not roles.authors else None
+
+
+def word_columns(layout: Layout, roles: ColumnRoles, words: Mapping[int, TextColumn]) -> list[int]:
+    """The columns that may hold labels by their words, where no name or option tells.
+
+    Constants, dates, columns whose word is another one in most rows, and those with more words than
+    there are actions cannot.
+    """
     candidates = []
     for index, column in words.items():
         if index in roles.left_out or index in roles.authors:
@@ -485,7 +498,7 @@ def label_column(layout: Layout, roles: ColumnRoles, words: Mapping[int, TextCol
         lasting = np.count_nonzero(np.diff(column.codes)) <= _CHANGING * column.codes.size
         if not dates and lasting and len(column.words) > 1 and 0 < len(actions) <= most:
             candidates.append(index)
-    return candidates[0] if len(candidates) == 1 and not roles.authors else None
+    return candidates
 
 
 def missing_remark(signals: NDArray[np.float64], channels: Sequence[Channel]) -> list[str]:

@@ -399,6 +399,15 @@ class TestLabels:
         text = table("time,fx,whatever\n" + self.ROWS)
         assert load(text, label="whatever").remarks == ()
 
+    def test_labels_where_an_action_begins_only_are_told_to_be_brief(self, table):
+        words = ["grab", "", "", "hold", "", ""]
+        rows = "".join(f"{i / 10},{i},{word}\n" for i, word in enumerate(words))
+        recording = load(table("time,fx,label\n" + rows))
+        assert [s.end - s.start for s in recording.tracks[0].segments] == pytest.approx([0.1] * 2)
+        assert "'label' is empty below each label" in recording.remarks[0]
+        assert "Fill down" in recording.remarks[0]
+        assert load(table("time,fx,label\n" + self.ROWS)).remarks == ()
+
     def test_words_that_change_in_each_row_are_no_labels(self, table):
         rows = "".join(f"{i / 10},{i % 4},{'xyz'[i % 3]}\n" for i in range(30))
         recording = load(table("time,value,axis\n" + rows))
@@ -428,7 +437,12 @@ class TestLabels:
         )
         recording = load(table(text))
         assert recording.tracks == ()
-        assert recording.remarks == ("Columns one, two were left out: words, not numbers.",)
+        assert recording.remarks[0] == "Columns one, two were left out: words, not numbers."
+        assert "several may be (one, two): name the one that is (--label)" in recording.remarks[1]
+        assert "call each column 'labels of NAME' in the header" in recording.remarks[1]
+        recording = load(table(text.replace("one,two", "labels of Ann,labels of Ben")))
+        assert [track.author for track in recording.tracks] == ["Ann", "Ben"]
+        assert recording.remarks == ()
         assert load(table(text), label="two").tracks[0].actions == ("c", "d")
 
     def test_a_column_with_a_thousand_words_names_no_actions(self, table):
