@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -20,7 +22,15 @@ from forcelab.formats.signatures import (
     seems_to_be,
 )
 
-__all__ = ["Format", "all_formats", "format_names", "identify", "preview", "read"]
+__all__ = [
+    "Format",
+    "all_formats",
+    "format_names",
+    "identify",
+    "naming_recording",
+    "preview",
+    "read",
+]
 
 #: Where other packages say that they read a format: an entry point whose object is a `Format`.
 ENTRY_POINTS: Final = "forcelab.formats"
@@ -213,6 +223,22 @@ def identify(path: str | os.PathLike[str]) -> Format:
             )
         readable = ", ".join(format_.description for format_ in all_formats())
         raise InputError(f"'{path}' looks like {kind}; what can be read: {readable}.")
+
+
+@contextlib.contextmanager
+def naming_recording(path: Path) -> Iterator[None]:
+    """Say of a file that is refused as a video that it is a recording, if it is one."""
+    try:
+        yield
+    except InputError as error:
+        try:
+            format_ = identify(path)
+        except InputError:
+            raise error from None
+        raise InputError(
+            f"'{path}' is no video, but is read as a recording ({format_.description}); import it "
+            f"as a demonstration (forcelab import; in the window File > Import demonstrations)."
+        ) from error
 
 
 def read(path: str | os.PathLike[str], options: ReadOptions | None = None) -> list[Recording]:

@@ -255,6 +255,8 @@ def address_of(topic: str, path: FieldPath) -> str:
 _SECOND: Final = 10**9
 #: A message does not travel so many nanoseconds; where it seems to, two clocks differ.
 _LATENCY: Final = _SECOND
+#: By how many nanoseconds a message may overtake another one of its topic.
+_OVERTAKING: Final = _SECOND // 20
 #: Nanoseconds beyond this, 70 years from 1970, tell nothing; sums of four stay within 64 bits.
 _ABSURD: Final = 22 * 10**17
 
@@ -437,9 +439,12 @@ def _resampling(
         rows = np.flatnonzero(~np.isnan(ticks))
         rows = rows[np.argsort(ticks[rows], kind="stable")]
         return _Resampling(ticks[rows] / _SECOND, rows, values, remarks)
+    order = np.arange(ticks.size)
+    if topic.stamp is not None and not pictures:  # those are read in the order of the bag
+        order = _order_of(ticks)
     repaired = repair_timestamps(
-        RawTimestamps(ticks, per_second=_SECOND),
-        np.arange(1, ticks.size + 1),
+        RawTimestamps(ticks[order], per_second=_SECOND),
+        order + 1,
         name,
         strict=strict,
         row=message,
@@ -447,7 +452,20 @@ def _resampling(
         bursts=not pictures,
     )
     at = np.round(repaired.start + repaired.times, 9)  # the same for messages of one nanosecond
-    return _Resampling(at, repaired.rows, values[repaired.rows], (*remarks, *repaired.remarks))
+    rows = order[repaired.rows]
+    return _Resampling(at, rows, values[rows], (*remarks, *repaired.remarks))
+
+
+def _order_of(ticks: NDArray[np.float64]) -> NDArray[np.int64]:
+    """The order of messages by their stamps, as some overtake others on their way to the bag.
+
+    Where one is stamped long before another that is there already, a clock was set back or
+    something was played twice, and they stay as they are.
+    """
+    latest = np.fmax.accumulate(ticks)
+    if (latest - ticks > _OVERTAKING).any():
+        return np.arange(ticks.size)
+    return np.argsort(ticks, kind="stable")
 
 
 def _sample_and_hold(

@@ -24,6 +24,7 @@ from forcelab.formats.label_tables import is_label_table, own_or_beside_tracks
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
 from forcelab.formats.samples import SAMPLES
 from forcelab.formats.table_columns import (
+    SEVERAL_AUTHORS,
     ColumnRoles,
     TextColumn,
     choose_roles,
@@ -34,6 +35,7 @@ from forcelab.formats.table_columns import (
     label_column,
     missing_remark,
     switch_remark,
+    word_columns,
 )
 from forcelab.formats.table_sniff import (
     HEAD,
@@ -125,6 +127,10 @@ def make_recording(
     more_remarks: Sequence[str] = (),
 ) -> Recording:
     """A demonstration of the rows of a table, with its labels and those beside its file."""
+    if body.times is not None and roles.nanoseconds is not None:
+        ticks = body.values[roles.nanoseconds] * (body.times.per_second / 1e9)
+        times = replace(body.times, values=body.times.values + ticks)
+        body = replace(body, times=times)
     table = _Table(layout, roles, body)
     _refuse_long_format(table)
     remarks = [*layout.remarks, *table.ragged_remarks(options.strict), *more_remarks]
@@ -413,7 +419,7 @@ class _Table:
         column, roles, words = self.layout.columns[index], self.roles, self.body.words.get(index)
         use: Use = "left out"
         why = ""
-        if index == roles.time:
+        if roles.time is not None and index in (roles.time, roles.nanoseconds):
             use = "times"
         elif index == self.label or index in roles.authors:
             use = "labels"
@@ -593,10 +599,11 @@ def _refuse_long_format(table: _Table) -> None:
 
 
 def _found_remarks(table: _Table, options: ReadOptions) -> list[str]:
-    """Which columns hold times and labels, where neither their names nor the options say so."""
+    """On columns of times and labels that neither names nor options tell, and on brief labels."""
     columns, remarks = table.layout.columns, []
     time, label = table.roles.time, table.label
-    if time is not None and options.time is None and not is_time_name(columns[time].name):
+    named = options.time or table.roles.nanoseconds is not None
+    if time is not None and not named and not is_time_name(columns[time].name):
         remarks.append(
             f"Times were read from '{columns[time].name}', as it steps like a clock; name another "
             f"column if they are not (--time)."
@@ -606,6 +613,23 @@ def _found_remarks(table: _Table, options: ReadOptions) -> list[str]:
             f"Labels were read from '{columns[label].name}', the only column of words; leave it "
             f"out if they are none (--leave-out)."
         )
+    if label is None and not table.roles.authors:
+        candidates = word_columns(table.layout, table.roles, table.body.words)
+        if len(candidates) > 1:
+            names = listed([columns[index].name for index in candidates], _NAMED)
+            remarks.append(
+                f"No column was read as labels, as several may be ({names}): name the one that is "
+                f"(--label); {SEVERAL_AUTHORS}."
+            )
+    if label is not None:
+        text = table.body.words[label]
+        labelled = np.array([not is_unlabelled(word) for word in text.words], np.bool_)[text.codes]
+        if np.count_nonzero(labelled) > 1 and not (labelled[1:] & labelled[:-1]).any():
+            remarks.append(
+                f"'{columns[label].name}' is empty below each label, so that all of them last one "
+                f"sample; where one holds until the next, fill the cells below it with it (Fill "
+                f"down in a spreadsheet) and import the file again."
+            )
     return remarks
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -197,6 +198,8 @@ _UNLABELLED_WORDS = frozenset(
 
 _WHOLE = re.compile(r"-?\d+", re.ASCII)
 _DATE = re.compile(r"\d{1,4}[-/.]\d\d?[-/.]\d{1,4}.*", re.ASCII)
+#: The two columns of a time as ROS writes it, such as ``stamp.sec`` and ``stamp.nanosec``.
+_SECONDS_NAME = re.compile(r"(?P<stem>|.*?[\W_])(?P<nano>n|nano|)(?:secs?|seconds)", re.IGNORECASE)
 #: A column of whole numbers with more different values than this measures something.
 MOST_LABELS = 100
 #: A column with more different words than this names no actions.
@@ -205,6 +208,12 @@ _MOST_ACTIONS = 1000
 _CHANGING = 0.75
 #: Fewer rows cannot show that a nameless column steps evenly.
 _FEWEST_STEPS = 5
+
+
+#: How the labels of several people are read from one table.
+SEVERAL_AUTHORS: Final = (
+    f"to read labels of several people, call each column '{LABELS_OF}NAME' in the header"
+)
 
 
 def is_unlabelled(word: str) -> bool:
@@ -226,6 +235,7 @@ class ColumnRoles:
     #: whose labels columns hold that are named so, as those of exported samples are
     authors: Mapping[int, str] = field(default_factory=dict)
     probabilities: frozenset[int] = frozenset()  #: how sure predictions among these are
+    nanoseconds: int | None = None  #: what is to be added to whole seconds in the column of times
 
 
 def choose_roles(layout: Layout, options: ReadOptions) -> ColumnRoles:
@@ -255,16 +265,27 @@ def choose_roles(layout: Layout, options: ReadOptions) -> ColumnRoles:
         if column.name.removeprefix(PROBABILITY_OF) in authors.values() and index not in taken
     )
     taken_or_label = taken | {label} | authors.keys() | probabilities
-    named = [index for index in _time_columns(layout) if index not in taken_or_label]
+    pairs = {
+        seconds: rest
+        for seconds, rest in _find_pairs(layout).items()
+        if seconds not in taken_or_label and rest not in taken_or_label
+    }
+    named = [
+        index
+        for index in sorted({*_time_columns(layout), *pairs} - set(pairs.values()))
+        if index not in taken_or_label
+    ]
     if options.time is None:
-        time = _find_time(layout, named, taken_or_label, required=options.rate is None)
+        time = _find_time(layout, named, pairs, taken_or_label, required=options.rate is None)
     elif layout.kinds[time := column_of(options.time, "times")] in (
         CellType.TEXT,
         CellType.MISSING,
     ):
         raise _not_understood(layout, time)
+    time = next((seconds for seconds, rest in pairs.items() if rest == time), time)
     if counter is not None:
         time = None
+    nanoseconds = None if time is None else pairs.get(time)
     for index in signals & (left_out | {time, label, counter}):
         raise error(index, "is asked for as a signal and as something else; choose one of the two.")
     if time is not None and time == label:
@@ -274,9 +295,12 @@ def choose_roles(layout: Layout, options: ReadOptions) -> ColumnRoles:
         for index, kind in enumerate(layout.kinds)
         if kind is CellType.NUMBER and index not in (time, label) and index not in authors
     )
-    other_times = tuple(index for index in named if index not in (time, counter))
+    other_times = tuple(
+        index for index in (*named, *pairs.values()) if index not in (time, counter, nanoseconds)
+    )
     return ColumnRoles(
-        time, label, numeric, other_times, counter, left_out, signals, authors, probabilities
+        *(time, label, numeric, other_times, counter, left_out, signals, authors, probabilities),
+        nanoseconds=nanoseconds,
     )
 
 
@@ -319,15 +343,39 @@ def _time_columns(layout: Layout) -> list[int]:
     ]
 
 
+def _find_pairs(layout: Layout) -> dict[int, int]:
+    """Columns of whole seconds, each with that of the nanoseconds beyond, as ROS has them."""
+    found: dict[str, dict[str, int]] = {"": {}, "n": {}}
+    for index, column in enumerate(layout.columns):
+        match = _SECONDS_NAME.fullmatch(column.name)
+        if match is None or not column.named or layout.kinds[index] is not CellType.NUMBER:
+            continue
+        cells = [
+            c
+            for c in layout.cells(index)
+            if cell_type(c, layout.dialect.decimal) is not CellType.MISSING
+        ]
+        values = numbers(cells, layout.dialect.decimal)
+        part = match["nano"][:1].lower()
+        if (values == np.floor(values)).all() and (not part or (values < 1e9).all()):
+            found[part].setdefault(match["stem"].lower(), index)
+    return {index: found["n"][stem] for stem, index in found[""].items() if stem in found["n"]}
+
+
 def _find_time(
-    layout: Layout, named: Sequence[int], taken: Collection[int | None], *, required: bool
+    layout: Layout,
+    named: Sequence[int],
+    pairs: Collection[int],
+    taken: Collection[int | None],
+    *,
+    required: bool,
 ) -> int | None:
     """The first column of times by its name, else by how it steps.
 
     A column that is named so but holds words is refused where one is `required`.
     """
     for index in named:
-        if len(set(layout.cells(index))) > 1 or len(layout.sample) == 1:
+        if index in pairs or len(set(layout.cells(index))) > 1 or len(layout.sample) == 1:
             return index
     for index, column in enumerate(layout.columns):
         if index not in taken and _steps_like_time(layout, index, column):
@@ -418,11 +466,7 @@ def _frame_columns(
 
 
 def label_column(layout: Layout, roles: ColumnRoles, words: Mapping[int, TextColumn]) -> int | None:
-    """The column of labels: as chosen before reading, else the only one that holds words.
-
-    Constants, dates, columns whose word is another one in most rows, and those with more words than
-    there are actions are none.
-    """
+    """The column of labels: as chosen before reading, else the only one fit by its words."""
     if roles.label is not None:
         number = len(words[roles.label].words)
         if number > _MOST_ACTIONS:
@@ -432,6 +476,16 @@ def label_column(layout: Layout, roles: ColumnRoles, words: Mapping[int, TextCol
                 f"or give this one another header."
             )
         return roles.label
+    candidates = word_columns(layout, roles, words)
+    return candidates[0] if len(candidates) == 1 and not roles.authors else None
+
+
+def word_columns(layout: Layout, roles: ColumnRoles, words: Mapping[int, TextColumn]) -> list[int]:
+    """The columns that may hold labels by their words, where no name or option tells.
+
+    Constants, dates, columns whose word is another one in most rows, and those with more words than
+    there are actions cannot.
+    """
     candidates = []
     for index, column in words.items():
         if index in roles.left_out or index in roles.authors:
@@ -444,7 +498,7 @@ def label_column(layout: Layout, roles: ColumnRoles, words: Mapping[int, TextCol
         lasting = np.count_nonzero(np.diff(column.codes)) <= _CHANGING * column.codes.size
         if not dates and lasting and len(column.words) > 1 and 0 < len(actions) <= most:
             candidates.append(index)
-    return candidates[0] if len(candidates) == 1 and not roles.authors else None
+    return candidates
 
 
 def missing_remark(signals: NDArray[np.float64], channels: Sequence[Channel]) -> list[str]:

@@ -496,6 +496,7 @@ class DemonstrationMenu(QObject):
 
         Its clock is set by synchronising.
         """
+        from forcelab.formats import naming_recording
         from forcelab.video.validate import check_video
 
         damage = ""
@@ -503,7 +504,8 @@ class DemonstrationMenu(QObject):
         def attach(project: Project, id_: str) -> None:
             nonlocal damage
             # What is no video is not copied, and takes no video's place.
-            damage = check_video(path, project.demonstrations.info(id_).duration)
+            with naming_recording(path):
+                damage = check_video(path, project.demonstrations.info(id_).duration)
             project.media.attach_video(id_, path, name=name)
 
         done = self._each([id_], attach)

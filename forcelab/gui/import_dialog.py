@@ -73,6 +73,7 @@ _FIELDS: Final = {
     "--signal": "Read as: signal",
     "--leave-out": "Read as: left out",
     "--time": "Read as: times",
+    "--label": "Read as: labels",
     "--rate": "Sample rate",
     "--jitter": "Timestamps may jitter by",
     "--episodes": "Episodes of a dataset",

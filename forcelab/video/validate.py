@@ -30,6 +30,8 @@ def check_video(path: Path, seconds: float) -> str:
     The packets are listed and a few frames decoded, never a long film. `seconds` is how long the
     recording is that it shows.
     """
+    if path.is_dir():
+        raise InputError(f"'{path}' is a folder; name the video in it.")
     if not path.is_file():
         raise InputError(f"There is no file '{path}'; look at its name.")
     open_video(path, packets=True).release()  # for which no codec has to be there

@@ -63,6 +63,14 @@ def test_what_is_no_video_is_not_attached(forcelab, project, tmp_path, film):
     assert "cannot be read as a video" in forcelab("attach", project, "foam-01", notes).sentence
     missing = tmp_path / "none.mp4"
     assert "There is no file" in forcelab("attach", project, "foam-01", missing).sentence
+    assert (
+        "is a folder; name the video" in forcelab("attach", project, "foam-01", tmp_path).sentence
+    )
+    table = tmp_path / "a.csv"
+    table.write_text("t,fx\n0,1\n1,2\n")
+    sentence = forcelab("attach", project, "foam-01", table).sentence
+    assert "a.csv' is no video, but is read as a recording (tables as text" in sentence
+    assert "import it as a demonstration" in sentence
     assert "offset" in forcelab("attach", project, "foam-01", film, "--offset", "nan").sentence
     with Project.open(project) as opened:
         assert opened.demonstrations.load("foam-01").video is None

@@ -39,3 +39,11 @@ def test_the_same_for_people_and_what_is_no_dump(forcelab, tmp_path):
         "import", tmp_path / "p.forcelab", dump, "--calibration", tmp_path / "x.toml"
     )
     assert "x.toml" in missing.sentence
+
+
+def test_a_second_column_of_labels_is_refused_with_the_cure(forcelab, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("t,fx,one,two\n" + "".join(f"{i / 10},1,a,b\n" for i in range(9)))
+    result = forcelab("import", tmp_path / "p", path, "--label", "one", "--label", "two")
+    assert "--label was given 2 times and names one column" in result.wrong_word
+    assert "call each column 'labels of NAME' in the header" in result.wrong_word

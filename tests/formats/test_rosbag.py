@@ -302,6 +302,16 @@ def test_stamps_that_repeat_or_run_backwards_are_repaired_or_refused(tmp_path):
         read_single(write_bag(tmp_path / "b.bag", {"/ft": (WRENCH, twice)}))
 
 
+def test_messages_that_overtook_each_other_are_in_the_order_of_their_headers(tmp_path):
+    late = np.random.default_rng(1).uniform(0, 0.03, 50)
+    messages = [(t + more, message) for (t, message), more in zip(wrenches(50), late, strict=True)]
+    messages.sort(key=lambda item: item[0])
+    path = write_bag(tmp_path / "a.bag", {"/ft": (WRENCH, messages)})
+    recording = read_single(path, strict=True)
+    np.testing.assert_array_equal(recording.demonstration.signals[:, 0], np.arange(50.0))
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(50) / 100, atol=1e-9)
+
+
 def test_what_is_no_force_is_left_out_with_a_remark(tmp_path):
     topics = {
         "/joy": ("sensor_msgs/msg/Joy", [(0.1, {"axes": [1.0]})]),

@@ -323,6 +323,29 @@ class TestTime:
         assert "time, fx, fy" in refusal(table(SMALL), time="clock")
         assert "no column '9' of labels" in refusal(table(SMALL), label="9")
 
+    @pytest.mark.parametrize(
+        ("seconds", "nanoseconds"),
+        [("stamp.sec", "stamp.nanosec"), ("/ft/header/stamp/secs", "/ft/header/stamp/nsecs")],
+    )
+    def test_seconds_and_nanoseconds_are_one_time(self, table, seconds, nanoseconds):
+        ticks = 1_764_000_000_900_000_000 + np.arange(300) * 2_000_000
+        rows = "".join(f"{t // 10**9},{t % 10**9},{t % 7}\n" for t in ticks.tolist())
+        path = table(f"{seconds},{nanoseconds},fx\n" + rows)
+        recording = load(path)
+        np.testing.assert_allclose(
+            recording.demonstration.times, np.arange(300) * 0.002, rtol=0, atol=1e-6
+        )
+        assert channels(recording) == [("fx", "")]
+        assert recording.remarks == ()
+        np.testing.assert_allclose(
+            load(path, time=nanoseconds).demonstration.times, recording.demonstration.times
+        )
+
+    def test_seconds_beside_the_same_in_nanoseconds_are_no_pair(self, table):
+        rows = "".join(f"{i},{i * 10**9},{i % 7}\n" for i in range(30))
+        recording = load(table("t_sec,t_nsec,fx\n" + rows))
+        np.testing.assert_allclose(recording.demonstration.times, np.arange(30))
+
     def test_without_a_header_an_even_step_tells_the_stamps(self, table):
         rng = np.random.default_rng(1)
         rows = "".join(f"{rng.normal():.4f} {3 + i * 0.005:.3f}\n" for i in range(50))
@@ -376,6 +399,15 @@ class TestLabels:
         text = table("time,fx,whatever\n" + self.ROWS)
         assert load(text, label="whatever").remarks == ()
 
+    def test_labels_where_an_action_begins_only_are_told_to_be_brief(self, table):
+        words = ["grab", "", "", "hold", "", ""]
+        rows = "".join(f"{i / 10},{i},{word}\n" for i, word in enumerate(words))
+        recording = load(table("time,fx,label\n" + rows))
+        assert [s.end - s.start for s in recording.tracks[0].segments] == pytest.approx([0.1] * 2)
+        assert "'label' is empty below each label" in recording.remarks[0]
+        assert "Fill down" in recording.remarks[0]
+        assert load(table("time,fx,label\n" + self.ROWS)).remarks == ()
+
     def test_words_that_change_in_each_row_are_no_labels(self, table):
         rows = "".join(f"{i / 10},{i % 4},{'xyz'[i % 3]}\n" for i in range(30))
         recording = load(table("time,value,axis\n" + rows))
@@ -405,7 +437,12 @@ class TestLabels:
         )
         recording = load(table(text))
         assert recording.tracks == ()
-        assert recording.remarks == ("Columns one, two were left out: words, not numbers.",)
+        assert recording.remarks[0] == "Columns one, two were left out: words, not numbers."
+        assert "several may be (one, two): name the one that is (--label)" in recording.remarks[1]
+        assert "call each column 'labels of NAME' in the header" in recording.remarks[1]
+        recording = load(table(text.replace("one,two", "labels of Ann,labels of Ben")))
+        assert [track.author for track in recording.tracks] == ["Ann", "Ben"]
+        assert recording.remarks == ()
         assert load(table(text), label="two").tracks[0].actions == ("c", "d")
 
     def test_a_column_with_a_thousand_words_names_no_actions(self, table):

@@ -18,6 +18,7 @@ from pathlib import Path
 from forcelab.cli.options import add_demonstration, add_json, add_project, name_of
 from forcelab.cli.output import print_result, printable
 from forcelab.clock import ClockMap
+from forcelab.formats import naming_recording
 from forcelab.project import Project
 from forcelab.project.media import video_title
 from forcelab.video.validate import check_video
@@ -45,7 +46,8 @@ def run(arguments: argparse.Namespace) -> None:
     clock = ClockMap(arguments.offset)
     with Project.open(arguments.project) as project:
         demonstration = project.demonstrations.load(arguments.demonstration)
-        damage = check_video(arguments.video, demonstration.duration)
+        with naming_recording(arguments.video):
+            damage = check_video(arguments.video, demonstration.duration)
         project.media.attach_video(demonstration.id, arguments.video, clock, arguments.name)
         videos = project.demonstrations.info(demonstration.id).videos
     replaced = len(videos) == len(demonstration.videos)

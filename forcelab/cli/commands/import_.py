@@ -54,6 +54,7 @@ from forcelab.cli.project_hints import hint_at_new_names
 from forcelab.formats import format_names
 from forcelab.formats.importing import ImportReport, importing
 from forcelab.formats.recording import ReadOptions, parse_episodes
+from forcelab.formats.table_columns import SEVERAL_AUTHORS
 from forcelab.jobs import finish
 from forcelab.text import counted
 
@@ -90,7 +91,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="episodes to read of a LeRobot dataset (all)",
     )
     add_column_options(parser)
-    parser.add_argument("--label", metavar="COL", help="name or number of the column of labels")
+    parser.add_argument(
+        "--label", metavar="COL", action="append", help="name or number of the column of labels"
+    )
     parser.add_argument(
         "--videos",
         action="store_true",
@@ -112,12 +115,17 @@ def run(arguments: argparse.Namespace) -> int:
             "Recordings are read from files, not from standard input ('-'); save it as a file and "
             "name that, such as recordings/*.csv."
         )
+    labels = arguments.label or [None]
+    if len(labels) > 1:
+        raise UsageError(
+            f"--label was given {len(labels)} times and names one column; {SEVERAL_AUTHORS}."
+        )
     options = ReadOptions(
         task=arguments.task,
         author=arguments.author,
         rate=arguments.rate,
         time=arguments.time,
-        label=arguments.label,
+        label=labels[0],
         counter=arguments.counter,
         leave_out=tuple(arguments.leave_out),
         signals=tuple(arguments.signal),
