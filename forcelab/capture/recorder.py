@@ -40,9 +40,13 @@ class RecorderState:
     @property
     def obstacle(self) -> str:
         """Why no recording can begin, in a sentence; empty where one can."""
-        if any(device.plugged for device in self.devices):
-            return ""
-        return "No device is plugged in, so nothing can be recorded; plug one in again."
+        if not any(device.plugged for device in self.devices):
+            return "No device is plugged in, so nothing can be recorded; plug one in again."
+        if not any(device.channels for device in self.devices):
+            names = " and ".join(device.name for device in self.devices)
+            give = "gives" if len(self.devices) == 1 else "give"
+            return f"{names} {give} texts only; add a stream of numbers."
+        return ""
 
 
 class Recorder(Closable):

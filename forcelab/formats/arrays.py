@@ -162,7 +162,7 @@ def preview_tree(tree: Tree, options: ReadOptions) -> tuple[ColumnUse, ...]:
     except InputError:
         if any((options.signals, options.leave_out, *_single_roles(options))):
             raise
-        return tuple(use for array in arrays for use in _unread(array))
+        return _propose(use for array in arrays for use in _unread(array))
     return tuple(chosen.uses())
 
 
@@ -552,6 +552,21 @@ def _unread(array: Array) -> Iterator[ColumnUse]:
     if array.length > 1:
         choices = choices if array.is_usable else ("left out",)
         yield ColumnUse(array.path, array.unit, "left out", cells, choices, array.size_text)
+
+
+def _propose(uses: Iterator[ColumnUse]) -> tuple[ColumnUse, ...]:
+    """Times and labels by their names, where only one array is called so."""
+    proposed = tuple(uses)
+    called: dict[Use, Callable[[str], object]] = {"times": is_time_name, "labels": is_label_name}
+    for use, is_called in called.items():
+        found = [
+            column.name
+            for column in proposed
+            if use in column.choices and is_called(re.split(r"[/.]", column.name)[-1])
+        ]
+        if len(found) == 1:
+            proposed = tuple(replace(c, use=use) if c.name in found else c for c in proposed)
+    return proposed
 
 
 def _few(values: NDArray[Any]) -> tuple[str, ...]:

@@ -224,8 +224,16 @@ class ImportColumns(QWidget):
 
     @property
     def uses(self) -> tuple[ColumnUse, ...]:
-        """What each column is read as."""
-        return self._look.uses
+        """What each column is read as; while the file cannot be read so, what was chosen."""
+        uses, wishes = self._look.uses, self._wishes
+        if not self._look.trouble or not wishes:
+            return uses
+        # There is one of each of these: what was found gives way to what was chosen.
+        taken = set(wishes.values()) & {"times", "counter", "labels"}
+        found: dict[str, Use] = {
+            column.name: "left out" if column.use in taken else column.use for column in uses
+        }
+        return tuple(replace(c, use=wishes.get(c.name, found[c.name])) for c in uses)
 
     @property
     def looking(self) -> bool:

@@ -246,6 +246,21 @@ def test_the_command_lists_and_records_streams(project, capsys):
     assert "'hold 01': 0." in capsys.readouterr().out
 
 
+def test_texts_alone_are_refused_before_anything_is_recorded(project, capsys):
+    outlet = pylsl.StreamOutlet(pylsl.StreamInfo("cues", "Markers", 1, 0.0, pylsl.cf_string, ""))
+    command = ["capture", str(project), "--task", "hold", "--device"]
+    assert main([*command, "lsl:cues"]) == 1
+    said = capsys.readouterr().err
+    assert "lsl:cues gives texts only; add a stream of numbers." in said
+    assert "Recording" not in said
+    del outlet
+
+
+def test_a_wrong_device_is_told_before_a_missing_task(project, capsys):
+    assert main(["capture", str(project), "--device", "foo:x"]) != 0
+    assert "'foo:x' is no device" in capsys.readouterr().err
+
+
 def test_the_command_counts_what_a_stream_left_out(project, capsys):
     left_out = {k for k in range(10_000) if k % 100 >= 70}
     with sending("gappy", leave_out=left_out):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.io
 from factories import foam_demonstration, numbered_frame
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -440,9 +441,25 @@ def test_a_file_whose_signals_are_not_plain_names_no_option_either(open_on, tmp_
     pose = np.zeros((50, 3))
     np.savez(path, pose=pose, speed=pose, beat=np.arange(50) / 10)
     dialog = open_on(path)
-    dialog.columns.wish("beat", "times")
+    pick(dialog, "beat", "times")
+    assert read_as(dialog)["beat"] == "times"
+    assert named(dialog, QComboBox, "beat is read as").currentText() == "times"
     heading = dialog.columns.heading.text()
     assert "(Read as: signal), and the times (Read as: times) or their rate (Sample" in heading
+
+
+def test_times_and_labels_are_proposed_by_name_until_others_are_chosen(open_on, tmp_path):
+    beat, pose = np.arange(50) / 10, np.arange(150.0).reshape(50, 3)
+    record = {"t": beat, "F": pose, "M": pose, "label": beat // 1, "beat": beat}
+    scipy.io.savemat(tmp_path / "a.mat", {"rec": record}, oned_as="column")
+    dialog = open_on(tmp_path / "a.mat")
+    assert list(read_as(dialog).values()) == ["times", "left out", "left out", "labels", "left out"]
+    assert dialog.columns.heading.text().startswith("It is not plain which are the signals in a")
+    dialog.columns.wish("rec.beat", "times")
+    assert list(read_as(dialog).values()) == ["left out", "left out", "left out", "labels", "times"]
+    dialog.columns.wish("rec.F", "signal")
+    assert list(read_as(dialog).values()) == ["left out", "signal", "left out", "labels", "times"]
+    assert dialog.columns.heading.text().startswith("Columns of a.mat, and what each is read as")
 
 
 def test_the_columns_of_a_file_that_is_clicked_are_shown(german, tmp_path):
@@ -569,7 +586,7 @@ def test_a_rate_is_remembered_with_the_arrays_that_need_it(document, open_on, tm
 def test_choices_that_were_written_by_something_else_are_not_used(open_on, tmp_path):
     settings.store("import/choices", ["[", "3", '["x", {"a": "run"}, 1]', '["y", {}, "nan"]'])
     dialog = open_on(write_fold(tmp_path / "a.npz"))
-    assert set(read_as(dialog).values()) == {"left out"}
+    assert set(read_as(dialog).values()) == {"labels", "left out"}  # as found
 
 
 def test_channels_and_markers_of_streams_are_chosen(document, open_on, tmp_path, until):

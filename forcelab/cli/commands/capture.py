@@ -39,7 +39,7 @@ from typing import Any, TextIO, TypeVar
 
 from forcelab.capture.camera import open_cameras
 from forcelab.capture.device import Device
-from forcelab.capture.device_names import name_stream, parse_devices
+from forcelab.capture.device_names import AnyDevice, name_stream, parse_devices
 from forcelab.capture.discovery import find_cameras, find_ports
 from forcelab.capture.lsl import find_streams
 from forcelab.capture.optoforce import sends_raw_counts, uncalibrated_warning
@@ -278,18 +278,19 @@ def run(arguments: argparse.Namespace) -> int:
         raise UsageError("Name the project to record into, or give --list.")
     if arguments.recover:
         return _recover(arguments.project, arguments.json)
-    _check(arguments)
+    devices = _check(arguments)
     with hint_at_new_names(arguments.project):
-        return _record(arguments)
+        return _record(arguments, devices)
 
 
-def _check(arguments: argparse.Namespace) -> None:
-    """Refuse what cannot be recorded."""
+def _check(arguments: argparse.Namespace) -> list[AnyDevice]:
+    """Refuse what cannot be recorded; gives the devices."""
     if not arguments.device:
         raise UsageError(
             "Name what to record, such as --device optoforce:/dev/ttyACM0; --list shows what is "
             "plugged in."
         )
+    devices = parse_devices(arguments.device)
     if not arguments.task:
         raise UsageError("Say of which task the recording is (--task).")
     if arguments.seconds is not None and not 0 < arguments.seconds < math.inf:
@@ -298,12 +299,12 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError("--latency is that of a recogniser; name one with --recogniser FILE.")
     if arguments.lsl_out is not None and arguments.recogniser is None:
         raise UsageError("--lsl-out sends what a recogniser says; name one with --recogniser FILE.")
+    return devices
 
 
-def _record(arguments: argparse.Namespace) -> int:
+def _record(arguments: argparse.Namespace, devices: Sequence[AnyDevice]) -> int:
     """Record into a project, and recognise meanwhile where that is asked for; 1 if that failed."""
     recogniser = None if arguments.recogniser is None else load_recogniser(arguments.recogniser)
-    devices = parse_devices(arguments.device)
     live = recognition = None
     recorder = Recorder(arguments.project, devices, open_cameras(arguments.camera))
     with _naming_journal(recorder), recorder:

@@ -237,9 +237,9 @@ class VideoPanel(PictureView):
         name = [reference.name] if reference is not None and self._selection.beside else []
         if times is None or reference is None or self._shown < 0:
             return " · ".join([*name, *filter(None, [self._progress])])
-        parts = [*name, f"frame {self._shown + 1} of {len(times)}"]
+        # The time first: a narrow panel cuts the end.
         time = signed(f"{float(reference.clock.to_force(times[self._shown])):.3f}")
-        parts.append(f"{time} s")
+        parts = [*name, f"{time} s", f"frame {self._shown + 1} of {len(times)}"]
         if self._period:
             over = self._video_time > times[-1] + ENDED_PERIODS * self._period
             rate = f"{1 / self._period:.4g}/s"
