@@ -464,7 +464,7 @@ def _time_samples(
         host, precision = spread_deliveries(host, breaks)
     before = device.holds and len(host) > 0 and bool(host[0] <= begun)
     missing = np.zeros(0, dtype=np.int64)
-    if device.stamped and fitted is None and device.rate > 0:
+    if device.stamped and device.rate > 0:
         # What was missed while it was away is said by how long that was.
         parts = np.split(host, breaks)
         missing = np.concatenate([missing_by_stamps(part, device.rate) for part in parts])
