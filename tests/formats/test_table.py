@@ -340,6 +340,8 @@ class TestTime:
         np.testing.assert_allclose(
             load(path, time=nanoseconds).demonstration.times, recording.demonstration.times
         )
+        path = table(f"{seconds},{nanoseconds},fx\n" + rows.replace("1764", "e764", 1))
+        assert "'e764000000' in column" in refusal(path)
 
     def test_seconds_beside_the_same_in_nanoseconds_are_no_pair(self, table):
         rows = "".join(f"{i},{i * 10**9},{i % 7}\n" for i in range(30))
