@@ -128,7 +128,14 @@ def make_recording(
 ) -> Recording:
     """A demonstration of the rows of a table, with its labels and those beside its file."""
     if body.times is not None and roles.nanoseconds is not None:
-        ticks = body.values[roles.nanoseconds] * (body.times.per_second / 1e9)
+        nanoseconds = body.values[roles.nanoseconds]
+        if (nanoseconds >= 1e9).any():
+            rest = layout.columns[roles.nanoseconds].name
+            raise InputError(
+                f"{layout.path}: '{rest}' goes beyond a second, so that it adds nothing to the "
+                f"column of seconds; leave one of the two out (--leave-out)."
+            )
+        ticks = nanoseconds * (body.times.per_second / 1e9)
         times = replace(body.times, values=body.times.values + ticks)
         body = replace(body, times=times)
     table = _Table(layout, roles, body)

@@ -350,12 +350,9 @@ def _find_pairs(layout: Layout) -> dict[int, int]:
         match = _SECONDS_NAME.fullmatch(column.name)
         if match is None or not column.named or layout.kinds[index] is not CellType.NUMBER:
             continue
-        cells = [
-            c
-            for c in layout.cells(index)
-            if cell_type(c, layout.dialect.decimal) is not CellType.MISSING
-        ]
-        values = numbers(cells, layout.dialect.decimal)
+        decimal = layout.dialect.decimal
+        cells = [c for c in layout.cells(index) if cell_type(c, decimal) is CellType.NUMBER]
+        values = numbers(cells, decimal)
         part = match["nano"][:1].lower()
         if (values == np.floor(values)).all() and (not part or (values < 1e9).all()):
             found[part].setdefault(match["stem"].lower(), index)

@@ -340,11 +340,18 @@ class TestTime:
         np.testing.assert_allclose(
             load(path, time=nanoseconds).demonstration.times, recording.demonstration.times
         )
+        path = table(f"{seconds},{nanoseconds},fx\n" + rows.replace("1764", "e764", 1))
+        assert "'e764000000' in column" in refusal(path)
 
     def test_seconds_beside_the_same_in_nanoseconds_are_no_pair(self, table):
         rows = "".join(f"{i},{i * 10**9},{i % 7}\n" for i in range(30))
         recording = load(table("t_sec,t_nsec,fx\n" + rows))
         np.testing.assert_allclose(recording.demonstration.times, np.arange(30))
+        rows = "".join(f"{i // 500},{i * 2_000_000},{i % 7}\n" for i in range(999))
+        path = table("t_sec,t_nsec,fx\n" + rows)
+        assert "'t_nsec' goes beyond a second" in refusal(path)
+        recording = load(path, leave_out=("t_sec",))
+        np.testing.assert_allclose(recording.demonstration.times, np.arange(999) / 500)
 
     def test_without_a_header_an_even_step_tells_the_stamps(self, table):
         rng = np.random.default_rng(1)
