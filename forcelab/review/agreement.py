@@ -186,11 +186,12 @@ def cohen_kappa(seconds: NDArray[np.float64]) -> float | None:
 
 def _kappas(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
     """Cohen's kappa of each of some tables (m, K, K), nan where there is none."""
+    total = seconds.sum(axis=(1, 2))
     with np.errstate(invalid="ignore", divide="ignore"):
-        shares = seconds / seconds.sum(axis=(1, 2), keepdims=True)
+        shares = seconds / total[:, None, None]
         expected = (shares.sum(axis=2) * shares.sum(axis=1)).sum(axis=1)
         kappas = (np.trace(shares, axis1=1, axis2=2) - expected) / (1 - expected)
-    return np.where(1 - expected >= 1e-12, kappas, np.nan)
+    return np.where((total > 0) & (1 - expected >= 1e-12), kappas, np.nan)
 
 
 def fleiss_kappa(ratings: NDArray[np.int64], weights: NDArray[np.float64]) -> float | None:

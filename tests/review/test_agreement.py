@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from factories import make_track, synthetic_set
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from forcelab.jobs import finish
@@ -198,6 +198,7 @@ def test_figures_are_symmetric_and_follow_no_shift_and_no_name(a, b, shift):
 
 
 @settings(max_examples=40, deadline=None)
+@example(())
 @given(tracks())
 def test_who_is_equal_agrees_fully(a):
     pair = agree([coded(a, a)], "Ann", "Ben")
