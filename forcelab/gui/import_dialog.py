@@ -84,13 +84,13 @@ CELL_PADDING = 3
 MOST_SHOWN = 1000
 
 
-#: The key of the job that looks at a file, and the milliseconds after which that is said.
-LOOKING = "import columns"
-_LOOKING_MS = 300
+#: The key of the job that previews a file, and the milliseconds after which that is said.
+PREVIEW_JOB = "import columns"
+_PREVIEW_MS = 300
 
 
 @dataclass(frozen=True, slots=True)
-class _Look:
+class _ColumnPreview:
     """What a file's columns are read as, without choices and with them; or why they are not."""
 
     path: Path | None = None
@@ -100,27 +100,27 @@ class _Look:
     rate: float | None = None  #: samples a second that a table's head tells
 
 
-def _looking(
-    path: Path, chosen: ReadOptions | None, known: _Look | None
-) -> Generator[None, None, _Look]:
-    """Look at a file's columns as the importer does; of some formats that takes its time.
+def _previewing(
+    path: Path, chosen: ReadOptions | None, known: _ColumnPreview | None
+) -> Generator[None, None, _ColumnPreview]:
+    """Preview a file's columns as the importer reads them; of some formats that takes its time.
 
     What is found without choices need not be looked for again where it is `known`.
     """
     yield
-    look = known
+    result = known
     try:
-        if look is None:
+        if result is None:
             rate = rate_in(path) if identify(path).name == "table" else None
             found = preview(path, ReadOptions())
-            look = _Look(path, found, found, rate=rate)
-        if chosen is None or not look.untouched:
-            return replace(look, uses=look.untouched, trouble="")
+            result = _ColumnPreview(path, found, found, rate=rate)
+        if chosen is None or not result.untouched:
+            return replace(result, uses=result.untouched, trouble="")
         yield
-        return replace(look, uses=preview(path, chosen), trouble="")
+        return replace(result, uses=preview(path, chosen), trouble="")
     except (InputError, OSError) as error:
-        look = look or _Look(path)
-        return replace(look, uses=look.untouched, trouble=str(error))
+        result = result or _ColumnPreview(path)
+        return replace(result, uses=result.untouched, trouble=str(error))
 
 
 class ImportColumns(QWidget):
@@ -134,18 +134,18 @@ class ImportColumns(QWidget):
     #: The samples a second that were given for a file of the same build.
     rate_proposed = Signal(float)
     #: The columns are shown as they are read now.
-    looked = Signal()
+    previewed = Signal()
 
     def __init__(self, jobs: Jobs) -> None:
         super().__init__()
         self._jobs = jobs
         self._path: Path | None = None
         self._wishes: dict[str, Use] = {}
-        self._look = _Look()
+        self._preview = _ColumnPreview()
         self._rate = 0.0
         self._first = self._proposed = False
-        self._waiting = QTimer(self, singleShot=True, interval=_LOOKING_MS)
-        self._waiting.timeout.connect(self._say_looking)
+        self._waiting = QTimer(self, singleShot=True, interval=_PREVIEW_MS)
+        self._waiting.timeout.connect(self._announce_preview)
         self.heading = QLabel()
         self.heading.setWordWrap(True)
         self.table = QTableWidget(0, 4)
@@ -205,7 +205,7 @@ class ImportColumns(QWidget):
 
     def wish(self, name: str, use: Use) -> None:
         """Read a column as something else."""
-        uses = {column.name: column.use for column in self._look.untouched}
+        uses = {column.name: column.use for column in self._preview.untouched}
         if use in ("times", "counter", "labels"):  # there is one of each
             self._wishes = {n: u for n, u in self._wishes.items() if u != use}
         if use in ("times", "counter"):  # one stands in for the other
@@ -225,8 +225,8 @@ class ImportColumns(QWidget):
     @property
     def uses(self) -> tuple[ColumnUse, ...]:
         """What each column is read as; while the file cannot be read so, what was chosen."""
-        uses, wishes = self._look.uses, self._wishes
-        if not self._look.trouble or not wishes:
+        uses, wishes = self._preview.uses, self._wishes
+        if not self._preview.trouble or not wishes:
             return uses
         # There is one of each of these: what was found gives way to what was chosen.
         taken = set(wishes.values()) & {"times", "counter", "labels"}
@@ -236,30 +236,31 @@ class ImportColumns(QWidget):
         return tuple(replace(c, use=wishes.get(c.name, found[c.name])) for c in uses)
 
     @property
-    def looking(self) -> bool:
+    def previewing(self) -> bool:
         """Whether a file is being looked at."""
-        return self._jobs.awaits(LOOKING)
+        return self._jobs.awaits(PREVIEW_JOB)
 
     def _fill(self) -> None:
         """Show the columns as they are read now, once the file has been looked at."""
         if self._path is None:
-            self._jobs.cancel(LOOKING)
-            self._show(_Look())
+            self._jobs.cancel(PREVIEW_JOB)
+            self._show(_ColumnPreview())
             return
         chosen = self.options(ReadOptions()) if self._wishes else None
-        known = self._look if self._look.path == self._path and self._look.untouched else None
+        same = self._preview.path == self._path and self._preview.untouched
+        known = self._preview if same else None
         self._waiting.start()
-        self._jobs.run(_looking(self._path, chosen, known), self._show, key=LOOKING)
+        self._jobs.run(_previewing(self._path, chosen, known), self._show, key=PREVIEW_JOB)
 
-    def _say_looking(self) -> None:
-        if self.looking and self._path is not None:
+    def _announce_preview(self) -> None:
+        if self.previewing and self._path is not None:
             self.heading.setText(f"Looking at {self._path.name}…")
             self.heading.setStyleSheet("")
             self.setVisible(True)
 
-    def _show(self, look: _Look) -> None:
+    def _show(self, shown: _ColumnPreview) -> None:
         self._waiting.stop()
-        self._look = look
+        self._preview = shown
         if self._first and (choice := _remembered(self._build)) is not None:
             self._first, self._proposed = False, True
             self._wishes, rate = choice
@@ -267,10 +268,10 @@ class ImportColumns(QWidget):
             self.rate_proposed.emit(rate)
             return
         self._first = False
-        self.setVisible(bool(look.uses))
+        self.setVisible(bool(shown.uses))
         self._fill_table()
         self._show_status()
-        self.looked.emit()
+        self.previewed.emit()
 
     def _fill_table(self) -> None:
         """Make a row for each column, and one above those of a group of arrays."""
@@ -310,7 +311,9 @@ class ImportColumns(QWidget):
     @property
     def _build(self) -> str:
         """What files have in common whose columns have the same names and numbers of axes."""
-        columns = sorted((column.name, column.size.count("×")) for column in self._look.untouched)
+        columns = sorted(
+            (column.name, column.size.count("×")) for column in self._preview.untouched
+        )
         return hashlib.sha256(json.dumps(columns).encode()).hexdigest()[:16] if columns else ""
 
     def choice(self) -> str:
@@ -320,7 +323,7 @@ class ImportColumns(QWidget):
 
     def _show_status(self) -> None:
         """Say which file is shown, and what is missing."""
-        trouble = name_fields(self._look.trouble, _FIELDS)
+        trouble = name_fields(self._preview.trouble, _FIELDS)
         self.heading.setText(trouble or self._file_sentence())
         wrong = trouble or not self._timed or not self._has_signals
         self.heading.setStyleSheet(f"color: {colours().warning}" if wrong else "")
@@ -334,7 +337,7 @@ class ImportColumns(QWidget):
     @property
     def _timed(self) -> bool:
         """Whether the times of the samples are known."""
-        rate = self._rate or self._look.rate
+        rate = self._rate or self._preview.rate
         return bool(rate) or any(column.use == "times" for column in self.uses)
 
     def _file_sentence(self) -> str:
@@ -360,9 +363,9 @@ class ImportColumns(QWidget):
 
     def _stuck(self) -> str:
         """The time column that the importer leaves out as it never changes; "" without one."""
-        if any(column.use == "times" for column in self._look.untouched):
+        if any(column.use == "times" for column in self._preview.untouched):
             return ""
-        for column in self._look.untouched:
+        for column in self._preview.untouched:
             if column.use == "left out" and is_time_name(column.name) and any(column.cells):
                 return column.name
         return ""
@@ -372,7 +375,7 @@ class ImportColumns(QWidget):
         box = QComboBox()
         ignore_wheel(box)  # it scrolls the table
         box.setAccessibleName(f"{column.name} is read as")
-        found = [other.use for other in self._look.untouched if other.name == column.name]
+        found = [other.use for other in self._preview.untouched if other.name == column.name]
         for use in dict.fromkeys((*found, column.use, *column.choices)):
             box.addItem(_role_name(use), use)
         box.setCurrentIndex(box.findData(column.use))
@@ -483,7 +486,7 @@ class ImportDialog(QDialog):
         self._make_removable()
         self.setAcceptDrops(True)
         self.columns = ImportColumns(jobs)
-        self.columns.looked.connect(self._import_when_looked)
+        self.columns.previewed.connect(self._import_when_previewed)
         self._waits = False
         self._files.currentTextChanged.connect(self._look_at)
         self._bar = ProgressBar("Progress of the import")
@@ -648,7 +651,7 @@ class ImportDialog(QDialog):
 
     def reject(self) -> None:
         """Cancel a running import, and close."""
-        self._jobs.cancel(LOOKING)
+        self._jobs.cancel(PREVIEW_JOB)
         self._jobs.cancel("import")
         super().reject()
 
@@ -712,13 +715,13 @@ class ImportDialog(QDialog):
         self._warn()
         self.columns.show_first([Path(name) for name in files])
 
-    def _import_when_looked(self) -> None:
+    def _import_when_previewed(self) -> None:
         if self._waits:
             self._import()
 
     def _import(self) -> None:
         """Import in the background, once it is known what the columns are read as."""
-        self._waits = self.columns.looking
+        self._waits = self.columns.previewing
         if self._waits:
             return
         path, project = self._project_path(), self._document.project

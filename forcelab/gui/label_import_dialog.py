@@ -159,7 +159,7 @@ class LabelImportDialog(QDialog):
             self.offset.valueChanged,
             self.replacing.toggled,
         ):
-            changed.connect(self._look)
+            changed.connect(self._preview)
         form = QFormLayout()
         form.addRow("Demonstration", self.demonstration)
         form.addRow("Coder for unsigned labels", self.author)
@@ -180,7 +180,7 @@ class LabelImportDialog(QDialog):
     def add_files(self, files: Sequence[Path]) -> None:
         self._files = list(dict.fromkeys([*self._files, *files]))
         if files:
-            self._look()
+            self._preview()
             self.go.setFocus()
 
     def reject(self) -> None:
@@ -193,7 +193,7 @@ class LabelImportDialog(QDialog):
         rows = {index.row() for index in self.table.selectionModel().selectedRows()}
         names = {path for row, path in enumerate(self._row_files()) if row in rows}
         self._files = [path for path in self._files if path not in names]
-        self._look()
+        self._preview()
 
     def _row_files(self) -> list[Path]:
         """The file of each row."""
@@ -203,7 +203,7 @@ class LabelImportDialog(QDialog):
         project = self._document.project
         return project.coding.coders() if project else ()
 
-    def _look(self) -> None:
+    def _preview(self) -> None:
         """Read the files anew, to show what they are labels of; not while they are imported."""
         if not self._bar.isHidden():
             return
@@ -239,10 +239,10 @@ class LabelImportDialog(QDialog):
             viewer=self._document.author,
             writing=writing,
         )
-        done = partial(self._imported, tuple(self._files)) if writing else self._looked
+        done = partial(self._imported, tuple(self._files)) if writing else self._show_preview
         self._jobs.run(job, done, self._failed, self._bar.show_progress, key="label import")
 
-    def _looked(self, report: LabelReport) -> None:
+    def _show_preview(self, report: LabelReport) -> None:
         self._show(report, _PLANNED)
 
     def _imported(self, files: Sequence[Path], report: LabelReport) -> None:
@@ -252,7 +252,7 @@ class LabelImportDialog(QDialog):
         self._files = [path for path in self._files if path not in files or path in left_out]
         self._show(report, _DONE)
         if not set(files).issuperset(self._files):
-            self._look()
+            self._preview()
 
     def _failed(self, error: Exception) -> None:
         self._show(self._report, _PLANNED)

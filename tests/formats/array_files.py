@@ -3,6 +3,11 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
+
+from forcelab.errors import InputError
+from forcelab.formats import read
+from forcelab.formats.recording import ReadOptions
 
 #: Samples of the recording that each file holds, at 500 Hz.
 SAMPLES = 200
@@ -145,3 +150,28 @@ def whole_matlab(folder: Path):
     write_mat(folder / "d.mat", trials=trials, names=np.array(["grab", "hold"], object))
     write_mat73(folder / "e.mat")
     return sorted(folder.iterdir())
+
+
+def load(path, **options):
+    """The one recording in a file."""
+    (recording,) = read(path, ReadOptions(**options))
+    return recording
+
+
+def refusal(path, error=InputError, **options):
+    """The sentence for which a file is refused: one line that names it."""
+    with pytest.raises(error) as caught:
+        read(path, ReadOptions(**options))
+    sentence = str(caught.value)
+    assert path.name in sentence
+    assert sentence.endswith(".")
+    assert "\n" not in sentence
+    return sentence
+
+
+def names(recording):
+    return [channel.name for channel in recording.demonstration.channels]
+
+
+def actions(recording):
+    return [segment.action for track in recording.tracks for segment in track.segments]

@@ -10,26 +10,17 @@ from forcelab.errors import InputError, UnclearRateError
 from forcelab.formats import identify, preview, read
 from forcelab.formats.recording import ReadOptions
 from forcelab.project import Project
-from tests.formats.array_files import CODES, FORCES, SAMPLES, TIMES, WORDS, write_npz
-
-
-def load(path, **options):
-    (recording,) = read(path, ReadOptions(**options))
-    return recording
-
-
-def refusal(path, error=InputError, **options):
-    with pytest.raises(error) as caught:
-        read(path, ReadOptions(**options))
-    sentence = str(caught.value)
-    assert path.name in sentence
-    assert sentence.endswith(".")
-    assert "\n" not in sentence
-    return sentence
-
-
-def names(recording):
-    return [channel.name for channel in recording.demonstration.channels]
+from tests.formats.array_files import (
+    CODES,
+    FORCES,
+    SAMPLES,
+    TIMES,
+    WORDS,
+    load,
+    names,
+    refusal,
+    write_npz,
+)
 
 
 def labels(recording):

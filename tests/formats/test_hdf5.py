@@ -10,7 +10,18 @@ from forcelab.cli import main
 from forcelab.errors import InputError, UnclearRateError
 from forcelab.formats import arrays, hdf5, preview, read
 from forcelab.formats.recording import ReadOptions
-from tests.formats.array_files import CODES, FORCES, SAMPLES, TIMES, WORDS, whole_hdf5
+from tests.formats.array_files import (
+    CODES,
+    FORCES,
+    SAMPLES,
+    TIMES,
+    WORDS,
+    actions,
+    load,
+    names,
+    refusal,
+    whole_hdf5,
+)
 
 h5py = pytest.importorskip("h5py")
 
@@ -24,28 +35,6 @@ def inside(monkeypatch):
 @pytest.fixture
 def path(tmp_path, inside):
     return tmp_path / "pull.h5"
-
-
-def load(path, **options):
-    (recording,) = read(path, ReadOptions(**options))
-    return recording
-
-
-def refusal(path, error=InputError, **options):
-    with pytest.raises(error) as caught:
-        read(path, ReadOptions(**options))
-    sentence = str(caught.value)
-    assert path.name in sentence
-    assert sentence.endswith(".")
-    return sentence
-
-
-def names(recording):
-    return [channel.name for channel in recording.demonstration.channels]
-
-
-def actions(recording):
-    return [segment.action for track in recording.tracks for segment in track.segments]
 
 
 @pytest.mark.parametrize("kind", ["<f2", ">f4", "<f8", ">i2", "u1"])

@@ -17,6 +17,10 @@ from tests.formats.array_files import (
     TIMES,
     WORDS,
     Mat73,
+    actions,
+    load,
+    names,
+    refusal,
     whole_matlab,
     write_mat,
     write_mat73,
@@ -32,28 +36,6 @@ def inside(monkeypatch):
 @pytest.fixture
 def path(tmp_path, inside):
     return tmp_path / "pull.mat"
-
-
-def load(path, **options):
-    (recording,) = read(path, ReadOptions(**options))
-    return recording
-
-
-def refusal(path, **options):
-    with pytest.raises(InputError) as caught:
-        read(path, ReadOptions(**options))
-    sentence = str(caught.value)
-    assert path.name in sentence
-    assert sentence.endswith(".")
-    return sentence
-
-
-def names(recording):
-    return [channel.name for channel in recording.demonstration.channels]
-
-
-def actions(recording):
-    return [segment.action for track in recording.tracks for segment in track.segments]
 
 
 @pytest.mark.parametrize("version", ["4", "5"])

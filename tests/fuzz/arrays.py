@@ -5,12 +5,10 @@ process of their own are read in that of the case here, so that what they do to 
 """
 
 import random
-import shutil
 import sys
 import zipfile
-from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[2]))
@@ -18,8 +16,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import campaign
 import h5py  # noqa: F401 - so that no child has to, as below
 import scipy.io  # noqa: F401
-from campaign import Finding, findings, run
-from ros_bags import change_bytes
+from campaign import run
+from columns import findings_of
 
 import forcelab.formats.importing  # noqa: F401
 from forcelab.formats import arrays, hdf5, matlab
@@ -44,34 +42,8 @@ def change_member(file: Path, chance: random.Random) -> None:
             archive.writestr(name, bytes(data))
 
 
-def cases(count: int, seed: int, whole: list[Path]) -> Iterator[tuple[str, Any]]:
-    """Cases for :func:`campaign.findings`, each with the command line that is run on it."""
-    for number in range(count):
-
-        def write(place: Path, number: int = number) -> list[list[str]]:
-            chance = random.Random(f"{seed} {number}")
-            source = chance.choice(whole)
-            path = Path(shutil.copy(source, place / source.name))
-            change = change_bytes
-            if path.suffix == ".npz" and chance.random() < 0.6:
-                change = change_member
-            change(path, chance)
-            return [["import", str(place / "p.forcelab"), str(path), "--task", "t"]]
-
-        yield f"file {number} of seed {seed}", write
-
-
-def findings_of(kind: str, count: int, seed: int, folder: Path) -> Iterator[Finding]:
-    """Mutate small files of a kind so many times and yield what was found."""
-    whole = folder / "whole"
-    whole.mkdir()
-    found = KINDS[kind](whole)
-    (folder / "cases").mkdir()
-    yield from findings(cases(count, seed, found), folder / "cases")
-
-
 if __name__ == "__main__":
     for module in (hdf5, matlab):
         module.read_apart = arrays.use_tree
     chosen = sys.argv.pop(1)
-    run(__doc__, f"{chosen} files", lambda *arguments: findings_of(chosen, *arguments))
+    run(__doc__, f"{chosen} files", partial(findings_of, KINDS[chosen], change_member))

@@ -8,7 +8,8 @@ import random
 import shutil
 import sys
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,8 @@ import forcelab.formats.table  # noqa: F401
 from tests.formats import column_files
 
 campaign.MEMORY = 2**30
+#: Changes a file by chance.
+Change = Callable[[Path, random.Random], None]
 KINDS = {
     "parquet": column_files.whole_arrow,
     "excel": column_files.whole_workbooks,
@@ -51,33 +54,38 @@ def change_member(file: Path, chance: random.Random) -> None:
             archive.writestr(name, content)
 
 
-def cases(count: int, seed: int, whole: list[Path]) -> Iterator[tuple[str, Any]]:
+def cases(
+    whole: list[Path], change_member: Change, count: int, seed: int
+) -> Iterator[tuple[str, Any]]:
     """Cases for :func:`campaign.findings`, each with the command line that is run on it."""
     for number in range(count):
 
         def write(place: Path, number: int = number) -> list[list[str]]:
             chance = random.Random(f"{seed} {number}")
-            path = place / chance.choice(whole).name
-            shutil.copy(next(file for file in whole if file.name == path.name), path)
-            change = change_bytes
-            if path.suffix == ".xlsx" and chance.random() < 0.8:
-                change = change_member
-            change(path, chance)
+            source = chance.choice(whole)
+            path = Path(shutil.copy(source, place / source.name))
+            in_archive = zipfile.is_zipfile(path) and chance.random() < 0.7
+            (change_member if in_archive else change_bytes)(path, chance)
             return [["import", str(place / "p.forcelab"), str(path), "--task", "t"]]
 
         yield f"file {number} of seed {seed}", write
 
 
-def findings_of(kind: str, count: int, seed: int, folder: Path) -> Iterator[Finding]:
-    """Mutate small files of a kind so many times and yield what was found."""
-    whole = folder / "whole"
-    whole.mkdir()
-    found = KINDS[kind](whole)
+def findings_of(
+    make_whole: Callable[[Path], list[Path]],
+    change_member: Change,
+    count: int,
+    seed: int,
+    folder: Path,
+) -> Iterator[Finding]:
+    """Mutate small files so many times, of archives mostly a member, and yield what was found."""
+    (folder / "whole").mkdir()
+    whole = make_whole(folder / "whole")
     (folder / "cases").mkdir()
-    yield from findings(cases(count, seed, found), folder / "cases")
+    yield from findings(cases(whole, change_member, count, seed), folder / "cases")
 
 
 if __name__ == "__main__":
     chosen = sys.argv.pop(1)
     import_module(f"forcelab.formats.{chosen}")
-    run(__doc__, f"{chosen} files", lambda *arguments: findings_of(chosen, *arguments))
+    run(__doc__, f"{chosen} files", partial(findings_of, KINDS[chosen], change_member))

@@ -46,11 +46,11 @@ def document(app, tmp_path):
     document.close()
 
 
-class LookingAtOnce(Jobs):
-    """Jobs of which those that look at a file's columns are done when they are begun."""
+class PreviewingAtOnce(Jobs):
+    """Jobs of which those that preview a file are done when they are begun."""
 
     def run(self, generator, done, *rest, key="", **options):
-        if key != import_dialog.LOOKING:
+        if key != import_dialog.PREVIEW_JOB:
             return super().run(generator, done, *rest, key=key, **options)
         return done(finish(generator))
 
@@ -58,7 +58,7 @@ class LookingAtOnce(Jobs):
 @pytest.fixture
 def open_on(document):
     """Open the dialog on some files."""
-    jobs, dialogs = LookingAtOnce(), []
+    jobs, dialogs = PreviewingAtOnce(), []
 
     def opened(*files):
         dialogs.append(ImportDialog(document, jobs, files=files))
