@@ -184,12 +184,12 @@ LABEL_FORMATS: Final[tuple[LabelFormat, ...]] = (
     LabelFormat(
         name="boris",
         description="projects and event tables of BORIS",
-        module="forcelab.formats.boris_labels",
+        module="forcelab.formats.boris",
     ),
     LabelFormat(
         name="boris.gz",
         description="compressed projects of BORIS",
-        module="forcelab.formats.boris_labels",
+        module="forcelab.formats.boris",
         starts=(b"\x1f\x8b",),
     ),
     LabelFormat(

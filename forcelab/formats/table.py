@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, UnclearRateError
-from forcelab.formats.boris_labels import sniff_labels as is_boris
+from forcelab.formats.boris import sniff_labels as is_boris
 from forcelab.formats.label_tables import is_label_table, own_or_beside_tracks
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
 from forcelab.formats.samples import SAMPLES

@@ -15,8 +15,7 @@ from fuzz.text_mutations import mutated_bytes, mutated_json
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
 from forcelab.formats import identify, json_values
-from forcelab.formats.boris import Observation, VideoFile, to_boris
-from forcelab.formats.boris_labels import RESOLUTION
+from forcelab.formats.boris import RESOLUTION, Observation, VideoFile, to_boris
 from forcelab.formats.label_files import LabelOptions, LabelSet, read_label_file
 from forcelab.labels import Segment, Track
 from forcelab.vocabulary import Vocabulary
