@@ -13,6 +13,11 @@ def amount(count: int) -> str:
     return f"{count / 1e6:.1f} MB" if count >= 1e6 else f"{-(-count // 1000)} kB"
 
 
+def percent(share: float | None) -> str:
+    """A fraction in percent with one decimal; a dash where there is none."""
+    return "-" if share is None else f"{100 * share:.1f}"
+
+
 def counted(number: int, noun: str) -> str:
     """A number with its noun: ``1 run``, ``6,008 samples``."""
     return f"{number:,} {noun}{'s' * (number != 1)}"
