@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from forcelab.recognition.cross_validation import train_and_test_job as train_and_test_job
     from forcelab.recognition.dataset import DataSelection as DataSelection
     from forcelab.recognition.dataset import load_dataset as load_dataset
+    from forcelab.recognition.estimators import ForceActionClassifier as ForceActionClassifier
+    from forcelab.recognition.estimators import ForceFeatures as ForceFeatures
     from forcelab.recognition.examples import Examples as Examples
     from forcelab.recognition.examples import LabelledDemonstration as LabelledDemonstration
     from forcelab.recognition.examples import prepare_examples as prepare_examples
@@ -79,6 +81,8 @@ _HOMES = {
     "Demonstration": ("demonstration", "Demonstration"),
     "Evaluation": ("recognition.results", "Evaluation"),
     "Examples": ("recognition.examples", "Examples"),
+    "ForceActionClassifier": ("recognition.estimators", "ForceActionClassifier"),
+    "ForceFeatures": ("recognition.estimators", "ForceFeatures"),
     "ForcelabError": ("errors", "ForcelabError"),
     "Haar": ("signals.wavelets", "Haar"),
     "InputError": ("errors", "InputError"),
