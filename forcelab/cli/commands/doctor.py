@@ -36,6 +36,7 @@ NEEDED = (
     "pyqtgraph",
     "opencv-contrib-python-headless",
     "pyserial",
+    "shtab",
 )
 
 
