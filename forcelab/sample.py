@@ -10,7 +10,7 @@ from typing import Final
 
 from forcelab.errors import InputError
 from forcelab.io import write_atomically
-from forcelab.jobs import Progress
+from forcelab.jobs import Progress, job
 from forcelab.project import DemonstrationInfo, Project
 from forcelab.project.database import FILE
 from forcelab.resources import asset
@@ -23,7 +23,7 @@ __all__ = [
     "UNLABELLED",
     "UNSYNCHRONISED",
     "first_to_label",
-    "making",
+    "make_sample_job",
     "write_recordings",
 ]
 
@@ -42,7 +42,8 @@ UNLABELLED, UNSYNCHRONISED = (6,), (5,)
 FIRST = Origin("foam", SEED, UNLABELLED[0])
 
 
-def making(
+@job
+def make_sample_job(
     path: str | PathLike[str], jobs: int = 1, *, small: bool = False
 ) -> Generator[Progress, None, bool]:
     """Make the sample project, unless it is there.
@@ -75,7 +76,7 @@ def making(
         return False
     # What making one needs is loaded only now.
     from forcelab.recognition.dataset import DataSelection
-    from forcelab.recognition.experiments import train_tasks
+    from forcelab.recognition.experiments import train_tasks_job
     from forcelab.recognition.presets import preset
     from forcelab.simulation.generate import Job, produce_demonstrations
 
@@ -97,7 +98,7 @@ def making(
         yield Progress(len(orders), len(orders), f"writing {path.name}")
         project.demonstrations.add_all(demonstrations)
         settings = preset("paper").replace(stride=10)
-        yield from train_tasks(
+        yield from train_tasks_job(
             project, settings, DataSelection((recognised,), author=CODER), recognised
         )
     return True

@@ -41,15 +41,15 @@ def whole(tmp_path_factory):
         return (render if really else render_placeholder)(performance, path, camera)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(generate, "performing", perform_grips)
+        patch.setattr(generate, "perform_job", perform_grips)
         patch.setattr(rendering, "render", filmed)
-        assert finish(sample.making(path))
+        assert finish(sample.make_sample_job(path))
     return path
 
 
 @pytest.fixture
 def quick(monkeypatch):
-    monkeypatch.setattr(generate, "performing", perform_grips)
+    monkeypatch.setattr(generate, "perform_job", perform_grips)
     monkeypatch.setattr(rendering, "render", render_placeholder)
 
 
@@ -60,8 +60,8 @@ def small(tmp_path_factory):
     cheap = presets.preset("paper").replace(classifier="naive-bayes")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(presets, "preset", lambda _: cheap)
-        patch.setattr(generate, "performing", perform_grips)
-        assert finish(sample.making(path, small=True))
+        patch.setattr(generate, "perform_job", perform_grips)
+        assert finish(sample.make_sample_job(path, small=True))
     return path
 
 
@@ -130,7 +130,7 @@ def test_where_it_is_already_nothing_is_done_and_what_people_did_stays(copy):
         id_ = project.demonstrations.load("foam-1-06").id
         mine = (Segment(0.0, 0.2, "still"),)
         project.tracks.edit(id_, "me", (), mine, "painted")
-    assert list(sample.making(copy)) == []
+    assert list(sample.make_sample_job(copy)) == []
     with Project.open(copy) as project:
         assert project.tracks.get(id_, "me").segments == mine
         assert len(project.demonstrations.infos()) == 30
@@ -154,10 +154,10 @@ def test_the_small_one_is_a_part_of_the_whole_one_without_videos(whole, small):
 
 
 def test_the_whole_one_will_do_for_the_small_one_but_not_the_other_way_around(whole, small):
-    assert list(sample.making(whole, small=True)) == []
-    assert list(sample.making(small, small=True)) == []
+    assert list(sample.make_sample_job(whole, small=True)) == []
+    assert list(sample.make_sample_job(small, small=True)) == []
     with pytest.raises(InputError, match=r"is the small sample project; choose another folder"):
-        finish(sample.making(small))
+        finish(sample.make_sample_job(small))
 
 
 def test_example_recordings_are_written_beside_other_files_but_over_none(tmp_path):
@@ -183,7 +183,7 @@ def test_what_is_there_and_is_not_the_sample_project_stays_untouched(tmp_path):
     (tmp_path / "folder" / "notes.txt").write_text("mine")
     for name in ("other.forcelab", "file", "folder"):
         with pytest.raises(InputError, match=r"is not the sample project; choose another"):
-            finish(sample.making(tmp_path / name))
+            finish(sample.make_sample_job(tmp_path / name))
     assert (tmp_path / "file").read_text() == "mine"
     assert [entry.name for entry in (tmp_path / "folder").iterdir()] == ["notes.txt"]
     with Project.open(other) as project:
@@ -192,7 +192,7 @@ def test_what_is_there_and_is_not_the_sample_project_stays_untouched(tmp_path):
 
 @pytest.mark.parametrize("steps", [1, 12, 36])
 def test_stopped_at_any_step_it_leaves_nothing(quick, tmp_path, steps):
-    job = sample.making(tmp_path / "sample.forcelab")
+    job = sample.make_sample_job(tmp_path / "sample.forcelab")
     for _ in range(steps):
         next(job)
     job.close()
@@ -202,7 +202,7 @@ def test_stopped_at_any_step_it_leaves_nothing(quick, tmp_path, steps):
 def test_an_error_late_on_leaves_nothing(quick, monkeypatch, tmp_path):
     monkeypatch.setattr(sample, "RECOGNISED", "sponge")
     with pytest.raises(InputError, match="sponge"):
-        finish(sample.making(tmp_path / "sample.forcelab"))
+        finish(sample.make_sample_job(tmp_path / "sample.forcelab"))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -229,9 +229,9 @@ from forcelab import sample
 from forcelab.jobs import finish
 from forcelab.simulation import generate, rendering
 
-generate.performing = perform_grips
+generate.perform_job = perform_grips
 rendering.render = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
-finish(sample.making(Path("sample.forcelab")))
+finish(sample.make_sample_job(Path("sample.forcelab")))
 """
 
 

@@ -43,7 +43,7 @@ To begin with:
 """
 
 CLOSING = """\
-Every command but gui has --json; 'forcelab help COMMAND' or 'forcelab COMMAND --help' explains it.
+Every command with a result has --json; 'forcelab help COMMAND' explains a command.
 Exit status: 0 done; 1 a file or project stands in the way (one sentence says what, where and the
 cure); 2 the command line is wrong.
 """
@@ -53,6 +53,7 @@ ORDER = (
     *("gui", "demo", "simulate", "import", "labels", "list", "runs", "assign", "note", "agree"),
     *("attach", "sync", "rename", "remove", "capture", "replay", "evaluate", "train", "predict"),
     *("review", "why", "export", "plan", "actions", "figures", "measure", "doctor"),
+    *("install-launcher", "completion"),
 )
 
 #: The options that cure errors which cannot know of them.
@@ -109,10 +110,11 @@ def _run(argv: Sequence[str]) -> int:
         return int(arguments.command(arguments) or 0)
 
 
-def build_parser(argv: Sequence[str]) -> Parser:
+def build_parser(argv: Sequence[str] | None = None) -> Parser:
     """The parser of the whole command line, with the options of the command that `argv` names.
 
-    Only that command's module is imported: listing a project loads no scikit-learn.
+    Only that command's module is imported: listing a project loads no scikit-learn. Without `argv`
+    the parser knows the options of all commands.
     """
     parser = Parser(prog="forcelab", description=MANUAL, epilog=CLOSING, formatter_class=Formatter)
     parser.add_argument(
@@ -123,9 +125,9 @@ def build_parser(argv: Sequence[str]) -> Parser:
         help="show the version, and of a checkout its commit",
     )
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    named = next((word for word in argv if not word.startswith("-")), None)
+    named = next((word for word in argv or () if not word.startswith("-")), None)
     for name, module in command_modules().items():
-        if name == named:
+        if argv is None or name == named:
             _add_command(subparsers, name, import_module(module))
         else:
             subparsers.add_parser(name, help=_summary(module), add_help=False)

@@ -42,8 +42,8 @@ from forcelab.gui.document import Document
 from forcelab.gui.exception_hook import log_file
 from forcelab.gui.layout import emphasise, resize_on_screen, search_field
 from forcelab.gui.shortcuts import COMMANDS, GROUPS, Keys, key_name
-from forcelab.gui.text import contains_words
 from forcelab.resources import versions
+from forcelab.text import contains_words
 from forcelab.version import full_version
 
 

@@ -24,7 +24,14 @@ from forcelab.cli.options import add_json, path_of
 from forcelab.cli.output import print_result, progress_bar
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.sample import CODER, LABELLED, UNLABELLED, UNSYNCHRONISED, making, write_recordings
+from forcelab.sample import (
+    CODER,
+    LABELLED,
+    UNLABELLED,
+    UNSYNCHRONISED,
+    make_sample_job,
+    write_recordings,
+)
 from forcelab.text import counted
 
 
@@ -75,7 +82,7 @@ def _write_recordings(arguments: argparse.Namespace) -> None:
 def _make_project(arguments: argparse.Namespace) -> None:
     path: Path = arguments.folder
     with progress_bar() as watch:
-        created = finish(making(path, cpu_count(), small=arguments.small), watch)
+        created = finish(make_sample_job(path, cpu_count(), small=arguments.small), watch)
     with Project.open(path) as project:
         infos, recognisers = project.demonstrations.infos(), project.runs.recognisers()
         tasks = project.demonstrations.tasks()

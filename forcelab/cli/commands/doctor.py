@@ -37,6 +37,7 @@ NEEDED = (
     "pyqtgraph",
     "opencv-contrib-python-headless",
     "pyserial",
+    "shtab",
 )
 
 
