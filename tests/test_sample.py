@@ -61,7 +61,7 @@ def small(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(presets, "preset", lambda _: cheap)
         patch.setattr(generate, "performing", perform_grips)
-        assert finish(sample.making(path, small=True))
+        assert finish(sample.make_sample_job(path, small=True))
     return path
 
 
@@ -154,10 +154,10 @@ def test_the_small_one_is_a_part_of_the_whole_one_without_videos(whole, small):
 
 
 def test_the_whole_one_will_do_for_the_small_one_but_not_the_other_way_around(whole, small):
-    assert list(sample.making(whole, small=True)) == []
-    assert list(sample.making(small, small=True)) == []
+    assert list(sample.make_sample_job(whole, small=True)) == []
+    assert list(sample.make_sample_job(small, small=True)) == []
     with pytest.raises(InputError, match=r"is the small sample project; choose another folder"):
-        finish(sample.making(small))
+        finish(sample.make_sample_job(small))
 
 
 def test_example_recordings_are_written_beside_other_files_but_over_none(tmp_path):
