@@ -18,7 +18,7 @@ from forcelab.cli.settings_options import add_settings, choice_from, settings_fr
 from forcelab.io import write_atomically
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.experiments import train_tasks
+from forcelab.recognition.experiments import train_tasks_job
 from forcelab.text import counted
 
 
@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace) -> None:
         join_scheduler(arguments.scheduler),
         progress_bar() as watch,
     ):
-        job = train_tasks(project, settings, choice_from(arguments), arguments.out.stem)
+        job = train_tasks_job(project, settings, choice_from(arguments), arguments.out.stem)
         trained = finish(job, watch)
     write_atomically(arguments.out, trained.content)
     recogniser = trained.recogniser
