@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from forcelab.recognition.features import wavelet_features as wavelet_features
     from forcelab.recognition.metrics import Scores as Scores
     from forcelab.recognition.metrics import score_tracks as score_tracks
+    from forcelab.recognition.plugins import register_classifier as register_classifier
     from forcelab.recognition.presets import preset as preset
     from forcelab.recognition.recogniser import Recogniser as Recogniser
     from forcelab.recognition.results import Evaluation as Evaluation
@@ -121,6 +122,7 @@ _HOMES = {
     "prepare_examples": ("recognition.examples", "prepare_examples"),
     "preset": ("recognition.presets", "preset"),
     "read": ("formats", "read"),
+    "register_classifier": ("recognition.plugins", "register_classifier"),
     "review_queue": ("review.queue", "review_queue"),
     "save_recogniser": ("recognition.storage", "save_recogniser"),
     "score_tracks": ("recognition.metrics", "score_tracks"),

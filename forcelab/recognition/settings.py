@@ -19,6 +19,7 @@ from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
 from forcelab.recognition.classifiers import REGISTRY
 from forcelab.recognition.features import KINDS, PEAKS, SPANS
+from forcelab.recognition.plugins import Kind, Named, is_import_path, name_as, named_here
 from forcelab.setting_field import SettingField
 from forcelab.signals.cwt import frequencies, geometric_scales
 from forcelab.signals.wavelets import WAVELETS, Wavelet, wavelet_named
@@ -67,7 +68,8 @@ class Settings:
     phase : bool
         Whether the phases stand beside the log magnitudes.
     classifier : str
-        One of :data:`CLASSIFIERS`.
+        One of :data:`CLASSIFIERS`, or one's own by its import path
+        (:func:`~forcelab.recognition.plugins.register_classifier`).
     stride : int
         Train on every `stride`-th time step; recognition always covers all of them. See
         :meth:`training_stride`.
@@ -147,7 +149,8 @@ class Settings:
 
     def __post_init__(self) -> None:
         for name, choices in _CHOICES.items():
-            if getattr(self, name) not in choices:
+            own = name == "classifier" and is_import_path(self.classifier)
+            if getattr(self, name) not in choices and not own:
                 noun = "kind of features" if name == "features" else name
                 raise InputError(unknown_word(noun, getattr(self, name), choices))
         for name, (in_range, need) in self._ranges().items():
@@ -343,6 +346,15 @@ class Settings:
             return self.stride
         return max(1, round(self.stride * self.step * rate))
 
+    @property
+    def plugins(self) -> tuple[tuple[Kind, str], ...]:
+        """The import paths that these settings name, with their kinds."""
+        return (("classifier", self.classifier),) if is_import_path(self.classifier) else ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy for another process: what was named here is named there."""
+        return _unpickle, (dict(vars(self)), named_here(self.plugins))
+
     def replace(self, **changes: Any) -> Settings:
         """The same settings with some values changed."""
         return dataclasses.replace(self, **changes)
@@ -386,6 +398,11 @@ class Settings:
             return cls(**changed)
         except TypeError as error:
             raise InputError(f"The settings hold a value of the wrong type: {error}.") from error
+
+
+def _unpickle(values: dict[str, Any], named: tuple[Named, ...]) -> Settings:
+    name_as(named)
+    return Settings(**values)
 
 
 #: The settings that are one of several words, and those that are on or off.
@@ -457,6 +474,8 @@ def why_not_applied(name: str, values: Mapping[str, Any]) -> str:
 
 def _unmet_need(name: str, values: Mapping[str, Any]) -> Need | None:
     """The first condition of a setting that is not met."""
+    if name == "seed" and is_import_path(values["classifier"]):
+        return None  # which may draw something
     if name == "seed" and (values["trimmed"] or (values["changes"] and applies("changes", values))):
         return None  # of them, too, something is drawn
     if name in ("balanced", "calibrated") and values["features"] != "wavelets":

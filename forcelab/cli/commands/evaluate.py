@@ -7,9 +7,15 @@ evaluated one by one unless --task is given several times. The result is kept in
 project as a run for the review; options that say so keep none, because the review would
 train again without them.
 
+--classifier also takes one of your own by its import path, MODULE:FUNCTION: called without
+arguments it gives an unfitted classifier as scikit-learn's are. Runs and recognisers keep
+the path, and no file can have it run: to use such a recogniser, or to ask why of such a
+run, name the path again, as in FORCELAB_CLASSIFIERS=mylab.models:make_forest.
+
 for example:
   forcelab evaluate lab.forcelab --task stylus --preset best --figure pairs.svg
   forcelab evaluate lab.forcelab --task stylus --test-names 'bob-*' --adapt
+  forcelab evaluate lab.forcelab --task stylus --classifier mylab.models:make_forest
 """
 
 from __future__ import annotations
