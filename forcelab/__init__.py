@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from forcelab.recognition.metrics import Scores as Scores
     from forcelab.recognition.metrics import score_tracks as score_tracks
     from forcelab.recognition.plugins import register_classifier as register_classifier
+    from forcelab.recognition.plugins import register_features as register_features
     from forcelab.recognition.presets import preset as preset
     from forcelab.recognition.recogniser import Recogniser as Recogniser
     from forcelab.recognition.results import Evaluation as Evaluation
@@ -123,6 +124,7 @@ _HOMES = {
     "preset": ("recognition.presets", "preset"),
     "read": ("formats", "read"),
     "register_classifier": ("recognition.plugins", "register_classifier"),
+    "register_features": ("recognition.plugins", "register_features"),
     "review_queue": ("review.queue", "review_queue"),
     "save_recogniser": ("recognition.storage", "save_recogniser"),
     "score_tracks": ("recognition.metrics", "score_tracks"),

@@ -30,6 +30,9 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, Literal, cast
 
+import numpy as np
+from numpy.typing import NDArray
+
 from forcelab.errors import ForcelabError, InputError
 
 Kind = Literal["classifier", "features"]
@@ -89,6 +92,38 @@ def register_classifier(factory: Callable[[], Any]) -> str:
     return _register("classifier", factory)
 
 
+def register_features(function: Callable[[NDArray[np.float64], float], Any]) -> str:
+    """Let settings name features of your own.
+
+    Parameters
+    ----------
+    function : callable
+        A function of a module: ``function(signals, rate)`` gets the recognition channels of a
+        demonstration on its uniform grid, an array of shape (n, q) in the channels' units without
+        gaps, and the samples a second, and gives a row of features for each sample, shape (n, f).
+        f must depend on q and the rate alone, and all numbers are finite.
+
+    Returns
+    -------
+    str
+        Its import path, for ``features`` of :class:`Settings`, alone or beside others. It is kept
+        and has to be named again as that of :func:`register_classifier`.
+
+    Raises
+    ------
+    InputError
+        If it has no name at the top of a module.
+
+    Examples
+    --------
+    >>> import forcelab
+    >>> import numpy as np
+    >>> name = forcelab.register_features(np.diff)  # doctest: +SKIP
+    >>> forcelab.preset("best").replace(features=f"windows+{name}")  # doctest: +SKIP
+    """
+    return _register("features", function)
+
+
 def _register(kind: Kind, function: Callable[..., Any]) -> str:
     path = f"{getattr(function, '__module__', '')}:{getattr(function, '__qualname__', '')}"
     if not is_import_path(path):
@@ -136,11 +171,11 @@ def load_plugin(kind: Kind, path: str) -> Callable[..., Any]:
     if (function := _named[kind].get(path)) is not None:
         return function
     if path not in known_paths(kind):
-        noun = "classifier is" if kind == "classifier" else "features are"
+        verb = "is" if kind == "classifier" else "are"
         raise InputError(
-            f"The {noun} '{path}', which is not part of forcelab, and no file may say what is run "
-            f"here; if you trust that code, name it yourself, by {VARIABLES[kind]}={path} in the "
-            f"environment or {_REGISTERING[kind]} in a script."
+            f"The {kind} {verb} '{path}', which {verb} not part of forcelab, and no file may say "
+            f"what is run here; if you trust that code, name it yourself, by "
+            f"{VARIABLES[kind]}={path} in the environment or {_REGISTERING[kind]} in a script."
         )
     module, _, attributes = path.partition(":")
     with naming_plugin(path, "cannot be loaded", "install its package or start in its folder"):

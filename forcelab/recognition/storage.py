@@ -237,7 +237,10 @@ def _recogniser(content: object, name: str) -> Recogniser:
         raise ValueError("windows of too many samples")
     if not all(0 <= least <= LONGEST_SEGMENT for least in recogniser.shortest.values()):
         raise ValueError("a shortest segment that lasts forever")
-    width = settings.width(len(recogniser.channels))
+    try:
+        width = settings.width(len(recogniser.channels), recogniser.rate)
+    except InputError as error:  # of one's own features
+        raise InputError(f"{name}: {error}") from error
     if (changes := content.get("changes")) is not None:  # older files have nothing of it
         recogniser = replace(recogniser, boundary_model=BoundaryModel.from_plain(changes, width))
     action_count = len(recogniser.actions)

@@ -24,6 +24,10 @@ class NearestMean:
 
     def predict(self, X):
         return self.classes_[((X[:, None, :] - self.means_) ** 2).sum(axis=2).argmin(axis=1)]
+
+
+def energy(signals, rate):
+    return np.square(np.gradient(signals, axis=0) * rate)
 """
 LAB = "lab_of_the_command_line"
 QUICK = ["--task", "foam", "--max-scale", "64", "--stride", "4"]
@@ -95,3 +99,30 @@ def test_a_classifier_of_ones_own_is_evaluated_trained_and_used_again(
 def test_what_cannot_be_loaded_is_said_before_the_work(forcelab, project, lab, name, sentence):
     assert sentence in forcelab("evaluate", project, *QUICK, "--classifier", name).sentence
     assert sentence in forcelab("plan", project, "sponge-11", "--classifier", name).sentence
+
+
+def test_features_of_ones_own_are_evaluated_and_asked_for_again(
+    forcelab, project, lab, new_process, monkeypatch
+):
+    own = f"{lab}:energy"
+    quick = ["--task", "foam", "--step", "0.02", "--classifier", "logistic", "--jobs", "1"]
+    for features in (f"windows+{own}", own):
+        assert forcelab("evaluate", project, *quick, "--features", features).status == 0
+    with Project.open(project) as opened:
+        runs = opened.runs.all()
+    assert {run.settings["features"] for run in runs} == {own, f"windows+{own}"}
+    where = (runs[0].result["tracks"][0]["demonstration"], "--at", "2")
+    first, last = (("--run", min(run.id for run in runs)), ("--run", max(run.id for run in runs)))
+    why = forcelab("why", project, *where, *first)
+    assert f"The features of {own} decided as well, but are of no channel" in why.out
+    assert "train with windows beside" in forcelab("why", project, *where, *last).sentence
+    new_process()
+    refused = forcelab("why", project, *where, *first).sentence
+    assert f"The features are '{own}', which are not part of forcelab" in refused
+    assert not Path("imported").exists()
+    monkeypatch.setenv("FORCELAB_FEATURES", own)
+    again = forcelab("why", project, *where, *first).out
+    assert again.splitlines()[:8] == why.out.splitlines()[:8]
+    plan = forcelab("plan", project, "sponge-11", "--features", own)
+    assert f"computed  {own} " in plan.out
+    assert "4 a time step" in plan.out

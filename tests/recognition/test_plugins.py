@@ -1,5 +1,6 @@
 """Classifiers and features from outside forcelab."""
 
+import dataclasses
 import pickle
 import subprocess
 import sys
@@ -18,10 +19,13 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.recognition import plugins
 from forcelab.recognition.cross_validation import leave_one_out
+from forcelab.recognition.estimators import ForceFeatures
+from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings, applies
 from forcelab.recognition.storage import TRUSTED, load_recogniser, pack, save_recogniser
 from forcelab.recognition.training import train, training_job
+from forcelab.signals.channels import channel_map
 
 #: Features and filters whose computation takes no time.
 QUICK = Settings(max_scale=64.0, threshold=0.5, median=None, drop=None, rate=100.0, stride=2)
@@ -181,6 +185,88 @@ def test_a_type_of_another_package_is_not_saved(three, path):
     recogniser.classifier.friend = subprocess.CompletedProcess((), 0)
     with pytest.raises(InputError, match="not saved.*holds the type subprocess.CompletedProcess, "):
         save_recogniser(recogniser, path)
+
+
+# --- features -----------------------------------------------------------------------------------
+
+
+def energy(signals, rate):
+    """How fast each channel changes, squared."""
+    return np.square(np.gradient(signals, axis=0) * rate)
+
+
+def strongest(signals, rate):
+    return np.abs(signals).max(axis=1)
+
+
+def test_features_of_ones_own_stand_alone_or_come_last(three):
+    own, one = (plugins.register_features(function) for function in (energy, strongest))
+    both = QUICK.replace(features=f"{own}+windows+{one}", step=0.02)
+    examples = prepare_examples(three[0], both)
+    known = prepare_examples(three[0], both.replace(features="windows")).features
+    alone = prepare_examples(three[0], both.replace(features=own, step=None))
+    q = len(alone.channels)
+    assert alone.features.shape == (len(three[0].demonstration.times), q)
+    np.testing.assert_array_equal(examples.features[:, : -q - 1], known)
+    np.testing.assert_array_equal(
+        examples.features[:, -q - 1 : -1], alone.features[both.steps(len(alone.times), 100.0)]
+    )
+    signals = channel_map(three[0].demonstration.channels).apply(three[0].demonstration.signals)
+    np.testing.assert_array_equal(alone.features, energy(signals.T, alone.rate))
+    assert both.width(q, 100.0) == examples.features.shape[1]
+    names = ForceFeatures(both).fit([three[0].demonstration]).get_feature_names_out()
+    assert list(names[-2:]) == [f"{own} {q}", f"{one} 1"]
+    assert len(names) == examples.features.shape[1]
+    assert applies("windows", vars(both))
+    assert not applies("wavelet", vars(both))
+    assert not applies("windows", vars(both.replace(features=own)))
+
+
+@pytest.mark.parametrize("beside", ["", "+windows"])
+def test_a_recogniser_with_features_of_ones_own_is_kept_and_asks_for_them(three, path, beside):
+    name = plugins.register_features(energy)
+    settings = preset("fast").replace(features=name + beside, decoder="filters")
+    recogniser = train(three[:2], settings)
+    save_recogniser(recogniser, path)
+    predictions = [r.predict(three[2].demonstration) for r in (recogniser, load_recogniser(path))]
+    np.testing.assert_array_equal(*(prediction.filtered for prediction in predictions))
+    plugins._named["features"].clear()
+    with pytest.raises(InputError, match=f"{path}: The features are '{name}', which are not part"):
+        load_recogniser(path)
+
+
+def test_gaps_are_bridged_for_features_of_ones_own(three):
+    name = plugins.register_features(energy)
+    demonstration = three[0].demonstration
+    signals = demonstration.signals.copy()
+    signals[40:44] = np.nan
+    holed = LabelledDemonstration(dataclasses.replace(demonstration, signals=signals))
+    assert np.isfinite(prepare_examples(holed, QUICK.replace(features=name)).features).all()
+
+
+def short(signals, rate):
+    return signals[1:]
+
+
+def holes(signals, rate):
+    return np.where(signals > 0, signals, np.nan)
+
+
+def test_features_that_cannot_be_used_are_a_sentence(three):
+    for function, reason in (
+        (short, "ValueError: it gave an array of shape"),
+        (holes, "ValueError: it gave numbers that are not finite"),
+        (gaussian, "TypeError: gaussian() takes 0 positional arguments but 2 were given"),
+    ):
+        name = plugins.register_features(function)
+        with pytest.raises(InputError) as refusal:
+            prepare_examples(three[0], QUICK.replace(features=name))
+        assert f"'{name}' failed as features ({reason}" in str(refusal.value)
+    for features in ("windows+", "wavelets+windows", f"{name}+{name}", f"{name}+phases", ""):
+        with pytest.raises(InputError, match="There is no kind of features"):
+            Settings(features=features)
+    with pytest.raises(InputError, match="no file may say what is run here"):
+        prepare_examples(three[0], QUICK.replace(features="windows+another.module:function"))
 
 
 # --- files of strangers -------------------------------------------------------------------------
