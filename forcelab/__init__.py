@@ -52,6 +52,8 @@ if TYPE_CHECKING:
     from forcelab.recognition.features import wavelet_features as wavelet_features
     from forcelab.recognition.metrics import Scores as Scores
     from forcelab.recognition.metrics import score_tracks as score_tracks
+    from forcelab.recognition.plugins import register_classifier as register_classifier
+    from forcelab.recognition.plugins import register_features as register_features
     from forcelab.recognition.presets import preset as preset
     from forcelab.recognition.recogniser import Recogniser as Recogniser
     from forcelab.recognition.results import Evaluation as Evaluation
@@ -128,6 +130,8 @@ _HOMES = {
     "preset": ("recognition.presets", "preset"),
     "read": ("formats", "read"),
     "read_frame": ("formats.data_frame", "read_frame"),
+    "register_classifier": ("recognition.plugins", "register_classifier"),
+    "register_features": ("recognition.plugins", "register_features"),
     "review_queue": ("review.queue", "review_queue"),
     "runs_frame": ("frames", "runs_frame"),
     "samples_frame": ("frames", "samples_frame"),

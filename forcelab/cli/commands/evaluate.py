@@ -7,9 +7,20 @@ evaluated one by one unless --task is given several times. The result is kept in
 project as a run for the review; options that say so keep none, because the review would
 train again without them.
 
+--classifier also takes one of your own by its import path, MODULE:FUNCTION: called without
+arguments it gives an unfitted classifier as scikit-learn's are. --features takes a function
+of yours, alone or beside others: of an array of samples by channels, without gaps, and of
+the samples a second it makes a row of features for each sample. Runs and recognisers keep
+the paths, and no file can have them run: to use such a recogniser, or to ask why of such a
+run, name them again, as in FORCELAB_CLASSIFIERS=mylab.models:make_forest and
+FORCELAB_FEATURES. Installed packages name theirs by entry points of the groups
+forcelab.classifiers and forcelab.features.
+
 for example:
   forcelab evaluate lab.forcelab --task stylus --preset best --figure pairs.svg
   forcelab evaluate lab.forcelab --task stylus --test-names 'bob-*' --adapt
+  forcelab evaluate lab.forcelab --task stylus --classifier mylab.models:make_forest
+  forcelab evaluate lab.forcelab --preset best --features windows+mylab.signals:band_energy
 """
 
 from __future__ import annotations
