@@ -17,7 +17,6 @@ from __future__ import annotations
 import argparse
 import csv
 import io
-import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -26,7 +25,15 @@ from joblib import cpu_count
 
 from forcelab.cli.files import check_outputs
 from forcelab.cli.options import UsageError, add_project, add_scheduler, join_scheduler, name_of
-from forcelab.cli.output import json_path, percent, printable, progress_bar, report, table
+from forcelab.cli.output import (
+    json_path,
+    percent,
+    print_remark,
+    printable,
+    progress_bar,
+    report,
+    table,
+)
 from forcelab.cli.settings_options import add_settings, choice_from, settings_from
 from forcelab.errors import InputError
 from forcelab.formats.output_folder import file_names
@@ -225,7 +232,7 @@ def _report(evaluated: TaskEvaluations, json_file: Path | None) -> None:
         "\n\n".join(_score_tables(each) for _, each in evaluated.evaluations), content, json_file
     )
     for sentence in evaluated.remarks:
-        print(f"forcelab: {printable(sentence)}", file=sys.stderr)
+        print_remark(f"forcelab: {sentence}")
 
 
 def _score_tables(evaluation: Evaluation) -> str:

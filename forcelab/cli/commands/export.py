@@ -41,7 +41,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from forcelab.cli.options import UsageError, add_author, add_json, add_project, add_task
-from forcelab.cli.output import print_result
+from forcelab.cli.output import print_remark, print_result
 from forcelab.errors import InputError
 from forcelab.formats.export import FORMATS, exporting
 from forcelab.formats.samples import Prediction
@@ -94,7 +94,7 @@ def run(arguments: argparse.Namespace) -> None:
         print_result(arguments.json, {"written": written}, "\n".join(written))
     if bare := 0 if arguments.format == "archive" else _count_unlabelled(arguments):
         what = f"{counted(bare, 'demonstration')} {'has' if bare == 1 else 'have'} no labels"
-        print(f"{what}{' by these authors' if arguments.author else ''} yet.", file=sys.stderr)
+        print_remark(f"{what}{' by these authors' if arguments.author else ''} yet.")
 
 
 def _export(arguments: argparse.Namespace, out: Path) -> tuple[Path, ...]:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from forcelab.cli.files import check_outputs, demonstrations_in
 from forcelab.cli.options import add_column_options, add_json, path_of
-from forcelab.cli.output import json_text, printable
+from forcelab.cli.output import json_text, print_remark
 from forcelab.errors import InputError
 from forcelab.formats.output_folder import file_names, output_folder
 from forcelab.formats.recording import ReadOptions
@@ -78,14 +78,14 @@ def run(arguments: argparse.Namespace) -> None:
             *recogniser.unit_remarks(demonstration.channels),
         ]
         warnings += empty_prediction_remarks([predicted], recogniser.settings, recogniser.rate)
-        for remark in [*remarks, *warnings]:
-            print(printable(f"{demonstration.name}: {remark}"), file=sys.stderr)
+        for sentence in [*remarks, *warnings]:
+            print_remark(f"{demonstration.name}: {sentence}")
         tracks.append((demonstration.name, Track(author, predicted.segments)))
     if arguments.json:
         print(json_text([_track_json(name, track) for name, track in tracks]))
     if arguments.out is not None:
         for path in _write(tracks, arguments.out, arguments.format, inputs):
-            print(path, file=sys.stderr if arguments.json else sys.stdout)
+            (print_remark if arguments.json else print)(str(path))
     elif not arguments.json:
         sys.stdout.write(_shown(tracks, arguments.format))
 
