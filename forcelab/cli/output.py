@@ -17,6 +17,8 @@ from forcelab.io import write_atomically
 from forcelab.jobs import Progress
 from forcelab.text import duration_text
 
+#: What stands for standard output where a file is written.
+STANDARD_OUTPUT = Path("-")
 WIDTH = 24
 #: Seconds between two drawings of a bar, after which its pace is known, and that need no telling.
 REDRAW, LEARNT, NEARLY = 0.1, 2.0, 5.0
@@ -53,24 +55,25 @@ def json_text(value: Any) -> str:
     return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
 
 
-def json_path(json_file: Path | None) -> Path | None:
-    """The file that ``--json`` names; None where it names none, or ``-``: standard output."""
-    return None if json_file == Path("-") else json_file
+def print_result(as_json: bool, content: Any, text: str, *, aside: bool = False) -> None:
+    """Print a text, or the same as JSON where ``--json`` asks for that.
+
+    With `aside`, standard output holds a file, and the text goes to standard error.
+    """
+    if aside and not as_json:
+        print_aside(text)
+    else:
+        print(json_text(content) if as_json else text)
 
 
-def print_result(as_json: bool, content: Any, text: str) -> None:
-    """Print a text, or the same as JSON where ``--json`` asks for that."""
-    print(json_text(content) if as_json else text)
-
-
-def report(text: str, content: Any, json_file: Path | None) -> None:
+def report(text: str, content: Any, json_file: Path | None, *, aside: bool = False) -> None:
     """Print a text, and write it as JSON to a file; where that is ``-``, print the JSON alone."""
-    path = json_path(json_file)
+    printed = json_file == STANDARD_OUTPUT
     try:
-        if path is not None:
-            write_atomically(path, (json_text(content) + "\n").encode())
+        if json_file is not None and not printed:
+            write_atomically(json_file, (json_text(content) + "\n").encode())
     finally:  # what took hours is told, even where the disk is full
-        print_result(path != json_file, content, text)
+        print_result(printed, content, text, aside=aside)
 
 
 @contextmanager
@@ -84,10 +87,15 @@ def quietly(quiet: bool) -> Iterator[None]:
 
 
 def print_remark(sentence: str) -> None:
-    """Print what is neither a result nor an error on standard error, unless it is to be quiet."""
+    """Print a sentence that is neither a result nor an error."""
+    print_aside(printable(sentence))
+
+
+def print_aside(text: str) -> None:
+    """Print on standard error, unless it is to be quiet."""
     if not _quiet.get():
         clear_line()
-        print(printable(sentence), file=sys.stderr, flush=True)
+        print(text, file=sys.stderr, flush=True)
 
 
 def shows_progress() -> bool:
