@@ -8,13 +8,13 @@ from os import PathLike
 from pathlib import Path
 
 from forcelab.errors import InputError
-from forcelab.jobs import Progress
+from forcelab.jobs import Progress, job
 from forcelab.project import DemonstrationInfo, Project
 from forcelab.project.database import FILE
 from forcelab.simulation.origin import Origin
 from forcelab.simulation.scene import TASKS
 
-__all__ = ["CODER", "LABELLED", "UNLABELLED", "UNSYNCHRONISED", "first_to_label", "making"]
+__all__ = ["CODER", "LABELLED", "UNLABELLED", "UNSYNCHRONISED", "first_to_label", "make_sample_job"]
 
 #: The seed of the sample project, and how many demonstrations it has of each task.
 SEED, COUNT = 1, 6
@@ -28,7 +28,8 @@ UNLABELLED, UNSYNCHRONISED = (6,), (5,)
 FIRST = Origin("foam", SEED, UNLABELLED[0])
 
 
-def making(path: str | PathLike[str], jobs: int = 1) -> Generator[Progress, None, bool]:
+@job
+def make_sample_job(path: str | PathLike[str], jobs: int = 1) -> Generator[Progress, None, bool]:
     """Make the sample project, unless it is there.
 
     It takes its name once it is complete. What somebody did in it since then stays.
@@ -56,7 +57,7 @@ def making(path: str | PathLike[str], jobs: int = 1) -> Generator[Progress, None
         return False
     # What making one needs is loaded only now.
     from forcelab.recognition.dataset import DataSelection
-    from forcelab.recognition.experiments import train_tasks
+    from forcelab.recognition.experiments import train_tasks_job
     from forcelab.recognition.presets import preset
     from forcelab.simulation.generate import Job, produce_demonstrations
 
@@ -76,7 +77,7 @@ def making(path: str | PathLike[str], jobs: int = 1) -> Generator[Progress, None
         yield Progress(len(orders), len(orders), f"writing {path.name}")
         project.demonstrations.add_all(demonstrations)
         settings = preset("paper").replace(stride=10)
-        yield from train_tasks(
+        yield from train_tasks_job(
             project, settings, DataSelection((RECOGNISED,), author=CODER), RECOGNISED
         )
     return True

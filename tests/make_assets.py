@@ -19,7 +19,7 @@ from forcelab.jobs import finish
 from forcelab.labels import UNLABELLED, Segments, to_codes
 from forcelab.simulation.rendering import Stage
 from forcelab.simulation.scene import TASKS, Performance, Task
-from forcelab.simulation.tasks import performing
+from forcelab.simulation.tasks import perform_job
 from forcelab.terms import glossary
 
 ASSETS = Path(__file__).resolve().parents[1] / "assets"
@@ -76,7 +76,7 @@ def instant(performance: Performance, action: str, share: float) -> float:
 
 def pictures() -> dict[str, np.ndarray]:
     """The file name and the pixels of each picture."""
-    performed = {task: finish(performing(task, 1, [1], taps=False))[0] for task in TASKS}
+    performed = {task: finish(perform_job(task, 1, [1], taps=False))[0] for task in TASKS}
     stages = {task: Stage(performance, (640, 360)) for task, performance in performed.items()}
     gap = np.full((180, 8, 3), 255, np.uint8)
 

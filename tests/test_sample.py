@@ -39,15 +39,15 @@ def whole(tmp_path_factory):
         return (render if really else render_placeholder)(performance, path, camera)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(generate, "performing", perform_grips)
+        patch.setattr(generate, "perform_job", perform_grips)
         patch.setattr(rendering, "render", filmed)
-        assert finish(sample.making(path))
+        assert finish(sample.make_sample_job(path))
     return path
 
 
 @pytest.fixture
 def quick(monkeypatch):
-    monkeypatch.setattr(generate, "performing", perform_grips)
+    monkeypatch.setattr(generate, "perform_job", perform_grips)
     monkeypatch.setattr(rendering, "render", render_placeholder)
 
 
@@ -115,7 +115,7 @@ def test_where_it_is_already_nothing_is_done_and_what_people_did_stays(copy):
         id_ = project.demonstrations.load("foam-1-06").id
         mine = (Segment(0.0, 0.2, "still"),)
         project.tracks.edit(id_, "me", (), mine, "painted")
-    assert list(sample.making(copy)) == []
+    assert list(sample.make_sample_job(copy)) == []
     with Project.open(copy) as project:
         assert project.tracks.get(id_, "me").segments == mine
         assert len(project.demonstrations.infos()) == 30
@@ -129,7 +129,7 @@ def test_what_is_there_and_is_not_the_sample_project_stays_untouched(tmp_path):
     (tmp_path / "folder" / "notes.txt").write_text("mine")
     for name in ("other.forcelab", "file", "folder"):
         with pytest.raises(InputError, match=r"is not the sample project; choose another"):
-            finish(sample.making(tmp_path / name))
+            finish(sample.make_sample_job(tmp_path / name))
     assert (tmp_path / "file").read_text() == "mine"
     assert [entry.name for entry in (tmp_path / "folder").iterdir()] == ["notes.txt"]
     with Project.open(other) as project:
@@ -138,7 +138,7 @@ def test_what_is_there_and_is_not_the_sample_project_stays_untouched(tmp_path):
 
 @pytest.mark.parametrize("steps", [1, 12, 36])
 def test_stopped_at_any_step_it_leaves_nothing(quick, tmp_path, steps):
-    job = sample.making(tmp_path / "sample.forcelab")
+    job = sample.make_sample_job(tmp_path / "sample.forcelab")
     for _ in range(steps):
         next(job)
     job.close()
@@ -148,7 +148,7 @@ def test_stopped_at_any_step_it_leaves_nothing(quick, tmp_path, steps):
 def test_an_error_late_on_leaves_nothing(quick, monkeypatch, tmp_path):
     monkeypatch.setattr(sample, "RECOGNISED", "sponge")
     with pytest.raises(InputError, match="sponge"):
-        finish(sample.making(tmp_path / "sample.forcelab"))
+        finish(sample.make_sample_job(tmp_path / "sample.forcelab"))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -175,9 +175,9 @@ from forcelab import sample
 from forcelab.jobs import finish
 from forcelab.simulation import generate, rendering
 
-generate.performing = perform_grips
+generate.perform_job = perform_grips
 rendering.render = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
-finish(sample.making(Path("sample.forcelab")))
+finish(sample.make_sample_job(Path("sample.forcelab")))
 """
 
 

@@ -22,7 +22,7 @@ from forcelab.cli.interrupts import Interrupted, interruptible
 from forcelab.cli.options import Formatter, Parser, UsageError
 from forcelab.cli.output import printable, quietly
 from forcelab.errors import ForcelabError, UnclearAuthorError, UnclearRateError
-from forcelab.version import __version__
+from forcelab.version import full_version
 
 __all__ = ["build_parser", "command_modules", "main"]
 
@@ -118,7 +118,13 @@ def build_parser(argv: Sequence[str] | None = None) -> Parser:
     the parser knows the options of all commands.
     """
     parser = Parser(prog="forcelab", description=MANUAL, epilog=CLOSING, formatter_class=Formatter)
-    parser.add_argument("-V", "--version", action="version", version=f"forcelab {__version__}")
+    parser.add_argument(
+        *("-V", "--version"),
+        action=_PrintVersion,
+        nargs=0,
+        default=argparse.SUPPRESS,
+        help="show the version, and of a checkout its commit",
+    )
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     named = next((word for word in argv or () if not word.startswith("-")), None)
     for name, module in command_modules().items():
@@ -127,6 +133,14 @@ def build_parser(argv: Sequence[str] | None = None) -> Parser:
         else:
             subparsers.add_parser(name, help=_summary(module), add_help=False)
     return parser
+
+
+class _PrintVersion(argparse.Action):
+    """Prints the version; a checkout's is only looked up when it is asked for."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        print(f"forcelab {full_version()}")
+        parser.exit()
 
 
 def command_modules() -> dict[str, str]:

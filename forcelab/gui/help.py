@@ -42,9 +42,9 @@ from forcelab.gui.document import Document
 from forcelab.gui.exception_hook import log_file
 from forcelab.gui.layout import emphasise, resize_on_screen, search_field
 from forcelab.gui.shortcuts import COMMANDS, GROUPS, Keys, key_name
-from forcelab.gui.text import contains_words
 from forcelab.resources import versions
-from forcelab.version import __version__
+from forcelab.text import contains_words
+from forcelab.version import full_version
 
 
 def _pairs(*texts: str) -> tuple[tuple[str, str], ...]:
@@ -371,7 +371,7 @@ class AboutDialog(QDialog):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("About forcelab")
-        title = QLabel(f"forcelab {__version__}")
+        title = QLabel(f"forcelab {full_version()}")
         emphasise(title, 1.4)
         purpose = QLabel("Labels, recognises and scores the actions of hands in recorded forces.")
         self._facts = facts()

@@ -18,7 +18,7 @@ import numpy as np
 from forcelab.cluster import current_cluster
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
-from forcelab.jobs import Progress, finish
+from forcelab.jobs import Progress, finish, job
 from forcelab.labels import UNLABELLED, to_codes
 from forcelab.parallel import run_job, share_work
 from forcelab.recognition.adaptation import estimate_adaptation
@@ -279,7 +279,8 @@ def bridged_remarks(examples: Sequence[Examples], settings: Settings) -> tuple[s
 Job = Generator[Progress, None, Evaluation]
 
 
-def leave_one_out(
+@job
+def leave_one_out_job(
     labelled: Sequence[LabelledDemonstration],
     settings: Settings,
     title: str = "",
@@ -444,7 +445,8 @@ def held_out_prediction(
     return HeldOutPrediction(**vars(found), demonstration=item.demonstration, human=human)
 
 
-def train_and_test(
+@job
+def train_and_test_job(
     train: Sequence[LabelledDemonstration],
     test: Sequence[LabelledDemonstration],
     settings: Settings,
@@ -463,7 +465,7 @@ def train_and_test(
     settings : Settings
     title : str
     probability_trace, known
-        As of :func:`leave_one_out`.
+        As of :func:`leave_one_out_job`.
     adapt : bool
         Whether offsets, scales and places of the sensors are matched to the training
         demonstrations before, as :mod:`forcelab.recognition.adaptation` does; what is recognised
@@ -559,14 +561,15 @@ def _trained_on_remarks(
     )
 
 
-def leave_one_out_live(
+@job
+def leave_one_out_live_job(
     labelled: Sequence[LabelledDemonstration],
     settings: Settings,
     latency: float,
     title: str = "",
     folds: int | None = None,
 ) -> Job:
-    """:func:`leave_one_out` on streams, with `latency` seconds from a force to its label.
+    """:func:`leave_one_out_job` on streams, with `latency` seconds from a force to its label.
 
     The evaluation's raw predictions are the filtered ones. An InputError says, besides, that a
     recogniser with these settings cannot follow a stream.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
 from forcelab.recognition.classifiers import REGISTRY
-from forcelab.recognition.features import PEAKS, SPANS
+from forcelab.recognition.features import KINDS, PEAKS, SPANS
 from forcelab.setting_field import SettingField
 from forcelab.signals.cwt import frequencies, geometric_scales
 from forcelab.signals.wavelets import WAVELETS, Wavelet, wavelet_named
@@ -292,6 +292,34 @@ class Settings:
             blocks += [nearest] * (1 + (2 if self.circular else 1) * self.phase)
         firsts = len(bands) * np.arange(channels)[:, None]
         return np.concatenate([(firsts + block).ravel() for block in blocks])
+
+    def feature_names(self, channels: Sequence[str], rate: float) -> tuple[str, ...]:
+        """What each feature is: channel, kind, and window or span in seconds, or frequency in Hz.
+
+        Parameters
+        ----------
+        channels : sequence of str
+            Recognition channels, in order.
+        rate : float
+            Samples a second of the grid.
+        """
+        blocks: list[tuple[str, list[str]]] = []
+        if "windows" in self.features:
+            windows = [f"{window:.6g} s" for window in self.windows]
+            units = {"absolute": ("",), "own": ("own ",), "both": ("", "own ")}[self.amplitude]
+            blocks += [(unit + kind, windows) for unit in units for kind in KINDS]
+            if self.peaks:
+                blocks += [(kind, [f"{span:g} s" for span in SPANS]) for kind in PEAKS]
+        if "wavelets" in self.features:
+            hertz = [f"{one:.6g} Hz" for one in frequencies(self.scales, rate, self.mother)]
+            phases = ("cosine of phase", "sine of phase") if self.circular else ("phase",)
+            blocks += [(kind, hertz) for kind in ("log magnitude", *phases * self.phase)]
+        return tuple(
+            f"{channel} {kind} {band}"
+            for kind, bands in blocks
+            for channel in channels
+            for band in bands
+        )
 
     def hop(self, rate: float) -> int:
         """Samples of the grid from one time step with features to the next."""

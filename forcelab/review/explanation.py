@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Demonstration, VideoReference
 from forcelab.errors import InputError
-from forcelab.jobs import Progress
+from forcelab.jobs import Progress, job
 from forcelab.labels import UNLABELLED, Interval, Segments, to_codes
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition.attribution import (
@@ -650,7 +650,8 @@ def explain(
     )
 
 
-def explain_at(
+@job
+def explain_at_job(
     path: str | PathLike[str], run: RunResult, id_: str, time: float
 ) -> Generator[Progress, None, Explanation]:
     """Explain what a run predicted at a time of a demonstration.

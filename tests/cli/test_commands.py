@@ -29,7 +29,7 @@ from forcelab.project.runs import RunStore
 from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.settings import CLASSIFIERS
 from forcelab.signals.wavelets import WAVELETS
-from forcelab.version import __version__
+from forcelab.version import full_version
 
 COMMANDS = [
     "gui", "demo", "simulate", "import", "labels", "list", "runs", "assign", "note", "agree",
@@ -105,7 +105,7 @@ def test_a_wrong_command_line_is_told_in_one_sentence(forcelab, words, sentence)
 def test_help_and_version_are_asked_for_as_in_other_programs(forcelab):
     assert forcelab("help").out == forcelab("--help").out != ""
     assert forcelab("help", "evaluate").out == forcelab("evaluate", "--help").out != ""
-    assert forcelab("-V").out == forcelab("--version").out == f"forcelab {__version__}\n"
+    assert forcelab("-V").out == forcelab("--version").out == f"forcelab {full_version()}\n"
 
 
 def test_recordings_do_not_come_from_standard_input(forcelab, tmp_path, monkeypatch):

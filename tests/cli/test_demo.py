@@ -20,7 +20,7 @@ def demo_project(tmp_path_factory):
     folder = tmp_path_factory.mktemp("a lab")
     cheap = presets.preset("paper").replace(classifier="naive-bayes")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(generate, "performing", perform_grips)
+        patch.setattr(generate, "perform_job", perform_grips)
         patch.setattr(rendering, "render", render_placeholder)
         patch.setattr(demo, "cpu_count", lambda: 1)
         patch.setattr(presets, "preset", lambda _: cheap)
@@ -62,7 +62,7 @@ def test_the_commands_that_it_proposes_work_as_they_are_printed(
 
 def test_it_lies_in_the_current_folder_where_no_other_is_named(forcelab, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(demo, "making", lambda path, _: make_empty(path))
+    monkeypatch.setattr(demo, "make_sample_job", lambda path, _: make_empty(path))
     assert forcelab("demo").out.startswith("Made sample.forcelab: ")
     assert [entry.name for entry in tmp_path.iterdir()] == ["sample.forcelab"]
 

@@ -20,7 +20,7 @@ from forcelab.cli.options import add_json, path_of
 from forcelab.cli.output import print_result, progress_bar
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.sample import CODER, LABELLED, UNLABELLED, UNSYNCHRONISED, making
+from forcelab.sample import CODER, LABELLED, UNLABELLED, UNSYNCHRONISED, make_sample_job
 from forcelab.text import counted
 
 
@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Make the sample project, unless it is there, and tell what it holds."""
     path: Path = arguments.folder
     with progress_bar() as watch:
-        created = finish(making(path, cpu_count()), watch)
+        created = finish(make_sample_job(path, cpu_count()), watch)
     with Project.open(path) as project:
         infos, recognisers = project.demonstrations.infos(), project.runs.recognisers()
         tasks = project.demonstrations.tasks()

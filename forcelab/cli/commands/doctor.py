@@ -21,7 +21,7 @@ from forcelab.cli.options import add_json
 from forcelab.cli.output import json_text
 from forcelab.errors import InputError
 from forcelab.extras import PACKAGES
-from forcelab.version import __version__
+from forcelab.version import full_version
 
 #: Packages without which a part of the program does not run.
 NEEDED = (
@@ -70,7 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _checks() -> Iterator[Check]:
     """Look at one thing after the other; a package that is missing stops none of them."""
-    yield Check("forcelab", __version__)
+    yield Check("forcelab", full_version())
     yield Check("python", platform.python_version())
     yield Check("sqlite", sqlite3.sqlite_version)
     for name in NEEDED:

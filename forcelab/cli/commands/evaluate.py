@@ -42,7 +42,7 @@ from forcelab.io import write_atomically
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.dataset import DataSelection
-from forcelab.recognition.experiments import TaskEvaluations, evaluate_tasks
+from forcelab.recognition.experiments import TaskEvaluations, evaluate_tasks_job
 from forcelab.recognition.intervals import METHOD, METRICS, Intervals, look_up
 from forcelab.recognition.metrics import Scores
 from forcelab.recognition.results import Evaluation
@@ -202,7 +202,7 @@ def run(arguments: argparse.Namespace) -> None:
         # Where the filters need probabilities anyway, the review is to have them too.
         certainty = settings.needs_probabilities
         choice = choice_from(arguments)
-        job = evaluate_tasks(
+        job = evaluate_tasks_job(
             project, settings, choice, jobs, probability_trace=certainty, latency=arguments.latency
         )
         evaluated = finish(job, watch)

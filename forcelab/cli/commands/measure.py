@@ -156,13 +156,13 @@ def _sample(scratch: Path) -> Generator[Progress, None, Path]:
     """The sample project of this user, or one made for as long as it is measured."""
     from forcelab.gui.project_actions import sample_place
     from forcelab.project import Project
-    from forcelab.sample import making
+    from forcelab.sample import make_sample_job
 
     place = sample_place()
     if not Project.vacant(place):
         return place
     created = scratch / place.name
-    yield from making(created)
+    yield from make_sample_job(created)
     return created
 
 

@@ -19,7 +19,7 @@ from forcelab.cli.settings_options import add_settings, choice_from, settings_fr
 from forcelab.io import write_atomically
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.experiments import train_tasks
+from forcelab.recognition.experiments import train_tasks_job
 from forcelab.text import counted
 
 #: What the project calls a recogniser that goes to standard output.
@@ -52,7 +52,8 @@ def run(arguments: argparse.Namespace) -> None:
         join_scheduler(arguments.scheduler),
         progress_bar() as watch,
     ):
-        job = train_tasks(project, settings, choice_from(arguments), NAME if printed else out.stem)
+        name = NAME if printed else out.stem
+        job = train_tasks_job(project, settings, choice_from(arguments), name)
         trained = finish(job, watch)
     with output_file(out, ".skops") as file:
         write_atomically(file, trained.content)
