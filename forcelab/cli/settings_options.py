@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from forcelab.cli.options import UsageError, add_author, add_task
+from forcelab.cli.output import print_remark
 from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
 from forcelab.recognition.plugins import VARIABLES, Kind, is_import_path, load_plugin, name_path
@@ -116,7 +116,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         # That something is switched off which is not used anyway misleads nobody.
         used = value is not None and value is not False
         if used and (why := why_not_applied(name, vars(settings))):
-            print(f"forcelab: --{name.replace('_', '-')} has no effect {why}.", file=sys.stderr)
+            print_remark(f"forcelab: --{name.replace('_', '-')} has no effect {why}.")
     return settings
 
 

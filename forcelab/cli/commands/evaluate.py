@@ -29,15 +29,23 @@ import argparse
 import csv
 import io
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from joblib import cpu_count
 
-from forcelab.cli.files import check_outputs
+from forcelab.cli.files import check_figure, check_outputs, output_file, save_figure
 from forcelab.cli.options import UsageError, add_project, add_scheduler, join_scheduler, name_of
-from forcelab.cli.output import json_path, percent, printable, progress_bar, report, table
+from forcelab.cli.output import (
+    STANDARD_OUTPUT,
+    percent,
+    print_remark,
+    printable,
+    progress_bar,
+    report,
+    table,
+)
 from forcelab.cli.settings_options import add_settings, choice_from, settings_from
 from forcelab.errors import InputError
 from forcelab.formats.output_folder import file_names
@@ -144,7 +152,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--json", metavar="FILE", type=Path, help="write settings and all scores; - prints them"
     )
     parser.add_argument(
-        "--figure", metavar="FILE", type=Path, help="draw the timeline pairs (.svg, .pdf or .png)"
+        "--figure",
+        metavar="FILE",
+        type=Path,
+        help="draw the timeline pairs (.svg, .pdf or .png); - prints the SVG, and the scores go to "
+        "standard error; so with --confusion and --table",
     )
     parser.add_argument("--confusion", metavar="FILE", type=Path, help="draw the confusion matrix")
     parser.add_argument(
@@ -165,8 +177,11 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--folds is 2 or more, or 0, not {arguments.folds}.")
     figures = [path for path in (arguments.figure, arguments.confusion) if path is not None]
     _check_outputs(arguments, figures)
-    _check_suffixes(figures)
-    if (path := arguments.table) is not None and path.suffix.lower() != ".csv":
+    for path in figures:
+        check_figure(path)
+    printed = STANDARD_OUTPUT in (*figures, arguments.table)
+    path = arguments.table
+    if path not in (None, STANDARD_OUTPUT) and path.suffix.lower() != ".csv":
         raise InputError(f"'{path}' is no table that can be written; name it '{path.stem}.csv'.")
     # More processes than cores only cost their start.
     jobs = min(arguments.jobs or cpu_count(), cpu_count())
@@ -175,6 +190,12 @@ def run(arguments: argparse.Namespace) -> None:
         join_scheduler(arguments.scheduler),
         progress_bar() as watch,
     ):
+        tasks = set(project.demonstrations.tasks()) - {arguments.test_task}
+        if STANDARD_OUTPUT in figures and not arguments.task and len(tasks) > 1:
+            raise UsageError(
+                "Every task has a figure of its own, and standard output ('-') can hold one; "
+                "choose a --task, or name a file."
+            )
         # Where the filters need probabilities anyway, the review is to have them too.
         certainty = settings.needs_probabilities
         choice = choice_from(arguments)
@@ -192,36 +213,27 @@ def run(arguments: argparse.Namespace) -> None:
         _draw_pairs(evaluated, choice, vocabularies, pairs)
         _draw_confusion(evaluated, matrices)
         if arguments.table is not None:
-            write_table(arguments.table, evaluated)
+            with output_file(arguments.table, ".csv") as file:
+                write_table(file, evaluated)
     finally:  # What took hours is told, even where the disk has no room for a figure.
-        _report(evaluated, arguments.json)
+        _report(evaluated, arguments.json, aside=printed)
 
 
 def _check_outputs(arguments: argparse.Namespace, figures: list[Path]) -> None:
     """Refuse what is to be written where that cannot be or would replace what is read."""
-    written = [*figures, arguments.table, json_path(arguments.json)]
+    written = [*figures, arguments.table, arguments.json]
     check_outputs(written, [arguments.project, arguments.merge])
 
 
-def _check_suffixes(figures: list[Path]) -> None:
-    """Refuse a kind of picture there is not before the evaluation, not after it."""
-    if figures:
-        from forcelab.gui.figures.figure import check_suffix
-
-        for path in figures:
-            check_suffix(path)
-
-
-def _report(evaluated: TaskEvaluations, json_file: Path | None) -> None:
+def _report(evaluated: TaskEvaluations, json_file: Path | None, *, aside: bool) -> None:
     """Print the scores and write the JSON that was asked for."""
     results = [evaluation.to_json() for _, evaluation in evaluated.evaluations]
     several = {"evaluations": results, "remarks": list(evaluated.remarks)}
     content: Any = results[0] if evaluated.joined else several
-    report(
-        "\n\n".join(_score_tables(each) for _, each in evaluated.evaluations), content, json_file
-    )
+    text = "\n\n".join(_score_tables(each) for _, each in evaluated.evaluations)
+    report(text, content, json_file, aside=aside)
     for sentence in evaluated.remarks:
-        print(f"forcelab: {printable(sentence)}", file=sys.stderr)
+        print_remark(f"forcelab: {sentence}")
 
 
 def _score_tables(evaluation: Evaluation) -> str:
@@ -374,13 +386,14 @@ def _draw_pairs(
             )
             for result, scores in zip(results, each, strict=True)
         )
-        TimelinePairs(
+        figure = TimelinePairs(
             evaluation.title,
             pairs,
             joined(task_vocabularies, apart=choice.apart).with_actions(*evaluation.actions),
             evaluation.actions,
             note_key="At the right: accuracy after the filters.",
-        ).save(file)
+        )
+        save_figure(figure, file)
 
 
 def _draw_confusion(evaluated: TaskEvaluations, files: list[Path]) -> None:
@@ -394,4 +407,5 @@ def _draw_confusion(evaluated: TaskEvaluations, files: list[Path]) -> None:
     for (_, evaluation), file in zip(evaluated.evaluations, files, strict=True):
         pooled, _ = evaluation.scores("filtered")
         title = f"{evaluation.title}, after the filters"
-        ConfusionMatrix(title, evaluation.actions, np.array(pooled.confusion)).save(file)
+        figure = ConfusionMatrix(title, evaluation.actions, np.array(pooled.confusion))
+        save_figure(figure, file)
