@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import platform
+import re
 import sqlite3
 import sys
 from collections.abc import Callable, Iterator
@@ -80,7 +81,7 @@ def _checks() -> Iterator[Check]:
     for name, extra in PACKAGES.items():
         version = _version(name)
         yield Check(name, version or f"not installed (only the extra {extra} needs it)")
-    yield from _run_check("exact versions", _constraints)
+    yield from _run_check("versions", _constraints)
     yield from _run_check("Qt", _qt)
     yield from _run_check("video", _codecs)
     yield from _run_check("devices", _devices)
@@ -109,9 +110,12 @@ def _cure(name: str) -> str:
 
 
 def _constraints() -> Iterator[Check]:
-    """Where the versions are that make the figures of the guide."""
-    place = f"{asset('constraints.txt')} (for pip install -c, to get the guide's figures)"
-    yield Check("exact versions", place)
+    """Which file names the versions that make the guide's figures, and what differs from them."""
+    path = asset("constraints.txt")
+    pins = set(re.findall(r"^(\S+)==([^;\s]+)", path.read_text("utf-8"), re.MULTILINE))
+    others = [name for name in NEEDED if (name.lower(), _version(name)) not in pins]
+    here = f"those of {', '.join(others)} differ" if others else "as installed"
+    yield Check("versions of the guide's figures", f"{path} ({here})")
 
 
 def _qt() -> Iterator[Check]:
