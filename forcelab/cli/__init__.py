@@ -52,7 +52,7 @@ cure); 2 the command line is wrong.
 ORDER = (
     *("gui", "demo", "simulate", "import", "labels", "list", "runs", "assign", "note", "agree"),
     *("attach", "sync", "rename", "remove", "capture", "replay", "evaluate", "train", "predict"),
-    *("review", "why", "export", "plan", "actions", "figures", "measure", "doctor"),
+    *("review", "why", "export", "plan", "actions", "figures", "measure", "doctor", "guide"),
 )
 
 #: The options that cure errors which cannot know of them.

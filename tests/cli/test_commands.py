@@ -33,7 +33,7 @@ COMMANDS = [
     "gui", "demo", "simulate", "import", "labels", "list", "runs", "assign", "note", "agree",
     "attach", "sync", "rename", "remove", "capture", "replay", "evaluate",
     "train", "predict", "review", "why", "export", "plan", "actions", "figures", "measure",
-    "doctor", "install-launcher",
+    "doctor", "guide", "install-launcher",
 ]  # fmt: skip
 
 
