@@ -36,7 +36,7 @@ from forcelab.gui.layout import emphasise, resize_on_screen, search_field
 from forcelab.gui.shortcuts import COMMANDS, GROUPS, Keys, key_name
 from forcelab.gui.text import contains_words
 from forcelab.resources import versions
-from forcelab.version import __version__
+from forcelab.version import full_version
 
 
 def _pairs(*texts: str) -> tuple[tuple[str, str], ...]:
@@ -348,7 +348,7 @@ class AboutDialog(QDialog):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("About forcelab")
-        title = QLabel(f"forcelab {__version__}")
+        title = QLabel(f"forcelab {full_version()}")
         emphasise(title, 1.4)
         purpose = QLabel("Labels, recognises and scores the actions of hands in recorded forces.")
         self._facts = facts()

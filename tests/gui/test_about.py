@@ -9,7 +9,7 @@ from forcelab.gui import settings
 from forcelab.gui.exception_hook import log_file
 from forcelab.gui.help import AboutDialog
 from forcelab.resources import versions
-from forcelab.version import __version__
+from forcelab.version import full_version
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def dialog(app):
 
 def test_it_tells_versions_and_where_settings_and_log_lie(dialog):
     messages = {label.text() for label in dialog.findChildren(QLabel)}
-    assert f"forcelab {__version__}" in messages
+    assert f"forcelab {full_version()}" in messages
     known = versions()
     expected = {known["python"], known["numpy"], PySide6.__version__, qVersion(), str(log_file())}
     assert expected | {settings.settings().fileName()} <= messages
@@ -31,5 +31,5 @@ def test_it_tells_versions_and_where_settings_and_log_lie(dialog):
 def test_all_of_it_can_be_copied_for_a_report(dialog):
     dialog.copy_button.click()
     copied = QApplication.clipboard().text().splitlines()
-    assert f"forcelab: {__version__}" in copied
+    assert f"forcelab: {full_version()}" in copied
     assert f"log: {log_file()}" in copied
