@@ -53,7 +53,7 @@ ORDER = (
     *("gui", "demo", "simulate", "import", "labels", "list", "runs", "assign", "note", "agree"),
     *("attach", "sync", "rename", "remove", "capture", "replay", "evaluate", "train", "predict"),
     *("review", "why", "export", "plan", "actions", "figures", "measure", "doctor"),
-    *("install-launcher", "completion"),
+    *("guide", "install-launcher", "completion"),
 )
 
 #: The options that cure errors which cannot know of them.

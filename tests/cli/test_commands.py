@@ -36,7 +36,7 @@ COMMANDS = [
     "gui", "demo", "simulate", "import", "labels", "list", "runs", "assign", "note", "agree",
     "attach", "sync", "rename", "remove", "capture", "replay", "evaluate",
     "train", "predict", "review", "why", "export", "plan", "actions", "figures", "measure",
-    "doctor", "install-launcher", "completion",
+    "doctor", "guide", "install-launcher", "completion",
 ]  # fmt: skip
 #: Commands whose result is no text, or one for other programs already.
 WITHOUT_JSON = ("gui", "completion")
