@@ -1,4 +1,4 @@
-"""Words of many rooms: counted nouns, unknown words, searches, and names of coders and tasks."""
+"""Words of many rooms: counted nouns, unknown words, and names of coders and tasks."""
 
 from __future__ import annotations
 
@@ -11,6 +11,11 @@ from functools import lru_cache
 def amount(count: int) -> str:
     """Bytes in kB or MB: of what is small, MB would tell nothing."""
     return f"{count / 1e6:.1f} MB" if count >= 1e6 else f"{-(-count // 1000)} kB"
+
+
+def duration_text(seconds: float) -> str:
+    """Seconds, or minutes where there are many."""
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
 
 
 def counted(number: int, noun: str) -> str:
@@ -65,12 +70,6 @@ def unknown_word(noun: str, word: object, known: Collection[str]) -> str:
     near = get_close_matches(str(word), known, n=1)
     hint = f"did you mean '{near[0]}'? Choose" if near else "choose"
     return f"There is no {noun} '{word}'; {hint} from {', '.join(known)}."
-
-
-def contains_words(text: str, query: str) -> bool:
-    """Whether a text has each word of what is searched for, in any order."""
-    text = text.casefold()
-    return all(word in text for word in query.casefold().split())
 
 
 def tidy_name(name: str) -> str:

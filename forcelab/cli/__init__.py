@@ -20,7 +20,7 @@ from types import ModuleType
 from forcelab.cli import commands
 from forcelab.cli.interrupts import Interrupted, interruptible
 from forcelab.cli.options import Formatter, Parser, UsageError
-from forcelab.cli.output import printable
+from forcelab.cli.output import printable, quietly
 from forcelab.errors import ForcelabError, UnclearAuthorError, UnclearRateError
 from forcelab.version import full_version
 
@@ -107,7 +107,8 @@ def _run(argv: Sequence[str]) -> int:
             arguments = build_parser(argv).parse_args(argv)
         except SystemExit as stop:  # argparse has printed its sentence, or the help
             return stop.code if isinstance(stop.code, int) else 2
-        return int(arguments.command(arguments) or 0)
+        with quietly(arguments.quiet):
+            return int(arguments.command(arguments) or 0)
 
 
 def build_parser(argv: Sequence[str] | None = None) -> Parser:
@@ -173,6 +174,9 @@ def _add_command(
         formatter_class=Formatter,
     )
     module.add_options(parser)
+    parser.add_argument(
+        "-q", "--quiet", action="store_true", help="show neither progress nor remarks"
+    )
     parser.set_defaults(command=module.run)
 
 
