@@ -60,7 +60,7 @@ def small(tmp_path_factory):
     cheap = presets.preset("paper").replace(classifier="naive-bayes")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(presets, "preset", lambda _: cheap)
-        patch.setattr(generate, "performing", perform_grips)
+        patch.setattr(generate, "perform_job", perform_grips)
         assert finish(sample.make_sample_job(path, small=True))
     return path
 
