@@ -50,8 +50,10 @@ GROUPS = {
     "recognise and review": ("evaluate", "train", "predict", "runs", "review", "why", "plan"),
     "capture": ("capture", "replay"),
     "simulate and measure": ("simulate", "figures", "measure"),
-    "this machine": ("doctor", "install-launcher", "completion"),
+    "this machine": ("doctor", "install-launcher", "completion", "manual"),
 }
+#: The heading of the options that every command has.
+GENERAL = "general"
 #: The options that cure errors which cannot know of them.
 CURES = {UnclearAuthorError: "--author", UnclearRateError: "--rate"}
 
@@ -186,8 +188,9 @@ def _add_command(
         formatter_class=Formatter,
         add_help=False,
     )
+    parser._positionals.title = "arguments"
     module.add_options(parser)
-    group = parser.add_argument_group("general")
+    group = parser.add_argument_group(GENERAL)
     group.add_argument("-h", "--help", action="help", help="show this help")
     group.add_argument(
         "-q", "--quiet", action="store_true", help="show neither progress nor remarks"

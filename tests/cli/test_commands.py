@@ -35,10 +35,10 @@ COMMANDS = [
     "gui", "demo", "import", "labels", "attach", "sync", "export", "list", "assign", "note",
     "agree", "rename", "remove", "actions", "evaluate", "train", "predict", "runs", "review", "why",
     "plan", "capture", "replay", "simulate", "figures", "measure", "doctor", "install-launcher",
-    "completion",
+    "completion", "manual",
 ]  # fmt: skip
 #: Commands whose result is no text, or one for other programs already.
-WITHOUT_JSON = ("gui", "completion")
+WITHOUT_JSON = ("gui", "completion", "manual")
 
 
 @pytest.mark.parametrize("command", COMMANDS)
