@@ -22,10 +22,15 @@ if TYPE_CHECKING:
     from forcelab.errors import ForcelabError as ForcelabError
     from forcelab.errors import InputError as InputError
     from forcelab.formats import read as read
+    from forcelab.formats.data_frame import read_frame as read_frame
     from forcelab.formats.importing import import_files as import_files
     from forcelab.formats.label_files import LabelOptions as LabelOptions
     from forcelab.formats.label_files import import_labels as import_labels
     from forcelab.formats.recording import ReadOptions as ReadOptions
+    from forcelab.frames import runs_frame as runs_frame
+    from forcelab.frames import samples_frame as samples_frame
+    from forcelab.frames import scores_frame as scores_frame
+    from forcelab.frames import segments_frame as segments_frame
     from forcelab.jobs import finish as finish
     from forcelab.label_map import MergeMap as MergeMap
     from forcelab.labels import Segment as Segment
@@ -47,6 +52,8 @@ if TYPE_CHECKING:
     from forcelab.recognition.features import wavelet_features as wavelet_features
     from forcelab.recognition.metrics import Scores as Scores
     from forcelab.recognition.metrics import score_tracks as score_tracks
+    from forcelab.recognition.plugins import register_classifier as register_classifier
+    from forcelab.recognition.plugins import register_features as register_features
     from forcelab.recognition.presets import preset as preset
     from forcelab.recognition.recogniser import Recogniser as Recogniser
     from forcelab.recognition.results import Evaluation as Evaluation
@@ -122,9 +129,16 @@ _HOMES = {
     "prepare_examples": ("recognition.examples", "prepare_examples"),
     "preset": ("recognition.presets", "preset"),
     "read": ("formats", "read"),
+    "read_frame": ("formats.data_frame", "read_frame"),
+    "register_classifier": ("recognition.plugins", "register_classifier"),
+    "register_features": ("recognition.plugins", "register_features"),
     "review_queue": ("review.queue", "review_queue"),
+    "runs_frame": ("frames", "runs_frame"),
+    "samples_frame": ("frames", "samples_frame"),
     "save_recogniser": ("recognition.storage", "save_recogniser"),
     "score_tracks": ("recognition.metrics", "score_tracks"),
+    "scores_frame": ("frames", "scores_frame"),
+    "segments_frame": ("frames", "segments_frame"),
     "segments_from_codes": ("labels", "from_codes"),
     "simulate_job": ("simulation.generate", "simulate_job"),
     "train": ("recognition.training", "train"),

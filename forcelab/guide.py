@@ -11,9 +11,19 @@ from pathlib import Path
 
 from forcelab.errors import InputError
 from forcelab.resources import asset
-from forcelab.text import contains_words, unknown_word
+from forcelab.text import unknown_word
 
-__all__ = ["CONTENTS", "Match", "Page", "Section", "plain", "read_page", "read_pages", "search"]
+__all__ = [
+    "CONTENTS",
+    "Match",
+    "Page",
+    "Section",
+    "plain",
+    "read_page",
+    "read_pages",
+    "search",
+    "word_pattern",
+]
 
 #: The pages in reading order.
 CONTENTS = (
@@ -36,8 +46,10 @@ CONTENTS = (
 _FENCE, _HEADING = re.compile(r"\s*```"), re.compile(r"(#{1,6}) +(.*?)[ #]*$")
 #: Pictures and links, of which the words stay, and what else is no word.
 _LINK, _MARKS = re.compile(r"!?\[([^\]]*)\]\([^)]*\)"), re.compile(r"[*`]|\\(?=\W)")
-#: A line of a table that only separates its head, and the letters around the words found.
-_RULE, _EXCERPT = re.compile(r"[\s|:-]*"), 90
+#: How an item of a list begins; and a line of a table that only separates its head.
+_BULLET, _RULE = re.compile(r"^\s*(?:[-*+>]|\d+\.) "), re.compile(r"[\s|:-]*")
+#: So many letters are shown of a line in which something was found.
+_EXCERPT = 90
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +89,7 @@ class Page:
             elif not code and (heading := _HEADING.match(line)):
                 found.append((len(heading[1]), plain(heading[2]), []))
             elif found and not _RULE.fullmatch(line):
-                found[-1][2].append(line if code else plain(line))
+                found[-1][2].append(line if code else plain(_BULLET.sub("", line)))
         names = anchors(title for _, title, _ in found)
         return tuple(
             Section(self.name, level, title, name, tuple(lines))
@@ -105,10 +117,9 @@ def anchors(titles: Iterable[str]) -> list[str]:
 
 def plain(line: str) -> str:
     """A line of Markdown without its marks; cells of a table are apart by two blanks."""
-    line = re.sub(r"^\s*([-*+>]|\d+\.) ", "", _LINK.sub(r"\1", line.strip()))
-    if line.startswith("|"):
+    if line.lstrip().startswith("|"):
         line = re.sub(r"\s*(?<!\\)\|\s*", "  ", line)
-    return _MARKS.sub("", line).strip()
+    return _MARKS.sub("", _LINK.sub(r"\1", line)).strip()
 
 
 def read_page(name: str) -> Page:
@@ -136,27 +147,32 @@ def picture_folder() -> Path:
 
 
 def search(pages: Sequence[Page], query: str) -> list[Match]:
-    """Find the sections that contain all words; those with one in the heading come first."""
-    words = query.casefold().split()
+    """Find the sections that contain all words; those with most of them in the heading first."""
+    words = [re.compile(word_pattern(word), re.IGNORECASE) for word in query.split()]
     if not words:
         return []
 
     def hits(text: str) -> int:
-        return sum(word in text.casefold() for word in words)
+        return sum(word.search(text) is not None for word in words)
 
     found = [
         Match(section, _shorten(max(section.lines, key=hits, default=""), words))
         for page in pages
         for section in page.sections
-        if contains_words("\n".join((section.title, *section.lines)), query)
+        if hits("\n".join((section.title, *section.lines))) == len(words)
     ]
     return sorted(found, key=lambda match: -hits(match.section.title))
 
 
-def _shorten(line: str, words: Sequence[str]) -> str:
+def word_pattern(word: str) -> str:
+    """What finds a word, or one that begins with it."""
+    return rf"(?<!\w){re.escape(word)}"
+
+
+def _shorten(line: str, words: Sequence[re.Pattern[str]]) -> str:
     """As much of a line as shows the first of the words in it."""
-    places = [line.casefold().find(word) for word in words]
-    start = max(min((place for place in places if place >= 0), default=0) - _EXCERPT // 3, 0)
+    places = [match.start() for word in words if (match := word.search(line))]
+    start = max(min(places, default=0) - _EXCERPT // 3, 0)
     start = line.find(" ", start) + 1 if start else 0
     excerpt = line[start : start + _EXCERPT]
     if start + _EXCERPT < len(line):

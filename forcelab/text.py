@@ -1,4 +1,4 @@
-"""Words of many rooms: counted nouns, unknown words, searches, and names of coders and tasks."""
+"""Words of many rooms: counted nouns, unknown words, and names of coders and tasks."""
 
 from __future__ import annotations
 
@@ -70,12 +70,6 @@ def unknown_word(noun: str, word: object, known: Collection[str]) -> str:
     near = get_close_matches(str(word), known, n=1)
     hint = f"did you mean '{near[0]}'? Choose" if near else "choose"
     return f"There is no {noun} '{word}'; {hint} from {', '.join(known)}."
-
-
-def contains_words(text: str, query: str) -> bool:
-    """Whether a text has each word of what is searched for, in any order."""
-    text = text.casefold()
-    return all(word in text for word in query.casefold().split())
 
 
 def tidy_name(name: str) -> str:

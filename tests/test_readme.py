@@ -5,7 +5,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 
 from make_assets import ASSETS, assets
-from make_guide import DOCUMENTS, README, ROOT
+from make_guide import DOCUMENTS, GUIDE, README, ROOT
 
 TEXT = README.read_text("utf-8")
 
@@ -36,3 +36,14 @@ def test_what_the_commands_write_into_a_clone_is_ignored():
     for name in named:
         places = (name, f"{name}/")
         assert any(fnmatch(place, rule) for place in places for rule in ignored), name
+
+
+def test_the_results_are_those_that_the_guide_shows_with_their_intervals():
+    guide = (GUIDE / "method.md").read_text("utf-8")
+    rows = re.findall(
+        r"^\| (`[a-z]+`).*?\| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", TEXT, re.M
+    )
+    assert len(rows) >= 4
+    for preset, *scores in rows:
+        shown = re.search(rf"^\| {preset} \|(.*\(.*–.*)$", guide, re.M)[1].split("|")
+        assert [cell.split()[0] for cell in shown[:4]] == scores, preset

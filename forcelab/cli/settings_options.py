@@ -10,6 +10,7 @@ from forcelab.cli.options import UsageError, add_author, add_task
 from forcelab.cli.output import print_remark
 from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
+from forcelab.recognition.plugins import VARIABLES, Kind, is_import_path, load_plugin, name_path
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import (
     FIELD_GROUPS,
@@ -84,6 +85,8 @@ def _add_option(group: argparse._ArgumentGroup, field: SettingField, default: ob
         text = f"{field.label[0].lower()}{field.label[1:]}: {text}"
     if field.options:
         text += f"; {', '.join(value for value, _ in field.options)}"
+    if field.name in VARIABLES:
+        text += "; or your own as MODULE:FUNCTION"
     if field.default is not None and "off:" not in text:
         text += "; or off"
     if isinstance(default, tuple):
@@ -131,6 +134,9 @@ def _value(field: SettingField, text: Any) -> Any:
             raise UsageError(f"--windows takes seconds such as 0.01,0.1, not '{text}'.") from error
     if field.kind == "channels":
         return tuple(name.strip() for name in text.split(","))
+    for kind in VARIABLES:
+        if field.name == kind:
+            return "+".join(_named(kind, part) for part in text.split("+"))
     if field.default is None:
         return text
     if text == "off":
@@ -140,6 +146,14 @@ def _value(field: SettingField, text: Any) -> Any:
     except ValueError as error:
         expected = "a whole number" if field.kind == "whole" else "a number"
         raise UsageError(f"--{field.name} takes {expected} or 'off', not '{text}'.") from error
+
+
+def _named(kind: Kind, text: str) -> str:
+    """A name as it is, or a path of one's own, which this names."""
+    name = name_path(kind, text)
+    if is_import_path(name):
+        load_plugin(kind, name)  # what is wrong with it is said before the work
+    return name
 
 
 def choice_from(arguments: argparse.Namespace) -> DataSelection:

@@ -26,7 +26,7 @@ from forcelab.errors import InputError
 from forcelab.gui.document import Document
 from forcelab.gui.layout import page_layout, set_enabled_with_reason, toned_label
 from forcelab.gui.shortcuts import COMMANDS, Keys, key_name
-from forcelab.text import contains_words
+from forcelab.gui.text import contains_words
 
 _ROW = Qt.ItemDataRole.UserRole
 

@@ -50,8 +50,7 @@ from forcelab.gui.review.trainer import Trainer
 from forcelab.gui.review.training_preferences import AUTOMATIC, PRESET
 from forcelab.gui.setting_editors import Editor, editor_for
 from forcelab.gui.shortcuts import Keys
-from forcelab.gui.text import escape_ampersands
-from forcelab.text import contains_words
+from forcelab.gui.text import contains_words, escape_ampersands
 
 
 class Row(QWidget):

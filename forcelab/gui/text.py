@@ -16,6 +16,12 @@ def escape_ampersands(name: str) -> str:
     return name.replace("&", "&&")
 
 
+def contains_words(text: str, query: str) -> bool:
+    """Whether a text has each word of what is searched for, in any order."""
+    text = text.casefold()
+    return all(word in text for word in query.casefold().split())
+
+
 def name_fields(sentence: str, fields: Mapping[str, str]) -> str:
     """A sentence with the fields of a dialog in place of the options of the command line.
 

@@ -21,6 +21,7 @@ from forcelab.cli.options import add_json
 from forcelab.cli.output import json_text
 from forcelab.errors import InputError
 from forcelab.extras import PACKAGES
+from forcelab.resources import asset
 from forcelab.version import full_version
 
 #: Packages without which a part of the program does not run.
@@ -79,6 +80,7 @@ def _checks() -> Iterator[Check]:
     for name, extra in PACKAGES.items():
         version = _version(name)
         yield Check(name, version or f"not installed (only the extra {extra} needs it)")
+    yield from _run_check("exact versions", _constraints)
     yield from _run_check("Qt", _qt)
     yield from _run_check("video", _codecs)
     yield from _run_check("devices", _devices)
@@ -104,6 +106,12 @@ def _cure(name: str) -> str:
     return (
         f"{sys.executable} -m pip install {'--force-reinstall .' if name == 'forcelab' else name}"
     )
+
+
+def _constraints() -> Iterator[Check]:
+    """Where the versions are that make the figures of the guide."""
+    place = f"{asset('constraints.txt')} (for pip install -c, to get the guide's figures)"
+    yield Check("exact versions", place)
 
 
 def _qt() -> Iterator[Check]:

@@ -7,9 +7,20 @@ evaluated one by one unless --task is given several times. The result is kept in
 project as a run for the review; options that say so keep none, because the review would
 train again without them.
 
+--classifier also takes one of your own by its import path, MODULE:FUNCTION: called without
+arguments it gives an unfitted classifier as scikit-learn's are. --features takes a function
+of yours, alone or beside others: of an array of samples by channels, without gaps, and of
+the samples a second it makes a row of features for each sample. Runs and recognisers keep
+the paths, and no file can have them run: to use such a recogniser, or to ask why of such a
+run, name them again, as in FORCELAB_CLASSIFIERS=mylab.models:make_forest and
+FORCELAB_FEATURES. Installed packages name theirs by entry points of the groups
+forcelab.classifiers and forcelab.features.
+
 for example:
   forcelab evaluate lab.forcelab --task stylus --preset best --figure pairs.svg
   forcelab evaluate lab.forcelab --task stylus --test-names 'bob-*' --adapt
+  forcelab evaluate lab.forcelab --task stylus --classifier mylab.models:make_forest
+  forcelab evaluate lab.forcelab --preset best --features windows+mylab.signals:band_energy
 """
 
 from __future__ import annotations
@@ -17,7 +28,7 @@ from __future__ import annotations
 import argparse
 import csv
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -38,12 +49,13 @@ from forcelab.cli.settings_options import add_settings, choice_from, settings_fr
 from forcelab.errors import InputError
 from forcelab.formats.output_folder import file_names
 from forcelab.formats.track_text import quoted_text
+from forcelab.frames import score_rows
 from forcelab.io import write_atomically
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.experiments import TaskEvaluations, evaluate_tasks_job
-from forcelab.recognition.intervals import METHOD, METRICS, Intervals, look_up
+from forcelab.recognition.intervals import METHOD, METRICS, Intervals
 from forcelab.recognition.metrics import Scores
 from forcelab.recognition.results import Evaluation
 from forcelab.text import counted
@@ -63,25 +75,9 @@ def write_table(path: Path, evaluated: TaskEvaluations) -> None:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow((*FIRST, *METRICS))
     for _, evaluation in evaluated.evaluations:
-        for stage in evaluation.kinds:
-            for row, name, values in _rows(evaluation, stage):
-                texts = map(quoted_text, (evaluation.title, stage, row, name))
-                writer.writerow((*texts, *values))
+        for *words, values in score_rows(evaluation):
+            writer.writerow((*map(quoted_text, (evaluation.title, *words)), *values))
     write_atomically(path, text.getvalue().encode())
-
-
-def _rows(evaluation: Evaluation, stage: str) -> Iterator[tuple[str, str, list[Any]]]:
-    """What a line is of, the demonstration's name, and the metrics."""
-    pooled, each = evaluation.scores(stage)
-    for scores in each:
-        record = scores.to_json()
-        yield "demonstration", scores.name, [look_up(record, metric) for metric in METRICS]
-    record = pooled.to_json()
-    yield "pooled", "", [look_up(record, metric) for metric in METRICS]
-    ranges = evaluation.intervals(stage)
-    for end, name in enumerate(("lower", "upper")):
-        intervals = (ranges[metric] for metric in METRICS)
-        yield name, "", [None if ends is None else ends[end] for ends in intervals]
 
 
 #: What the scores are, at the end of the manual of ``evaluate``.

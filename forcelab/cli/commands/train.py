@@ -1,6 +1,9 @@
 """Train a recogniser on all labelled demonstrations.
 
-The file holds no pickle and can be passed on. The project keeps a copy.
+The file holds no pickle and can be passed on. The project keeps a copy. A recogniser with a
+classifier or features of your own (MODULE:FUNCTION, see evaluate) is loaded only where its
+user names the same paths, as in FORCELAB_CLASSIFIERS=mylab.models:make_forest. What such a
+classifier consists of must be scikit-learn's or classes of its own package.
 
 for example:
   forcelab train lab.forcelab --task stylus --preset best --out stylus.skops

@@ -31,9 +31,9 @@ from forcelab.gui.layout import (
     set_enabled_with_reason,
     toned_label,
 )
+from forcelab.gui.text import contains_words
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.project import DemonstrationInfo, Project
-from forcelab.text import contains_words
 
 #: What the choice of projects says after them.
 ANOTHER = "Another project…"

@@ -16,12 +16,13 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures.pairs import Pair, PairRow
 from forcelab.gui.figures.tracks import agreed_share
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.text import contains_words
 from forcelab.labels import Segments, is_model
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition.results import DemonstrationResult
 from forcelab.review.differences import Difference, as_trained, find_differences
 from forcelab.review.run_result import RunResult
-from forcelab.text import contains_words, natural_order
+from forcelab.text import natural_order
 
 #: Tracks by coder, spelt as in the run.
 Tracks = Mapping[str, Segments]
