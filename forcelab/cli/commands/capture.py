@@ -232,38 +232,41 @@ LOOK, BLOCK = 0.1, 0.02
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("project", metavar="PROJECT", type=Path, nargs="?", help=PROJECT)
-    parser.add_argument(
+    group = parser.add_argument_group("what is recorded")
+    group.add_argument(
         "--device",
         metavar="DEVICE",
         action="append",
         default=[],
         help="such as optoforce:/dev/ttyACM0; may be repeated",
     )
-    parser.add_argument(
+    group.add_argument(
         "--camera",
         metavar="N",
         action="append",
         default=[],
         help="number or device of a camera; may be repeated",
     )
-    add_task(parser, "task of the demonstration")
-    parser.add_argument("--name", metavar="NAME", help="its name (the task and the next number)")
-    parser.add_argument(
+    group = parser.add_argument_group("the demonstration")
+    add_task(group, "task of the demonstration")
+    group.add_argument("--name", metavar="NAME", help="its name (the task and the next number)")
+    group.add_argument(
         "--seconds", metavar="N", type=float, help="how long to record (until Ctrl+C)"
     )
-    parser.add_argument(
+    group = parser.add_argument_group("live recognition")
+    group.add_argument(
         "--recogniser",
         metavar="FILE",
         type=Path,
         help="label the recording live with a recogniser that train wrote; its track is kept",
     )
-    parser.add_argument(
+    group.add_argument(
         "--latency",
         metavar="SECONDS",
         type=float,
         help="delay of labels behind the forces; the longer, the better they are (0.3)",
     )
-    parser.add_argument(
+    group.add_argument(
         "--lsl-out",
         metavar="NAME",
         help="send the labels to the Lab Streaming Layer as well: the stream NAME has the action "
