@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from datetime import datetime
 from pathlib import Path, PurePath
 from typing import Final
+from urllib.parse import quote
 
 from forcelab.errors import InputError, StoreBusyError
 from forcelab.project.files import (
@@ -270,10 +271,8 @@ def store_uri(file: PurePath, mode: str) -> str:
 
     ``Path.as_uri`` puts one there for a folder that Windows finds in the network.
     """
-    address = file.as_uri()
-    if not address.startswith("file:///"):
-        address = address.replace("file:", "file://", 1)
-    return f"{address}?mode={mode}"
+    path = quote(os.fsencode(file.as_posix()), safe="/:")
+    return f"file://{'' if path.startswith('/') else '/'}{path}?mode={mode}"
 
 
 def _ready(connection: sqlite3.Connection, folder: Path) -> sqlite3.Connection:
