@@ -3,8 +3,9 @@
 ``dir(forcelab)`` names what scripts need, ``help(forcelab.NAME)`` explains each; everything else is
 found in the module that is named for it. They are loaded when they are first used.
 
-Most scripts open a :class:`Project`, or :func:`read` a file. What takes long is a generator of its
-progress; :func:`finish` runs it to the end and gives its result.
+Most scripts open a :class:`Project`, or :func:`read` a file. What has a name that ends in ``_job``
+gives a generator of its progress; :func:`finish` runs it to the end and gives its result. All else
+gives its result at once.
 """
 
 from __future__ import annotations
@@ -21,10 +22,15 @@ if TYPE_CHECKING:
     from forcelab.errors import ForcelabError as ForcelabError
     from forcelab.errors import InputError as InputError
     from forcelab.formats import read as read
+    from forcelab.formats.data_frame import read_frame as read_frame
     from forcelab.formats.importing import import_files as import_files
     from forcelab.formats.label_files import LabelOptions as LabelOptions
     from forcelab.formats.label_files import import_labels as import_labels
     from forcelab.formats.recording import ReadOptions as ReadOptions
+    from forcelab.frames import runs_frame as runs_frame
+    from forcelab.frames import samples_frame as samples_frame
+    from forcelab.frames import scores_frame as scores_frame
+    from forcelab.frames import segments_frame as segments_frame
     from forcelab.jobs import finish as finish
     from forcelab.label_map import MergeMap as MergeMap
     from forcelab.labels import Segment as Segment
@@ -32,18 +38,22 @@ if TYPE_CHECKING:
     from forcelab.labels import from_codes as segments_from_codes
     from forcelab.project import Project as Project
     from forcelab.project.track_editor import TrackEditor as TrackEditor
-    from forcelab.recognition.cross_validation import leave_one_out as leave_one_out
-    from forcelab.recognition.cross_validation import train_and_test as train_and_test
+    from forcelab.recognition.cross_validation import leave_one_out_job as leave_one_out_job
+    from forcelab.recognition.cross_validation import train_and_test_job as train_and_test_job
     from forcelab.recognition.dataset import DataSelection as DataSelection
     from forcelab.recognition.dataset import load_dataset as load_dataset
+    from forcelab.recognition.estimators import ForceActionClassifier as ForceActionClassifier
+    from forcelab.recognition.estimators import ForceFeatures as ForceFeatures
     from forcelab.recognition.examples import Examples as Examples
     from forcelab.recognition.examples import LabelledDemonstration as LabelledDemonstration
     from forcelab.recognition.examples import prepare_examples as prepare_examples
-    from forcelab.recognition.experiments import evaluate_tasks as evaluate_tasks
-    from forcelab.recognition.experiments import train_tasks as train_tasks
+    from forcelab.recognition.experiments import evaluate_tasks_job as evaluate_tasks_job
+    from forcelab.recognition.experiments import train_tasks_job as train_tasks_job
     from forcelab.recognition.features import wavelet_features as wavelet_features
     from forcelab.recognition.metrics import Scores as Scores
     from forcelab.recognition.metrics import score_tracks as score_tracks
+    from forcelab.recognition.plugins import register_classifier as register_classifier
+    from forcelab.recognition.plugins import register_features as register_features
     from forcelab.recognition.presets import preset as preset
     from forcelab.recognition.recogniser import Recogniser as Recogniser
     from forcelab.recognition.results import Evaluation as Evaluation
@@ -51,22 +61,22 @@ if TYPE_CHECKING:
     from forcelab.recognition.storage import load_recogniser as load_recogniser
     from forcelab.recognition.storage import save_recogniser as save_recogniser
     from forcelab.recognition.training import train as train
-    from forcelab.review.agreement import agreement as agreement
+    from forcelab.review.agreement import agreement_job as agreement_job
     from forcelab.review.agreement import coded_demonstrations as coded_demonstrations
-    from forcelab.review.explanation import explain_at as explain_at
+    from forcelab.review.explanation import explain_at_job as explain_at_job
     from forcelab.review.queue import review_queue as review_queue
     from forcelab.review.run_comparison import compare_runs as compare_runs
     from forcelab.review.run_result import RunResult as RunResult
     from forcelab.review.run_result import latest_run as latest_run
     from forcelab.review.run_result import load_run as load_run
-    from forcelab.sample import making as making_sample
+    from forcelab.sample import make_sample_job as make_sample_job
     from forcelab.signals.cwt import cwt as cwt
     from forcelab.signals.wavelets import DOG as DOG
     from forcelab.signals.wavelets import Haar as Haar
     from forcelab.signals.wavelets import Morlet as Morlet
     from forcelab.signals.wavelets import RealMorlet as RealMorlet
-    from forcelab.simulation.generate import simulating as simulating
-    from forcelab.simulation.tasks import performing as performing
+    from forcelab.simulation.generate import simulate_job as simulate_job
+    from forcelab.simulation.tasks import perform_job as perform_job
     from forcelab.terms import glossary as glossary
     from forcelab.vocabulary import Vocabulary as Vocabulary
 
@@ -78,6 +88,8 @@ _HOMES = {
     "Demonstration": ("demonstration", "Demonstration"),
     "Evaluation": ("recognition.results", "Evaluation"),
     "Examples": ("recognition.examples", "Examples"),
+    "ForceActionClassifier": ("recognition.estimators", "ForceActionClassifier"),
+    "ForceFeatures": ("recognition.estimators", "ForceFeatures"),
     "ForcelabError": ("errors", "ForcelabError"),
     "Haar": ("signals.wavelets", "Haar"),
     "InputError": ("errors", "InputError"),
@@ -96,35 +108,42 @@ _HOMES = {
     "Track": ("labels", "Track"),
     "TrackEditor": ("project.track_editor", "TrackEditor"),
     "Vocabulary": ("vocabulary", "Vocabulary"),
-    "agreement": ("review.agreement", "agreement"),
+    "agreement_job": ("review.agreement", "agreement_job"),
     "coded_demonstrations": ("review.agreement", "coded_demonstrations"),
     "compare_runs": ("review.run_comparison", "compare_runs"),
     "cwt": ("signals.cwt", "cwt"),
-    "evaluate_tasks": ("recognition.experiments", "evaluate_tasks"),
-    "explain_at": ("review.explanation", "explain_at"),
+    "evaluate_tasks_job": ("recognition.experiments", "evaluate_tasks_job"),
+    "explain_at_job": ("review.explanation", "explain_at_job"),
     "finish": ("jobs", "finish"),
     "glossary": ("terms", "glossary"),
     "import_files": ("formats.importing", "import_files"),
     "import_labels": ("formats.label_files", "import_labels"),
     "latest_run": ("review.run_result", "latest_run"),
     "join_cluster": ("cluster", "join_cluster"),
-    "leave_one_out": ("recognition.cross_validation", "leave_one_out"),
+    "leave_one_out_job": ("recognition.cross_validation", "leave_one_out_job"),
     "load_dataset": ("recognition.dataset", "load_dataset"),
     "load_recogniser": ("recognition.storage", "load_recogniser"),
     "load_run": ("review.run_result", "load_run"),
-    "making_sample": ("sample", "making"),
-    "performing": ("simulation.tasks", "performing"),
+    "make_sample_job": ("sample", "make_sample_job"),
+    "perform_job": ("simulation.tasks", "perform_job"),
     "prepare_examples": ("recognition.examples", "prepare_examples"),
     "preset": ("recognition.presets", "preset"),
     "read": ("formats", "read"),
+    "read_frame": ("formats.data_frame", "read_frame"),
+    "register_classifier": ("recognition.plugins", "register_classifier"),
+    "register_features": ("recognition.plugins", "register_features"),
     "review_queue": ("review.queue", "review_queue"),
+    "runs_frame": ("frames", "runs_frame"),
+    "samples_frame": ("frames", "samples_frame"),
     "save_recogniser": ("recognition.storage", "save_recogniser"),
     "score_tracks": ("recognition.metrics", "score_tracks"),
+    "scores_frame": ("frames", "scores_frame"),
+    "segments_frame": ("frames", "segments_frame"),
     "segments_from_codes": ("labels", "from_codes"),
-    "simulating": ("simulation.generate", "simulating"),
+    "simulate_job": ("simulation.generate", "simulate_job"),
     "train": ("recognition.training", "train"),
-    "train_and_test": ("recognition.cross_validation", "train_and_test"),
-    "train_tasks": ("recognition.experiments", "train_tasks"),
+    "train_and_test_job": ("recognition.cross_validation", "train_and_test_job"),
+    "train_tasks_job": ("recognition.experiments", "train_tasks_job"),
     "wavelet_features": ("recognition.features", "wavelet_features"),
 }
 

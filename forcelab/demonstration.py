@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
 from forcelab.text import unknown_word
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 __all__ = ["GAP_PERIODS", "LARGEST", "Channel", "Demonstration", "VideoReference"]
 
@@ -117,8 +122,8 @@ class Demonstration:
 
     name: str
     task: str
-    times: NDArray[np.float64]
-    signals: NDArray[np.float64]
+    times: NDArray[np.float64] = field(repr=False)
+    signals: NDArray[np.float64] = field(repr=False)
     channels: tuple[Channel, ...]
     videos: tuple[VideoReference, ...] = ()
     grid_rate: float | None = None
@@ -172,6 +177,48 @@ class Demonstration:
         """Restore a pickled copy; arrays come out of a pickle writeable."""
         self.__dict__.update(state)
         self.times.flags.writeable = self.signals.flags.writeable = False
+
+    @classmethod
+    def from_frame(
+        cls,
+        frame: DataFrame | Mapping[str, ArrayLike],
+        name: str,
+        *,
+        task: str = "",
+        time: str | None = None,
+        rate: float | None = None,
+        leave_out: Sequence[str] = (),
+    ) -> Demonstration:
+        """A demonstration of the columns of a data frame, or of a dictionary of arrays.
+
+        Columns are understood as by :func:`forcelab.read_frame`, which gives their labels as well;
+        what that repairs is refused here.
+
+        Parameters
+        ----------
+        frame : pandas.DataFrame or mapping of str to array_like
+            Columns of times and numbers; columns of words are passed over.
+        name, task : str
+            What the demonstration and its task are called.
+        time : str, optional
+            The column of times; found by itself by default. They may be irregular.
+        rate : float, optional
+            Samples a second, where there is no column of times.
+        leave_out : sequence of str
+            Columns that become no channels.
+
+        Raises
+        ------
+        InputError
+            If there is no column of times and no rate, no column of numbers, or times do not
+            increase.
+        """
+        import forcelab  # by whose names the rooms above can be called from here
+
+        options = forcelab.ReadOptions(
+            task=task, time=time, rate=rate, leave_out=tuple(leave_out), strict=True
+        )
+        return forcelab.read_frame(frame, name, options).demonstration
 
     @property
     def video(self) -> VideoReference | None:

@@ -13,6 +13,11 @@ def amount(count: int) -> str:
     return f"{count / 1e6:.1f} MB" if count >= 1e6 else f"{-(-count // 1000)} kB"
 
 
+def duration_text(seconds: float) -> str:
+    """Seconds, or minutes where there are many."""
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
+
+
 def counted(number: int, noun: str) -> str:
     """A number with its noun: ``1 run``, ``6,008 samples``."""
     return f"{number:,} {noun}{'s' * (number != 1)}"

@@ -20,7 +20,7 @@ LONG = (
     "recognition/test_cross_validation.py",
     "gui/review/test_tradeoff.py",
     "simulation/test_tasks.py",
-    "test_readme.py",
+    "test_guide.py",
     "cli/test_commands.py",
     "e2e/test_review.py",
     "cli/test_evaluate.py",

@@ -539,9 +539,9 @@ def evaluate_as_run(
     project: Project, labelled: list[LabelledDemonstration], settings: Settings, folds: int = 0
 ) -> RunResult:
     """Evaluate as a run of the project would."""
-    from forcelab.recognition.cross_validation import leave_one_out
+    from forcelab.recognition.cross_validation import leave_one_out_job
 
-    evaluation = finish(leave_one_out(labelled, settings, "foam", folds=folds))
+    evaluation = finish(leave_one_out_job(labelled, settings, "foam", folds=folds))
     ids = [item.demonstration.id for item in labelled]
     return unscored_run_result(
         [replace(item.result, task="foam") for item in evaluation.tested],

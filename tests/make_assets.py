@@ -1,4 +1,4 @@
-"""Makes the example recordings and the pictures in assets/: ``python tests/make_assets.py``.
+"""Makes the example recordings and pictures in assets/: ``python tests/make_assets.py``.
 
 Six synthetic foam pick-ups at 200 Hz, one CSV each, with a coder's labels in the last column; and
 out of simulated videos a picture of every action, as it begins and as it ends, and one of every
@@ -19,7 +19,7 @@ from forcelab.jobs import finish
 from forcelab.labels import UNLABELLED, Segments, to_codes
 from forcelab.simulation.rendering import Stage
 from forcelab.simulation.scene import TASKS, Performance, Task
-from forcelab.simulation.tasks import performing
+from forcelab.simulation.tasks import perform_job
 from forcelab.terms import glossary
 
 ASSETS = Path(__file__).resolve().parents[1] / "assets"
@@ -76,7 +76,7 @@ def instant(performance: Performance, action: str, share: float) -> float:
 
 def pictures() -> dict[str, np.ndarray]:
     """The file name and the pixels of each picture."""
-    performed = {task: finish(performing(task, 1, [1], taps=False))[0] for task in TASKS}
+    performed = {task: finish(perform_job(task, 1, [1], taps=False))[0] for task in TASKS}
     stages = {task: Stage(performance, (640, 360)) for task, performance in performed.items()}
     gap = np.full((180, 8, 3), 255, np.uint8)
 
@@ -91,7 +91,7 @@ def pictures() -> dict[str, np.ndarray]:
         pair = [frame(task, entry.action, share, 320) for share in (BEGINNING, END)]
         images[entry.picture] = np.hstack([pair[0], gap, pair[1]])
     strip = [frame(task, *TELLING[task], 384) for task in TASKS]
-    images["tasks.png"] = np.hstack(strip)
+    images["guide/pictures/tasks.png"] = np.hstack(strip)
     return images
 
 

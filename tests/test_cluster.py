@@ -26,7 +26,7 @@ from forcelab.labels import Track
 from forcelab.measure.recognition import VARIANTS, measure_variants
 from forcelab.parallel import run_job, share_work
 from forcelab.project import Project
-from forcelab.recognition.cross_validation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.training import training_job
 
 HELPERS = str(Path(__file__).parent)
@@ -99,9 +99,9 @@ def test_a_scheduler_without_workers_is_refused(processes):
 def test_an_evaluation_is_the_same_on_a_cluster_as_here(address):
     items = labelled_set(3, rate=100.0)
     with join_cluster(address) as cluster:
-        there = finish(leave_one_out(items, SETTINGS)).to_json()
+        there = finish(leave_one_out_job(items, SETTINGS)).to_json()
         assert cluster.report().startswith(f"2 workers of {address} did 3 pieces of work in ")
-    here = finish(leave_one_out(items, SETTINGS)).to_json()
+    here = finish(leave_one_out_job(items, SETTINGS)).to_json()
     for evaluation in (there, here):
         del evaluation["seconds"]
     assert there == here

@@ -21,9 +21,9 @@ from types import ModuleType
 from forcelab.cli import commands
 from forcelab.cli.interrupts import Interrupted, interruptible
 from forcelab.cli.options import Formatter, Parser, UsageError
-from forcelab.cli.output import printable
+from forcelab.cli.output import printable, quietly
 from forcelab.errors import ForcelabError, UnclearAuthorError, UnclearRateError
-from forcelab.version import __version__
+from forcelab.version import full_version
 
 __all__ = ["build_parser", "command_modules", "main"]
 
@@ -44,7 +44,7 @@ To begin with:
 """
 
 CLOSING = """\
-Every command but gui has --json; 'forcelab help COMMAND' or 'forcelab COMMAND --help' explains it.
+Every command with a result has --json; 'forcelab help COMMAND' explains a command.
 Exit status: 0 done; 1 a file or project stands in the way (one sentence says what, where and the
 cure); 2 the command line is wrong.
 """
@@ -54,6 +54,7 @@ ORDER = (
     *("gui", "demo", "simulate", "import", "labels", "list", "runs", "assign", "note", "agree"),
     *("attach", "sync", "rename", "remove", "capture", "replay", "evaluate", "train", "predict"),
     *("review", "why", "export", "plan", "actions", "figures", "measure", "doctor"),
+    *("install-launcher", "completion"),
 )
 
 #: The options that cure errors which cannot know of them.
@@ -106,24 +107,40 @@ def _run(argv: Sequence[str]) -> int:
             arguments = build_parser(argv).parse_args(argv)
         except SystemExit as stop:  # argparse has printed its sentence, or the help
             return stop.code if isinstance(stop.code, int) else 2
-        return int(arguments.command(arguments) or 0)
+        with quietly(arguments.quiet):
+            return int(arguments.command(arguments) or 0)
 
 
-def build_parser(argv: Sequence[str]) -> Parser:
+def build_parser(argv: Sequence[str] | None = None) -> Parser:
     """The parser of the whole command line, with the options of the command that `argv` names.
 
-    Only that command's module is imported: listing a project loads no scikit-learn.
+    Only that command's module is imported: listing a project loads no scikit-learn. Without `argv`
+    the parser knows the options of all commands.
     """
     parser = Parser(prog="forcelab", description=MANUAL, epilog=CLOSING, formatter_class=Formatter)
-    parser.add_argument("-V", "--version", action="version", version=f"forcelab {__version__}")
+    parser.add_argument(
+        *("-V", "--version"),
+        action=_PrintVersion,
+        nargs=0,
+        default=argparse.SUPPRESS,
+        help="show the version, and of a checkout its commit",
+    )
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    named = next((word for word in argv if not word.startswith("-")), None)
+    named = next((word for word in argv or () if not word.startswith("-")), None)
     for name, module in command_modules().items():
-        if name == named:
+        if argv is None or name == named:
             _add_command(subparsers, name, import_module(module))
         else:
             subparsers.add_parser(name, help=_summary(module), add_help=False)
     return parser
+
+
+class _PrintVersion(argparse.Action):
+    """Prints the version; a checkout's is only looked up when it is asked for."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        print(f"forcelab {full_version()}")
+        parser.exit()
 
 
 def command_modules() -> dict[str, str]:
@@ -157,6 +174,9 @@ def _add_command(
         formatter_class=Formatter,
     )
     module.add_options(parser)
+    parser.add_argument(
+        "-q", "--quiet", action="store_true", help="show neither progress nor remarks"
+    )
     parser.set_defaults(command=module.run)
 
 

@@ -12,6 +12,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NoReturn
 
+from forcelab.cli.output import print_remark
 from forcelab.cluster import join_cluster
 from forcelab.errors import InputError
 from forcelab.text import tidy_name
@@ -163,7 +164,7 @@ def join_scheduler(address: str | None) -> Iterator[None]:
         return
     with join_cluster(address) as cluster:
         yield
-        print(f"forcelab: {cluster.report()}", file=sys.stderr)
+        print_remark(f"forcelab: {cluster.report()}")
 
 
 def add_column_options(parser: argparse.ArgumentParser) -> None:

@@ -125,8 +125,10 @@ def make_recording(
     body: TableBody,
     options: ReadOptions,
     more_remarks: Sequence[str] = (),
+    *,
+    beside: bool = True,
 ) -> Recording:
-    """A demonstration of the rows of a table, with its labels and those beside its file."""
+    """A demonstration of the rows of a table, with its labels and those `beside` its file."""
     if body.times is not None and roles.nanoseconds is not None:
         nanoseconds = body.values[roles.nanoseconds]
         if (nanoseconds >= 1e9).any():
@@ -162,10 +164,13 @@ def make_recording(
     demonstration = Demonstration(
         name, options.task or "", repaired.times, signals, channels, grid_rate=options.rate
     )
-    tracks, label_remarks = own_or_beside_tracks(
-        layout.path, _own_tracks(table, repaired, options), options, repaired.start, demonstration
-    )
-    return Recording(demonstration, tracks, (*remarks, *label_remarks))
+    tracks = _own_tracks(table, repaired, options)
+    if beside:
+        tracks, label_remarks = own_or_beside_tracks(
+            layout.path, tracks, options, repaired.start, demonstration
+        )
+        remarks += label_remarks
+    return Recording(demonstration, tracks, tuple(remarks))
 
 
 #: More rows with another number of cells than this share (and than one) are no slip of a logger.

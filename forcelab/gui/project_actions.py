@@ -138,7 +138,7 @@ class ProjectActions(QObject):
 
     def make_sample(self, path: Path) -> None:
         """Make the sample project in the background, if need be, and open it."""
-        from forcelab.sample import making
+        from forcelab.sample import make_sample_job
 
         def ready(_: bool) -> None:
             self.sampling.emit(None)
@@ -153,7 +153,7 @@ class ProjectActions(QObject):
             self.refused.emit(str(error))
 
         self.sampling.emit(Progress(0, 1, "making the sample project"))
-        job = making(path, os.cpu_count() or 1)
+        job = make_sample_job(path, os.cpu_count() or 1)
         self._jobs.run(job, ready, failed, progress=self.sampling.emit, key="sample")
 
     def cancel_sample(self) -> None:

@@ -470,7 +470,7 @@ class RunStore:
     def _row(self, number: int, columns: str = _RUN) -> sqlite3.Row:
         """The row of a run that must exist; its result may be large, or damaged."""
         query = f"SELECT {columns} FROM run WHERE id = ?"
-        row = self._db.one(query, number) if fits(number) else None
+        row = self._db.one(query, int(number)) if fits(number) else None  # it may be NumPy's
         if row is None:
             raise InputError(
                 f"There is no run {number} in '{self._db.folder}'; 'forcelab runs' lists those "

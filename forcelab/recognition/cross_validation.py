@@ -18,7 +18,7 @@ import numpy as np
 from forcelab.cluster import current_cluster
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
-from forcelab.jobs import Progress, finish
+from forcelab.jobs import Progress, finish, job
 from forcelab.labels import UNLABELLED, to_codes
 from forcelab.parallel import run_job, share_work
 from forcelab.recognition.adaptation import estimate_adaptation
@@ -229,7 +229,7 @@ def settings_remarks(
             f"Recorded at {rates[0]:.6g} to {rates[-1]:.6g} Hz, recognised at {rate:.6g} Hz."
         )
     widest = settings.max_scale / rate
-    if "wavelets" in settings.features and widest < LEAST_SECONDS:
+    if "wavelets" in settings.known_features and widest < LEAST_SECONDS:
         remarks.append(
             f"At {rate:g} Hz the largest scale, {settings.max_scale:g} samples, lasts "
             f"{widest:.2g} s only and sees little of an action, so expect poorer labels; use "
@@ -245,13 +245,13 @@ def settings_remarks(
             )
     # At 20, 50, 100, 1000 and 10,000 Hz the stylus' accuracy is 82.4, 81.7, 82.8, 84.2 and 83.8 by
     # preset fast; 82.9, 84.0, 84.2 and 83.2 by best, without the last.
-    if settings.features == "windows" and settings.windows[0] * rate < 0.9:
+    if settings.known_features == "windows" and settings.windows[0] * rate < 0.9:
         remarks.append(
             f"At {rate:g} Hz the shortest window, {settings.windows[0]:g} s, holds less than a "
             f"sample: expect up to three points less accuracy than at 1000 Hz."
         )
     short = [d.name for d in demonstrations if round(d.duration * rate) < settings.max_scale]
-    if short and "wavelets" in settings.features:
+    if short and "wavelets" in settings.known_features:
         remarks.append(
             f"The largest scale, {settings.max_scale:g} samples, is longer than {short[0]}"
             + (f" and {len(short) - 1} more" if len(short) > 1 else "")
@@ -279,7 +279,8 @@ def bridged_remarks(examples: Sequence[Examples], settings: Settings) -> tuple[s
 Job = Generator[Progress, None, Evaluation]
 
 
-def leave_one_out(
+@job
+def leave_one_out_job(
     labelled: Sequence[LabelledDemonstration],
     settings: Settings,
     title: str = "",
@@ -444,7 +445,8 @@ def held_out_prediction(
     return HeldOutPrediction(**vars(found), demonstration=item.demonstration, human=human)
 
 
-def train_and_test(
+@job
+def train_and_test_job(
     train: Sequence[LabelledDemonstration],
     test: Sequence[LabelledDemonstration],
     settings: Settings,
@@ -463,7 +465,7 @@ def train_and_test(
     settings : Settings
     title : str
     probability_trace, known
-        As of :func:`leave_one_out`.
+        As of :func:`leave_one_out_job`.
     adapt : bool
         Whether offsets, scales and places of the sensors are matched to the training
         demonstrations before, as :mod:`forcelab.recognition.adaptation` does; what is recognised
@@ -559,14 +561,15 @@ def _trained_on_remarks(
     )
 
 
-def leave_one_out_live(
+@job
+def leave_one_out_live_job(
     labelled: Sequence[LabelledDemonstration],
     settings: Settings,
     latency: float,
     title: str = "",
     folds: int | None = None,
 ) -> Job:
-    """:func:`leave_one_out` on streams, with `latency` seconds from a force to its label.
+    """:func:`leave_one_out_job` on streams, with `latency` seconds from a force to its label.
 
     The evaluation's raw predictions are the filtered ones. An InputError says, besides, that a
     recogniser with these settings cannot follow a stream.

@@ -6,19 +6,20 @@ from collections.abc import Collection, Generator, Sequence
 from dataclasses import asdict, dataclass
 
 from forcelab.errors import InputError, UnclearAuthorError
-from forcelab.jobs import Progress
+from forcelab.jobs import Progress, job
 from forcelab.parallel import run_job
 from forcelab.project import LabelsUsed, Project, Provenance
 from forcelab.recognition.cross_validation import (
     Job,
-    leave_one_out,
-    leave_one_out_live,
+    leave_one_out_job,
+    leave_one_out_live_job,
     settings_remarks,
-    train_and_test,
+    train_and_test_job,
 )
 from forcelab.recognition.dataset import DataSelection, Dataset
 from forcelab.recognition.examples import mixed_unit_remarks
 from forcelab.recognition.label_noise import dropped_remarks
+from forcelab.recognition.plugins import distribution_versions
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.results import Evaluation, run_record, run_title
 from forcelab.recognition.settings import Settings
@@ -46,7 +47,8 @@ class TrainedRecogniser:
     remarks: tuple[str, ...]  # a sentence for each thing worth a look
 
 
-def evaluate_tasks(
+@job
+def evaluate_tasks_job(
     project: Project,
     settings: Settings,
     selection: DataSelection,
@@ -123,7 +125,7 @@ def evaluate_tasks(
                 )
             else:
                 title = run_title(tasks, None)
-                job = leave_one_out_live(
+                job = leave_one_out_live_job(
                     datasets[0].labelled, settings, latency, title, settled.folds
                 )
             evaluation = yield from job
@@ -190,7 +192,7 @@ def evaluate_joined(
     if selection.leaves_out:
         title = run_title(tasks, None)
         labelled, folds = datasets[0].labelled, selection.folds
-        return leave_one_out(
+        return leave_one_out_job(
             labelled,
             settings,
             title,
@@ -203,7 +205,7 @@ def evaluate_joined(
         tasks, selection.test_task if selection.test_names is None else selection.test_names
     )
     train, test = (part.labelled for part in datasets)
-    return train_and_test(
+    return train_and_test_job(
         train,
         test,
         settings,
@@ -226,7 +228,7 @@ def provenance(
         settings=settings.to_json() | choice,
         seed=settings.seed,
         labels=labels,
-        versions=versions(),
+        versions=versions() | distribution_versions(settings.plugins),
     )
 
 
@@ -266,7 +268,8 @@ def _read_only_remarks(project: Project) -> tuple[str, ...]:
     return ()
 
 
-def train_tasks(
+@job
+def train_tasks_job(
     project: Project, settings: Settings, selection: DataSelection, name: str
 ) -> Generator[Progress, None, TrainedRecogniser]:
     """Train a recogniser on a project, which keeps a copy of it.

@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.jobs import Progress
+from forcelab.jobs import Progress, job
 from forcelab.labels import Interval, Segment, Segments, is_model, to_codes
 from forcelab.project import Project
 from forcelab.recognition.intervals import FEWEST, draw_resamples, percentile_interval
@@ -782,7 +782,8 @@ class Agreement:
         }
 
 
-def agreement(
+@job
+def agreement_job(
     coded: Sequence[CoderTracks], same: tuple[str, str] | None = None, hidden: int = 0
 ) -> Generator[Progress, None, Agreement]:
     """Compare all coders.

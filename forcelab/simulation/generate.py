@@ -15,7 +15,7 @@ import numpy as np
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
-from forcelab.jobs import Progress, finish
+from forcelab.jobs import Progress, finish, job
 from forcelab.parallel import map_in_processes
 from forcelab.project import AddResult, NewDemonstration, Project
 from forcelab.project.records import segments_to_json
@@ -23,7 +23,7 @@ from forcelab.simulation.coder_model import CODERS, Coding, code
 from forcelab.simulation.origin import Origin
 from forcelab.simulation.scene import TASKS, Performance
 from forcelab.simulation.sensor import CHANNELS, Sensor, SensorRecord, record
-from forcelab.simulation.tasks import performing, vocabulary
+from forcelab.simulation.tasks import perform_job, vocabulary
 
 #: Random streams of a demonstration, beside those of its choreography.
 NOISE, CAMERA, CODER = range(1, 4)
@@ -112,7 +112,7 @@ def _perform(batch: Sequence[Origin]) -> tuple[Performance, ...]:
     """What the tongs did in those demonstrations of a batch that are asked for."""
     first = 1 + (batch[0].number - 1) // BATCH * BATCH
     numbers = range(first, first + BATCH)
-    moved = finish(performing(batch[0].task, batch[0].seed, numbers, taps=True))
+    moved = finish(perform_job(batch[0].task, batch[0].seed, numbers, taps=True))
     return tuple(moved[numbers.index(origin.number)] for origin in batch)
 
 
@@ -192,7 +192,8 @@ def _film(
     return path, frames, clock
 
 
-def simulating(
+@job
+def simulate_job(
     path: str | PathLike[str], origins: Sequence[Origin], *, video: bool = True, jobs: int = 1
 ) -> Generator[Progress, None, tuple[AddResult, ...]]:
     """Simulate demonstrations, labelled by every simulated coder, and add them to a project.

@@ -26,7 +26,7 @@ from forcelab.jobs import Progress
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segments
 from forcelab.project import Project
-from forcelab.recognition.cross_validation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.dataset import load_dataset
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
@@ -395,7 +395,7 @@ def recognition(
     chosen = settings or preset("paper").replace(stride=10)
     scores = []
     for side in (simulated, real):
-        evaluation = yield from leave_one_out(side, chosen, jobs=jobs)
+        evaluation = yield from leave_one_out_job(side, chosen, jobs=jobs)
         scores.append(
             {
                 f"{which}: {measure.replace('_', ' ')}": getattr(

@@ -18,30 +18,35 @@ import pytest
 from factories import FAST_OPTIONS
 
 from forcelab.cli import build_parser, main
+from forcelab.cli.output import progress_bar
 from forcelab.formats.label_tables import read_tracks
 from forcelab.formats.output_folder import file_names
 from forcelab.formats.recording import ReadOptions
 from forcelab.gui.qt_check import QtPlatform
+from forcelab.jobs import Progress
 from forcelab.project import Project
 from forcelab.project.runs import RunStore
 from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.settings import CLASSIFIERS
 from forcelab.signals.wavelets import WAVELETS
-from forcelab.version import __version__
+from forcelab.version import full_version
 
 COMMANDS = [
     "gui", "demo", "simulate", "import", "labels", "list", "runs", "assign", "note", "agree",
     "attach", "sync", "rename", "remove", "capture", "replay", "evaluate",
     "train", "predict", "review", "why", "export", "plan", "actions", "figures", "measure",
-    "doctor", "install-launcher",
+    "doctor", "install-launcher", "completion",
 ]  # fmt: skip
+#: Commands whose result is no text, or one for other programs already.
+WITHOUT_JSON = ("gui", "completion")
 
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_a_manual_and_json(capsys, command):
     assert main([command, "--help"]) == 0
     manual = capsys.readouterr().out
-    assert "--json" in manual or command == "gui"  # whose result is a window
+    assert ("--json" in manual) == (command not in WITHOUT_JSON)
+    assert "-q, --quiet" in manual
     assert "usage: forcelab" in manual
 
 
@@ -64,7 +69,7 @@ def test_every_example_of_a_manual_can_be_said(capsys, command):
     examples = capsys.readouterr().out.partition("for example:\n")[2].replace("\\\n", " ")
     assert examples
     for example in examples.splitlines():
-        program, *words = shlex.split(example)
+        program, *words = shlex.split(example.partition(" > ")[0])
         assert program == "forcelab"
         assert words[0] == command
         assert callable(build_parser(words).parse_args(words).command)
@@ -100,7 +105,7 @@ def test_a_wrong_command_line_is_told_in_one_sentence(forcelab, words, sentence)
 def test_help_and_version_are_asked_for_as_in_other_programs(forcelab):
     assert forcelab("help").out == forcelab("--help").out != ""
     assert forcelab("help", "evaluate").out == forcelab("evaluate", "--help").out != ""
-    assert forcelab("-V").out == forcelab("--version").out == f"forcelab {__version__}\n"
+    assert forcelab("-V").out == forcelab("--version").out == f"forcelab {full_version()}\n"
 
 
 def test_recordings_do_not_come_from_standard_input(forcelab, tmp_path, monkeypatch):
@@ -518,6 +523,51 @@ def test_progress_is_shown_on_a_terminal_only(project, forcelab, forcelab_on_ter
     assert "█" in result.err
     assert result.err.endswith("\r\x1b[K")
     assert forcelab(*words).err == ""
+
+
+def test_a_bar_tells_how_long_its_stage_still_takes(terminal, monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr("forcelab.cli.output.time.monotonic", lambda: now[0])
+    steps = {
+        (0, 0, 100, "features"): "features 0/100",
+        (1, 4, 100, "features"): "features 4/100",  # too early to tell
+        (6, 20, 100, "features"): "features 20/100, about 30 s left",
+        (6.01, 21, 100, "features"): "features 20/100, about 30 s left",  # not drawn again so soon
+        (28, 80, 100, "features"): "features 80/100, about 10 s left",
+        (34, 99, 100, "features"): "features 99/100",  # nearly done
+        (35, 0, 10, "fit"): "fit 0/10",
+        (95, 1, 10, "fit"): "fit 1/10, about 9 min left",
+    }
+    with progress_bar() as watch:
+        for (seconds, *step), line in steps.items():
+            now[0] = seconds
+            watch(Progress(*step))
+            shown = terminal.getvalue().rpartition("\r")[2]
+            assert re.sub(r"[█·]+ |\x1b\[K", "", shown) == line
+
+
+def test_a_bar_fits_the_terminal(terminal, monkeypatch):
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with progress_bar("measuring") as watch:
+        watch(Progress(3, 5, 10 * "a very long name "))
+    line = terminal.getvalue().split("\r")[1].removesuffix("\x1b[K")
+    assert len(line) == 79
+    assert "… █" in line
+
+
+def test_quiet_commands_show_results_and_errors_only(forcelab_on_terminal, project, recordings):
+    forcelab = forcelab_on_terminal
+    words = ["evaluate", project, "--task", "foam", *FAST_OPTIONS, "--median", "20"]
+    words += ["--decoder", "semi-markov"]  # which has no use for the median
+    assert "--median has no effect" in forcelab(*words).err
+    quiet = forcelab(*words, "--quiet")
+    assert (quiet.status, quiet.err) == (0, "")
+    assert "accuracy" in quiet.out
+    words = ["import", project, recordings / "foam-01.csv", "--rate", "50"]
+    assert "'Foam' is a new task" in forcelab(*words, "--task", "Foam").err
+    assert forcelab(*words, "--task", "FOAM", "-q").err == ""
+    assert "no project" in forcelab("list", "lst", "-q").err.lower()
 
 
 def test_a_reader_that_stops_early_is_no_error(forcelab, project, monkeypatch):

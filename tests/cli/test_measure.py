@@ -185,7 +185,7 @@ def test_a_sample_project_that_is_not_there_is_made_for_as_long_as_needed(
         yield Progress(0, 1, "making")
         make_labelled_project(path, labelled=2, bare=0)
 
-    monkeypatch.setattr(sample, "making", making)
+    monkeypatch.setattr(sample, "make_sample_job", making)
     monkeypatch.setattr(project_actions, "sample_place", lambda: tmp_path / "sample.forcelab")
     assert "foam, 2 demonstrations" in forcelab("measure", "recognition", "--quick").out
     assert not places[0].exists()

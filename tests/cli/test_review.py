@@ -6,7 +6,7 @@ from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project
 
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.experiments import evaluate_tasks
+from forcelab.recognition.experiments import evaluate_tasks_job
 from forcelab.review.confusion import count_confusion
 from forcelab.review.queue import review_queue
 from forcelab.review.run_result import load_run
@@ -19,7 +19,7 @@ def path(tmp_path_factory):
         tmp_path_factory.mktemp("review") / "foam.forcelab", labelled=3, bare=0
     )
     with Project.open(path) as project:
-        finish(evaluate_tasks(project, BAYES_SETTINGS, FOAM_SELECTION))
+        finish(evaluate_tasks_job(project, BAYES_SETTINGS, FOAM_SELECTION))
     return path
 
 

@@ -5,7 +5,7 @@ from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project
 
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.experiments import evaluate_tasks
+from forcelab.recognition.experiments import evaluate_tasks_job
 
 
 @pytest.fixture(scope="module")
@@ -15,7 +15,7 @@ def path(tmp_path_factory):
     )
     with Project.open(path) as project:
         for settings in (BAYES_SETTINGS, BAYES_SETTINGS.replace(threshold=None, stride=4)):
-            finish(evaluate_tasks(project, settings, FOAM_SELECTION))
+            finish(evaluate_tasks_job(project, settings, FOAM_SELECTION))
     return path
 
 

@@ -14,7 +14,7 @@ from forcelab.cli.commands import simulate
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.simulation import generate
-from forcelab.simulation.generate import simulating as job
+from forcelab.simulation.generate import simulate_job as job
 from forcelab.simulation.origin import origins
 
 FOAM = ["simulate", "--task", "foam", "--seed", "7"]
@@ -23,7 +23,7 @@ FOAM = ["simulate", "--task", "foam", "--seed", "7"]
 @pytest.fixture
 def quick(monkeypatch):
     """Brief performances instead of the mechanics, in this process."""
-    monkeypatch.setattr(generate, "performing", perform_grips)
+    monkeypatch.setattr(generate, "perform_job", perform_grips)
     monkeypatch.setattr(simulate, "cpu_count", lambda: 1)
 
 
@@ -90,7 +90,7 @@ def test_what_cannot_be_simulated_is_refused(forcelab, tmp_path, words, sentence
 def test_what_is_no_project_or_may_only_be_read_is_refused_before_the_work(
     forcelab, project, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(generate, "performing", None)  # not reached
+    monkeypatch.setattr(generate, "perform_job", None)  # not reached
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder" / "notes.txt").write_text("mine")
     words = [*FOAM, "--count", "1", "--out"]
@@ -148,7 +148,7 @@ from factories import perform_grips
 from forcelab.cli import main
 from forcelab.cli.commands import simulate
 from forcelab.simulation import generate
-generate.performing = perform_grips
+generate.perform_job = perform_grips
 simulate.cpu_count = lambda: 1
 told = [
     (main([*sys.argv[1:], *more]), "cv2" in sys.modules)

@@ -15,7 +15,7 @@ from forcelab.formats.samples import Prediction, SampleTable
 from forcelab.jobs import finish
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
-from forcelab.recognition.experiments import evaluate_tasks
+from forcelab.recognition.experiments import evaluate_tasks_job
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.review.run_result import latest_predictions, latest_run
 
@@ -127,7 +127,7 @@ def evaluated(tmp_path):
     """A labelled project with a run."""
     path = make_labelled_project(tmp_path / "study.forcelab")
     with Project.open(path) as project:
-        finish(evaluate_tasks(project, BAYES_SETTINGS.replace(stride=10), FOAM_SELECTION))
+        finish(evaluate_tasks_job(project, BAYES_SETTINGS.replace(stride=10), FOAM_SELECTION))
     return path
 
 

@@ -87,7 +87,7 @@ def test_nothing_is_written_before_it_is_asked_for(window, place, until):
 def test_the_sample_waits_to_be_labelled_with_hints_and_has_a_review(
     start, window, place, until, monkeypatch
 ):
-    monkeypatch.setattr(generate, "performing", perform_grips)
+    monkeypatch.setattr(generate, "perform_job", perform_grips)
     monkeypatch.setattr(rendering, "render", render_placeholder)
     monkeypatch.setattr("forcelab.sample.TASKS", ("LEGO", "foam"))
     # With these it is trained within seconds; a process of low priority may wait for minutes.
@@ -146,7 +146,7 @@ def test_a_hint_that_is_closed_does_not_come_back(start, window, place, monkeypa
             add_foam_demonstration(project, "foam-1-06")
         return True
 
-    monkeypatch.setattr("forcelab.sample.making", making)
+    monkeypatch.setattr("forcelab.sample.make_sample_job", making)
     monkeypatch.setattr("forcelab.sample.first_to_label", lambda infos: infos[-1].id)
     monkeypatch.setattr(window.review.trainer, "train", lambda: None)
     click(way(window, "Try the sample"))

@@ -67,7 +67,7 @@ def test_a_sample_project_that_is_ready_late_does_not_close_another(
         yield Progress(0, 1, "")
         Project.create(path).close()
 
-    monkeypatch.setattr("forcelab.sample.making", making)
+    monkeypatch.setattr("forcelab.sample.make_sample_job", making)
     for busy, shown in ((document, document.project.path), (Document("Eve"), tmp_path / "sample")):
         opening, over = make(busy), []
         opening.sampling.connect(over.append)
@@ -212,7 +212,7 @@ def test_a_sample_project_goes_on_when_another_project_is_opened(
     make, tmp_path, monkeypatch, until
 ):
     ended, shown, study = [], [], tmp_path / "study.forcelab"
-    monkeypatch.setattr("forcelab.sample.making", endless(ended))
+    monkeypatch.setattr("forcelab.sample.make_sample_job", endless(ended))
     Project.create(study).close()
     document = Document("Ann")
     opening = make(document)
@@ -231,7 +231,7 @@ def test_a_long_progress_of_the_sample_project_stays_on_one_line(
     app, tmp_path, monkeypatch, until, hovered
 ):
     ended = []
-    monkeypatch.setattr("forcelab.sample.making", endless(ended))
+    monkeypatch.setattr("forcelab.sample.make_sample_job", endless(ended))
     monkeypatch.setattr("forcelab.gui.window.sample_place", lambda: tmp_path / "sample")
     window = Window("Ann")
     window.show()
@@ -253,7 +253,7 @@ def test_making_the_sample_project_can_be_cancelled_wherever_it_is_shown(
     app, tmp_path, monkeypatch, until, hovered
 ):
     ended, study = [], tmp_path / "study.forcelab"
-    monkeypatch.setattr("forcelab.sample.making", endless(ended))
+    monkeypatch.setattr("forcelab.sample.make_sample_job", endless(ended))
     monkeypatch.setattr("forcelab.gui.window.sample_place", lambda: tmp_path / "sample")
     Project.create(study).close()
     window = Window("Ann")

@@ -26,7 +26,7 @@ from forcelab.measure.recognition import (
     with_data_of,
 )
 from forcelab.project import Project, Provenance
-from forcelab.recognition.cross_validation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import PRESETS, preset
 
@@ -54,7 +54,7 @@ def rows(labelled):
 
 @pytest.mark.parametrize("number", range(len(FEW)))
 def test_scores_are_those_of_leaving_one_out(labelled, rows, number):
-    pooled, _ = finish(leave_one_out(labelled, FEW[number].settings)).scores("filtered")
+    pooled, _ = finish(leave_one_out_job(labelled, FEW[number].settings)).scores("filtered")
     row = rows[number]
     assert row.error == pytest.approx(1 - pooled.f1["50"])
     expected = {

@@ -10,7 +10,7 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.recognition.adaptation import MARGIN, estimate_adaptation
-from forcelab.recognition.cross_validation import train_and_test
+from forcelab.recognition.cross_validation import train_and_test_job
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
 
@@ -44,10 +44,10 @@ def test_accuracy_is_restored_where_sensors_are_swapped_and_scaled(people):
     turned = [
         labelled_with(item, lambda signals: signals[:, SWAP] * GAIN + OFFSET) for item in test
     ]
-    right = accuracy(finish(train_and_test(train, test, SETTINGS)))
-    evaluation = finish(train_and_test(train, turned, SETTINGS, adapt=True))
+    right = accuracy(finish(train_and_test_job(train, test, SETTINGS)))
+    evaluation = finish(train_and_test_job(train, turned, SETTINGS, adapt=True))
     assert accuracy(evaluation, "unadapted") == accuracy(
-        finish(train_and_test(train, turned, SETTINGS))
+        finish(train_and_test_job(train, turned, SETTINGS))
     )
     assert accuracy(evaluation, "unadapted") < right - 0.1
     assert accuracy(evaluation) > right - 0.03

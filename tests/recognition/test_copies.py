@@ -15,7 +15,7 @@ from forcelab.formats import read
 from forcelab.jobs import finish
 from forcelab.recognition import copies
 from forcelab.recognition.copies import ALIKE, find_copies
-from forcelab.recognition.cross_validation import leave_one_out, train_and_test
+from forcelab.recognition.cross_validation import leave_one_out_job, train_and_test_job
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.groups import fold_groups
 from forcelab.recognition.presets import preset
@@ -256,7 +256,7 @@ def test_copies_are_left_out_together_which_a_remark_says(five):
     items = labelled(five[:3])
     copy = replace(COPIES["all of these"](five[1]), name="copy")
     evaluation = finish(
-        leave_one_out(
+        leave_one_out_job(
             [*items, LabelledDemonstration(copy, items[1].segments)],
             preset("fast").replace(decoder="filters", classifier="logistic"),
         )
@@ -273,10 +273,12 @@ def test_where_all_are_copies_they_are_tested_all_the_same(five):
     item = labelled(five[:1])[0]
     copy = replace(COPIES["rounded"](five[0]), name="copy")
     settings = preset("fast").replace(decoder="filters", classifier="logistic")
-    evaluation = finish(leave_one_out([item, LabelledDemonstration(copy, item.segments)], settings))
+    evaluation = finish(
+        leave_one_out_job([item, LabelledDemonstration(copy, item.segments)], settings)
+    )
     assert any("tested by recognisers that had seen it" in r for r in evaluation.remarks)
     evaluation = finish(
-        train_and_test([item], [LabelledDemonstration(copy, item.segments)], settings)
+        train_and_test_job([item], [LabelledDemonstration(copy, item.segments)], settings)
     )
     assert any(
         remark.startswith("'copy' holds nearly the same recording as")

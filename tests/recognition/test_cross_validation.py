@@ -26,9 +26,9 @@ from forcelab.labels import Segment, from_codes, to_codes
 from forcelab.recognition import cross_validation
 from forcelab.recognition import groups as grouping
 from forcelab.recognition.cross_validation import (
-    leave_one_out,
-    leave_one_out_live,
-    train_and_test,
+    leave_one_out_job,
+    leave_one_out_live_job,
+    train_and_test_job,
 )
 from forcelab.recognition.examples import LabelledDemonstration, suffix_actions
 from forcelab.recognition.metrics import score
@@ -48,7 +48,7 @@ def six():
 
 @pytest.fixture(scope="module")
 def evaluation(six):
-    return finish(leave_one_out(six, FAST, "foam"))
+    return finish(leave_one_out_job(six, FAST, "foam"))
 
 
 def relabelled(item, actions):
@@ -89,7 +89,7 @@ def test_in_groups_each_is_recognised_by_one_that_has_seen_none_of_its_group(six
     monkeypatch.setattr(
         cross_validation, "fit_examples", lambda *a, **k: fits.append(a) or fit(*a, **k)
     )
-    found = finish(leave_one_out(six, FAST, "foam", folds=4))
+    found = finish(leave_one_out_job(six, FAST, "foam", folds=4))
     assert [item.name for item in found.tested] == [i.demonstration.name for i in six]
     assert len(fits) == 4
     for i, tested in enumerate(found.tested):
@@ -103,7 +103,7 @@ def test_in_groups_each_is_recognised_by_one_that_has_seen_none_of_its_group(six
 
 @pytest.mark.parametrize("groups", [0, 6, 99])
 def test_as_many_groups_as_demonstrations_are_each_one_by_itself(six, evaluation, groups):
-    found = finish(leave_one_out(six, FAST, "foam", folds=groups))
+    found = finish(leave_one_out_job(six, FAST, "foam", folds=groups))
     assert without_seconds(found) == without_seconds(evaluation)
 
 
@@ -111,11 +111,13 @@ def test_an_action_of_a_single_group_is_remarked_on(six):
     juggled = [relabelled(six[i], ["juggle", "still", "grab", "juggle", "hold"]) for i in (0, 3)]
     items = [juggled[0], *six[1:3], juggled[1], *six[4:]]
     name = six[0].demonstration.name
-    (remark,) = [r for r in finish(leave_one_out(items, FAST, folds=3)).remarks if "juggle" in r]
+    (remark,) = [
+        r for r in finish(leave_one_out_job(items, FAST, folds=3)).remarks if "juggle" in r
+    ]
     assert (
         remark == f"Cannot be recognised when its only group is left out: juggle (only in {name})."
     )
-    assert not any("juggle" in r for r in finish(leave_one_out(items, FAST)).remarks)
+    assert not any("juggle" in r for r in finish(leave_one_out_job(items, FAST)).remarks)
 
 
 def test_what_the_human_saw_is_kept_beside_the_prediction(six, evaluation):
@@ -129,7 +131,7 @@ def test_what_the_human_saw_is_kept_beside_the_prediction(six, evaluation):
 def test_labels_of_the_held_out_demonstration_have_no_bearing_on_its_prediction(six, evaluation):
     for i, actions in enumerate([["hold"] * 5, ["juggle", "still", "grab", "juggle", "hold"]]):
         poisoned = [*six[:i], relabelled(six[i], actions), *six[i + 1 :]]
-        again = finish(leave_one_out(poisoned, FAST)).tested[i]
+        again = finish(leave_one_out_job(poisoned, FAST)).tested[i]
         for which in ("raw", "filtered"):
             before = as_actions(evaluation.tested[i], which)
             np.testing.assert_array_equal(as_actions(again, which), before)
@@ -143,7 +145,7 @@ def test_labels_without_a_meaning_are_recognised_no_better_than_by_chance(six, e
     shuffled = [
         relabelled(item, random.permutation(SYNTHETIC_ACTIONS)[[0, 1, 2, 3, 0]]) for item in six
     ]
-    chance = finish(leave_one_out(shuffled, RAW)).scores("raw")[0]
+    chance = finish(leave_one_out_job(shuffled, RAW)).scores("raw")[0]
     scores = evaluation.scores("raw")[0]
     assert chance.balanced_accuracy < 0.4
     assert scores.balanced_accuracy > 0.8
@@ -152,13 +154,13 @@ def test_labels_without_a_meaning_are_recognised_no_better_than_by_chance(six, e
 
 def test_two_evaluations_of_one_seed_differ_in_their_run_times_only(six):
     settings = FAST.replace(classifier="decision-tree", seed=3)
-    first, second = (finish(leave_one_out(six[:3], settings)) for _ in range(2))
+    first, second = (finish(leave_one_out_job(six[:3], settings)) for _ in range(2))
     assert without_seconds(first) == without_seconds(second)
 
 
 def test_progress_counts_the_folds(six):
     progress = []
-    finish(leave_one_out(six[:3], FAST), progress.append)
+    finish(leave_one_out_job(six[:3], FAST), progress.append)
     steps = [(step.text, step.done, step.total) for step in progress]
     assert steps[:3] == [("features", 1, 3), ("features", 2, 3), ("features", 3, 3)]
     assert steps[3:] == [("fit 1 of 3", 1, 1), ("fit 2 of 3", 1, 1), ("fit 3 of 3", 1, 1)]
@@ -170,12 +172,12 @@ import json, sys, threading
 sys.path.insert(0, "tests")
 from factories import labelled_set
 from forcelab.jobs import finish
-from forcelab.recognition.cross_validation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.settings import Settings
 items = labelled_set(3, rate=100.0)
 settings = Settings.from_json(json.loads(sys.argv[1]))
-print(json.dumps(finish(leave_one_out(items, settings, jobs=2)).to_json()))
-stopped = leave_one_out(items, settings, jobs=2)
+print(json.dumps(finish(leave_one_out_job(items, settings, jobs=2)).to_json()))
+stopped = leave_one_out_job(items, settings, jobs=2)
 while next(stopped).text == "features":
     pass
 stopped.close()
@@ -196,7 +198,7 @@ def test_two_processes_give_what_one_gives_to_the_bit_and_the_program_ends(six):
     assert (done.returncode, done.stderr) == (0, "")
     apart = json.loads(done.stdout)
     del apart["seconds"]
-    assert apart == without_seconds(finish(leave_one_out(six[:3], settings)))
+    assert apart == without_seconds(finish(leave_one_out_job(six[:3], settings)))
 
 
 # --- refusals and remarks -----------------------------------------------------------------------
@@ -206,14 +208,14 @@ def test_two_processes_give_what_one_gives_to_the_bit_and_the_program_ends(six):
 def test_fewer_than_two_labelled_demonstrations_are_refused(six, count):
     items = [*six[:count], *(LabelledDemonstration(item.demonstration) for item in six[count:])]
     with pytest.raises(InputError, match="two labelled ones; there (is 1|are none)"):
-        finish(leave_one_out(items, FAST))
+        finish(leave_one_out_job(items, FAST))
 
 
 @pytest.mark.parametrize(("count", "sentence"), [(1, "1 demonstration "), (2, "2 demonstrations ")])
 def test_demonstrations_without_labels_are_left_out_with_a_remark(six, count, sentence):
     bare = [LabelledDemonstration(item.demonstration) for item in six[:count]]
-    with_bare = finish(leave_one_out([*bare, *six[2:5]], FAST))
-    without = finish(leave_one_out(six[2:5], FAST))
+    with_bare = finish(leave_one_out_job([*bare, *six[2:5]], FAST))
+    without = finish(leave_one_out_job(six[2:5], FAST))
     (remark,) = with_bare.remarks
     assert remark.startswith(sentence)
     assert without.remarks == ()
@@ -224,7 +226,7 @@ def test_demonstrations_without_labels_are_left_out_with_a_remark(six, count, se
 def test_a_fold_without_two_actions_is_refused_in_a_sentence(six):
     still = [relabelled(six[0], ["still"] * 5), six[1]]
     with pytest.raises(InputError, match=r"With 'foam 02' left out: .* only still") as refusal:
-        finish(leave_one_out(still, FAST))
+        finish(leave_one_out_job(still, FAST))
     assert "stride of 2" in str(refusal.value)
 
 
@@ -233,14 +235,14 @@ def test_demonstrations_of_different_channels_are_refused(six):
     channels = tuple(Channel(f"strain {i}") for i in range(6))
     other = replace(six[0], demonstration=replace(old, name="gauge", channels=channels))
     with pytest.raises(InputError, match=r"'gauge' has .*strain 0"):
-        finish(leave_one_out([*six[:2], other], FAST))
+        finish(leave_one_out_job([*six[:2], other], FAST))
 
 
 # --- across tasks -------------------------------------------------------------------------------
 
 
 def test_a_task_is_recognised_by_what_was_trained_on_another(six):
-    result = finish(train_and_test(six[:3], six[3:], FAST, "A to B"))
+    result = finish(train_and_test_job(six[:3], six[3:], FAST, "A to B"))
     recogniser = train(six[:3], FAST)
     assert [t.name for t in result.tested] == [i.demonstration.name for i in six[3:]]
     for item, tested in zip(six[3:], result.tested, strict=True):
@@ -256,7 +258,7 @@ def test_what_is_tested_at_another_rate_does_not_move_the_grid(six):
         LabelledDemonstration(*synthetic_demonstration(seed, rate=400.0))
         for seed in (11, 12, 13, 14)
     ]
-    result = finish(train_and_test(six[:2], fast, RAW))
+    result = finish(train_and_test_job(six[:2], fast, RAW))
     recogniser = train(six[:2], RAW)
     for item, tested in zip(fast, result.tested, strict=True):
         predicted = recogniser.predict(item.demonstration)
@@ -272,17 +274,17 @@ def test_what_is_tested_at_another_rate_does_not_move_the_grid(six):
 
 
 def test_scales_too_short_for_actions_are_remarked_on(six):
-    remarks = finish(leave_one_out(six[:3], FAST.replace(max_scale=16.0))).remarks
+    remarks = finish(leave_one_out_job(six[:3], FAST.replace(max_scale=16.0))).remarks
     assert any("At 100 Hz the largest scale, 16 samples, lasts 0.16 s only" in r for r in remarks)
-    remarks = finish(leave_one_out(six[:3], FAST.replace(max_scale=41.0))).remarks
+    remarks = finish(leave_one_out_job(six[:3], FAST.replace(max_scale=41.0))).remarks
     assert any("At 100 Hz the largest scale, 41 samples, lasts 0.41 s only" in r for r in remarks)
-    remarks = finish(leave_one_out_live(six[:3], FAST.replace(max_scale=41.0), 0.1)).remarks
+    remarks = finish(leave_one_out_live_job(six[:3], FAST.replace(max_scale=41.0), 0.1)).remarks
     assert any("At 100 Hz the largest scale, 41 samples, lasts 0.41 s only" in r for r in remarks)
-    assert not any("largest scale" in r for r in finish(leave_one_out(six[:3], FAST)).remarks)
+    assert not any("largest scale" in r for r in finish(leave_one_out_job(six[:3], FAST)).remarks)
 
 
 def test_scales_longer_than_recordings_are_remarked_on(six):
-    remarks = finish(leave_one_out(six[:3], FAST.replace(max_scale=4096.0))).remarks
+    remarks = finish(leave_one_out_job(six[:3], FAST.replace(max_scale=4096.0))).remarks
     (remark,) = [r for r in remarks if r.startswith("The largest scale, 4096 samples, is longer")]
     assert remark.endswith(
         "need not carry over to another task; use a smaller one, or a higher rate."
@@ -291,20 +293,20 @@ def test_scales_longer_than_recordings_are_remarked_on(six):
 
 def test_a_median_longer_than_actions_is_remarked_on(six):
     filtered = FAST.replace(median=51)
-    (remark,) = [r for r in finish(leave_one_out(six[:3], filtered)).remarks if "median" in r]
+    (remark,) = [r for r in finish(leave_one_out_job(six[:3], filtered)).remarks if "median" in r]
     assert remark == (
         "At 100 Hz the running median, 51 samples, lasts 0.51 s and takes out shorter actions, so "
         "expect poorer labels; use a narrower one, or a higher rate."
     )
     for settings in (FAST.replace(median=49), filtered.replace(rate=200.0), FAST):
-        remarks = finish(leave_one_out(six[:3], settings)).remarks
+        remarks = finish(leave_one_out_job(six[:3], settings)).remarks
         assert not any("median" in remark for remark in remarks)
 
 
 def test_windows_shorter_than_a_sample_are_remarked_on(six):
     settings = preset("fast").replace(classifier="logistic", changes=False)
     for rate, remarked in ((100.0, False), (50.0, True)):
-        remarks = finish(leave_one_out(six[:3], settings.replace(rate=rate))).remarks
+        remarks = finish(leave_one_out_job(six[:3], settings.replace(rate=rate))).remarks
         assert any("holds less than a sample" in r for r in remarks) is remarked
 
 
@@ -318,15 +320,15 @@ def test_gaps_that_the_decoder_looks_through_are_told(six):
 
     items = [losing(six[0], (100, 120), (200, 230), (300, 400)), *six[1:3]]
     decoding = preset("fast").replace(classifier="logistic", changes=False)
-    (remark,) = [r for r in finish(leave_one_out(items, decoding)).remarks if "gap" in r]
+    (remark,) = [r for r in finish(leave_one_out_job(items, decoding)).remarks if "gap" in r]
     assert remark.startswith("Decoded as time of which nothing is known")
     assert "2 gaps of up to 0.3 s" in remark
-    assert not any("gap" in r for r in finish(leave_one_out(items, FAST)).remarks)
+    assert not any("gap" in r for r in finish(leave_one_out_job(items, FAST)).remarks)
 
 
 def test_scores_of_different_grids_count_the_same_samples(six):
     fine, coarse = (
-        finish(leave_one_out(six[:3], settings)) for settings in (RAW, RAW.replace(rate=50.0))
+        finish(leave_one_out_job(six[:3], settings)) for settings in (RAW, RAW.replace(rate=50.0))
     )
     counted = [np.sum(result.scores("raw")[0].confusion) for result in (fine, coarse)]
     assert counted[0] == counted[1]
@@ -336,7 +338,7 @@ def test_scores_of_different_grids_count_the_same_samples(six):
 def test_a_demonstration_that_is_there_twice_is_refused(six):
     twin = replace(six[0].demonstration, name="twin", task="other")
     with pytest.raises(InputError, match="is there twice"):
-        finish(leave_one_out([*six[:2], replace(six[0], demonstration=twin)], RAW))
+        finish(leave_one_out_job([*six[:2], replace(six[0], demonstration=twin)], RAW))
 
 
 def later(item, name):
@@ -366,7 +368,7 @@ def test_a_recording_that_is_there_twice_is_left_out_as_a_whole(six, count):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(cross_validation, "fit_examples", fit)
-        found = finish(leave_one_out(items, FAST, folds=count))
+        found = finish(leave_one_out_job(items, FAST, folds=count))
     assert [tested.name for tested in found.tested] == names_of(items, range(len(items)))
     every = set(names_of(items, range(len(items))))
     assert fitted == [every - set(names_of(items, part)) for part in parts]
@@ -390,24 +392,24 @@ def test_neighbours_are_left_out_in_different_groups(count, groups):
 @pytest.mark.parametrize("groups", [1, -1, -3])
 def test_a_number_of_groups_that_nothing_can_be_left_out_in_is_refused(six, groups):
     with pytest.raises(InputError, match=f"two groups or more, not in {groups}"):
-        finish(leave_one_out(six[:3], FAST, folds=groups))
+        finish(leave_one_out_job(six[:3], FAST, folds=groups))
 
 
 def test_a_recording_that_is_trained_on_under_another_name_is_remarked_on(six):
     twin = later(six[0], "twin")
     (remark,) = [
         remark
-        for remark in finish(train_and_test(six[:3], [*six[3:5], twin], FAST)).remarks
+        for remark in finish(train_and_test_job(six[:3], [*six[3:5], twin], FAST)).remarks
         if "same recording" in remark
     ]
     assert remark.startswith(f"'twin' holds the same recording as '{six[0].demonstration.name}'")
-    clean = finish(train_and_test(six[:3], six[3:5], FAST)).remarks
+    clean = finish(train_and_test_job(six[:3], six[3:5], FAST)).remarks
     assert not any("same recording" in remark for remark in clean)
 
 
 def test_actions_that_were_never_trained_count_as_wrong_and_are_named(six):
     strange = [relabelled(item, ["still", "juggle", "hold", "pull", "still"]) for item in six[3:]]
-    plain, result = (finish(train_and_test(six[:3], test, RAW)) for test in (six[3:], strange))
+    plain, result = (finish(train_and_test_job(six[:3], test, RAW)) for test in (six[3:], strange))
     assert result.remarks == ("Tested but never trained: juggle, pull.",)
     assert set(result.actions) == {*SYNTHETIC_ACTIONS, "juggle", "pull"}
     pooled = result.scores("raw")[0]
@@ -423,12 +425,12 @@ def test_a_side_without_labels_is_refused(six, side):
     bare = [LabelledDemonstration(item.demonstration) for item in six[:2]]
     sides = (bare, six[2:]) if side == "train" else (six[2:], bare)
     with pytest.raises(InputError, match=f"no labelled demonstration to {side} on"):
-        finish(train_and_test(*sides, FAST))
+        finish(train_and_test_job(*sides, FAST))
 
 
 def test_a_demonstration_that_was_trained_on_is_not_tested(six):
     with pytest.raises(InputError, match="'foam 03' is trained on and so cannot be tested"):
-        finish(train_and_test(six[:3], six[2:], FAST))
+        finish(train_and_test_job(six[:3], six[2:], FAST))
 
 
 # --- actions: kept apart, merged ----------------------------------------------------------------
@@ -443,7 +445,7 @@ def test_actions_of_two_tasks_are_kept_apart_by_a_suffix(six):
         assert [(s.start, s.end) for s in after.segments] == [
             (s.start, s.end) for s in before.segments
         ]
-    together = finish(leave_one_out(suffix_actions(six[:4], ["a", "a", "b", "b"]), FAST))
+    together = finish(leave_one_out_job(suffix_actions(six[:4], ["a", "a", "b", "b"]), FAST))
     assert set(together.actions) == {
         f"{action}_{task}" for action in SYNTHETIC_ACTIONS for task in "ab"
     }
@@ -456,7 +458,7 @@ def test_no_merge_map_takes_away_what_keeps_actions_apart(six):
     items = [relabelled(item, [f"{s.action}_soft" for s in item.segments]) for item in six[:4]]
     merged = [item.merged(spellings) for item in items]
     apart = suffix_actions(merged, ["soft", "soft", "hard", "hard"])
-    found = finish(leave_one_out(apart, FAST.replace(merge=spellings)))
+    found = finish(leave_one_out_job(apart, FAST.replace(merge=spellings)))
     assert set(found.actions) == {
         f"{action}_{task}" for action in SYNTHETIC_ACTIONS for task in ("soft", "hard")
     }
@@ -465,11 +467,11 @@ def test_no_merge_map_takes_away_what_keeps_actions_apart(six):
 def test_merged_spellings_are_scored_as_one_action_and_the_labels_stay(six):
     misspelt = relabelled(six[0], ["still", "grap_pen", "hold", "release", "still"])
     items = [misspelt, *six[1:]]
-    merged = finish(leave_one_out(items, RAW.replace(merge=MergeMap({"grap_pen": "grab"}))))
-    plain = finish(leave_one_out(six, RAW))
+    merged = finish(leave_one_out_job(items, RAW.replace(merge=MergeMap({"grap_pen": "grab"}))))
+    plain = finish(leave_one_out_job(six, RAW))
     assert merged.actions == SYNTHETIC_ACTIONS
     assert merged.to_json()["raw"] == plain.to_json()["raw"]
-    assert "grap_pen" in finish(leave_one_out(items, RAW)).actions
+    assert "grap_pen" in finish(leave_one_out_job(items, RAW)).actions
     assert [s.action for s in misspelt.segments][1] == "grap_pen"
 
 
@@ -540,7 +542,7 @@ def test_the_papers_method_scores_on_real_recordings_what_an_independent_program
     items = read_labelled(real_file(f"tongs/{file}"))
     # As with every 20th sample, in half the time.
     paper = Settings(stride=40, threshold=None, median=None, drop=None)
-    result = finish(leave_one_out(items, paper))
+    result = finish(leave_one_out_job(items, paper))
     assert len(result.tested) == 10
     accuracies = [scores.accuracy for scores in result.scores("raw")[1]]
     assert np.mean(accuracies) == pytest.approx(expected, abs=tolerance)

@@ -26,7 +26,7 @@ from forcelab.recognition.examples import (
     unit_remarks,
     units_of,
 )
-from forcelab.recognition.experiments import evaluate_tasks, train_tasks
+from forcelab.recognition.experiments import evaluate_tasks_job, train_tasks_job
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import TRUSTED, dump, load_recogniser
@@ -82,7 +82,7 @@ def test_wavelets_stand_behind_the_windows_where_both_are_wanted():
     first = prepare_examples(item, windows).features
     then = prepare_examples(item, SMALL.replace(step=windows.step)).features
     np.testing.assert_array_equal(found, np.concatenate([first, then], axis=1))
-    assert found.shape[1] == both.width(4)
+    assert found.shape[1] == both.width(4, 100.0)
     # Each belongs to a band of its own channel, one of a frequency nearest to its own.
     k = len(both.windows)
     bands = both.feature_bands(4, 100.0)[first.shape[1] :]
@@ -255,8 +255,8 @@ def test_units_are_kept_in_its_file_and_older_files_still_load(recogniser, four,
 
 def test_evaluating_and_training_on_mixed_units_is_remarked_on(project):
     name = project.demonstrations.infos()[1].name
-    evaluated = finish(evaluate_tasks(project, BAYES, DataSelection()))
-    trained = finish(train_tasks(project, BAYES, DataSelection(), "mixed"))
+    evaluated = finish(evaluate_tasks_job(project, BAYES, DataSelection()))
+    trained = finish(train_tasks_job(project, BAYES, DataSelection(), "mixed"))
     for remarks in (evaluated.remarks, trained.remarks):
         assert any(f"without a unit in '{name}'" in remark for remark in remarks)
     assert trained.recogniser.units == ()

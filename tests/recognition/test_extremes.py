@@ -12,7 +12,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.recognition import ensemble
-from forcelab.recognition.cross_validation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
 from forcelab.recognition.training import train
@@ -100,7 +100,7 @@ def test_two_identical_demonstrations(settings):
     recogniser = train(twins, settings)
     assert agreement(recogniser, THREE[0]) > 0.8
     with pytest.raises(InputError, match="hold the same recording"):
-        finish(leave_one_out(twins, settings))
+        finish(leave_one_out_job(twins, settings))
 
 
 def test_one_action_only(settings):
@@ -113,7 +113,7 @@ def test_all_samples_unlabelled(settings):
     bare = [replace(item, segments=()) for item in THREE]
     assert "label at least two actions" in refused(bare, settings)
     with pytest.raises(InputError, match="needs two labelled ones"):
-        finish(leave_one_out(bare, settings))
+        finish(leave_one_out_job(bare, settings))
 
 
 def test_an_action_in_a_single_demonstration(settings):
@@ -123,7 +123,7 @@ def test_an_action_in_a_single_demonstration(settings):
     predicted(recogniser, THREE[0].demonstration)
     if settings.preset != "fast":
         return
-    evaluation = finish(leave_one_out(items, settings))
+    evaluation = finish(leave_one_out_job(items, settings))
     assert any("grab (only in foam 01)" in remark for remark in evaluation.remarks)
     for tested in evaluation.tested:
         assert len(tested.filtered) == len(tested.human)

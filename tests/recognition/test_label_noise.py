@@ -14,7 +14,7 @@ from forcelab.labels import Segment
 from forcelab.recognition import ensemble
 from forcelab.recognition import label_noise as trimming_module
 from forcelab.recognition import training as training_module
-from forcelab.recognition.cross_validation import leave_one_out, split_examples
+from forcelab.recognition.cross_validation import leave_one_out_job, split_examples
 from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.groups import fold_groups
 from forcelab.recognition.label_noise import DroppedSegment, drop_contradicted, dropped_remarks
@@ -183,11 +183,11 @@ def test_classifier_decoder_and_live_parts_do_not_learn_what_is_left_out(
 
 def test_an_evaluation_says_what_was_not_trained_on(right, wrong, mistaken):
     (remark,) = [
-        r for r in finish(leave_one_out(wrong, FAST, folds=3)).remarks if "contradict" in r
+        r for r in finish(leave_one_out_job(wrong, FAST, folds=3)).remarks if "contradict" in r
     ]
     assert f"release of {mistaken.demonstration}" in remark
     assert f"at {mistaken.segment.start:.2f} s (rather hold)" in remark
-    of_right = finish(leave_one_out(right, FAST, folds=3)).remarks
+    of_right = finish(leave_one_out_job(right, FAST, folds=3)).remarks
     assert not any("contradict" in r for r in of_right)
 
 

@@ -14,7 +14,7 @@ from forcelab.jobs import finish
 from forcelab.labels import UNLABELLED
 from forcelab.live.recognition import latency_budget
 from forcelab.recognition import cross_validation, ensemble
-from forcelab.recognition.cross_validation import leave_one_out_live
+from forcelab.recognition.cross_validation import leave_one_out_live_job
 from forcelab.recognition.ensemble import sharpen
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.features import REACH, RunningSize, cut_window_features
@@ -321,9 +321,9 @@ def test_a_file_keeps_what_follows_streams(trained, three, tmp_path):
 
 def test_what_does_not_fit_is_refused(trained):
     with pytest.raises(InputError, match="latency"):
-        finish(leave_one_out_live([], trained.settings, -1.0))
+        finish(leave_one_out_live_job([], trained.settings, -1.0))
     with pytest.raises(InputError, match="needs two labelled ones"):
-        finish(leave_one_out_live([], trained.settings, 0.1))
+        finish(leave_one_out_live_job([], trained.settings, 0.1))
     part = trained.live_models[1]
     plain = part.plain() | {"usual": np.array([1.0, -1.0, 1.0, 1.0])}
     for wrong in (
@@ -338,7 +338,7 @@ def test_what_does_not_fit_is_refused(trained):
 
 def test_an_evaluation_as_a_stream_leaves_each_demonstration_out(three, monkeypatch):
     monkeypatch.setattr(ensemble, "TREES", 4)
-    evaluation = finish(leave_one_out_live(three, preset("fast"), 0.1, "foam"))
+    evaluation = finish(leave_one_out_live_job(three, preset("fast"), 0.1, "foam"))
     pooled, each = evaluation.scores("filtered")
     assert len(each) == 3
     assert pooled.accuracy > 0.8
@@ -359,7 +359,7 @@ def test_a_recording_that_is_there_twice_is_left_out_as_a_whole_as_a_stream(thre
     monkeypatch.setattr(ensemble, "TREES", 2)
     monkeypatch.setattr(cross_validation, "training_job", watched)
     items = [*three, LabelledDemonstration(twin, moved)]
-    found = finish(leave_one_out_live(items, preset("fast"), 0.1))
+    found = finish(leave_one_out_live_job(items, preset("fast"), 0.1))
     _, second, third = (item.demonstration.name for item in three)
     first = old.name
     without = [second, third]
@@ -367,7 +367,7 @@ def test_a_recording_that_is_there_twice_is_left_out_as_a_whole_as_a_stream(thre
     assert [item.name for item in found.tested] == [first, second, third, "twin"]
     assert any("left out together" in remark for remark in found.remarks)
     with pytest.raises(InputError, match="is there twice"):
-        finish(leave_one_out_live([*three, three[0]], preset("fast"), 0.1))
+        finish(leave_one_out_live_job([*three, three[0]], preset("fast"), 0.1))
 
 
 def test_probabilities_of_a_stream_are_calibrated_where_those_offline_are(three, monkeypatch):
@@ -387,7 +387,7 @@ def test_probabilities_of_a_stream_are_calibrated_where_those_offline_are(three,
 
 def test_an_evaluation_as_a_stream_says_how_far_to_rely_on_its_probabilities(three, monkeypatch):
     monkeypatch.setattr(ensemble, "TREES", 4)
-    evaluation = finish(leave_one_out_live(three, preset("fast"), 0.1, "foam"))
+    evaluation = finish(leave_one_out_live_job(three, preset("fast"), 0.1, "foam"))
     assert 0 < evaluation.reliability.brier < 0.5
     assert evaluation.to_json()["reliability"]["ece"] < 0.5
 

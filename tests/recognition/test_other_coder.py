@@ -11,9 +11,9 @@ from forcelab.jobs import finish
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
-from forcelab.recognition.cross_validation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.dataset import DataSelection
-from forcelab.recognition.experiments import evaluate_tasks, train_tasks
+from forcelab.recognition.experiments import evaluate_tasks_job, train_tasks_job
 from forcelab.recognition.presets import preset
 from forcelab.review.explanation import train_held_out
 from forcelab.review.run_result import edits_since, load_run
@@ -66,7 +66,7 @@ def test_own_labels_come_first_and_copies_of_own_recordings_teach_nothing(projec
 def test_what_the_own_labels_alone_teach_stands_beside(project):
     labelled = BOTH.load(project, ["foam"], QUICK).labelled
     own = [item for item in labelled if not item.added]
-    both, alone = (finish(leave_one_out(items, QUICK)) for items in (labelled, own))
+    both, alone = (finish(leave_one_out_job(items, QUICK)) for items in (labelled, own))
     assert [item.name for item in both.tested] == ["foam 01", "foam 02", "foam 03"]
     for with_both, without in zip(both.tested, alone.tested, strict=True):
         assert np.array_equal(with_both.ablations["alone"], without.filtered)
@@ -88,12 +88,12 @@ def test_it_is_said_when_the_other_coders_labels_hurt_and_which_actions_are_thei
         other = {"still": "hold", "hold": "still", "grab": "take"}
         swapped = tuple(Segment(s.start, s.end, other.get(s.action, s.action)) for s in track)
         project.tracks.edit(info.id, "Ben", track, swapped, "swapped")
-    (_, evaluation), *_ = finish(evaluate_tasks(project, QUICK, BOTH)).evaluations
+    (_, evaluation), *_ = finish(evaluate_tasks_job(project, QUICK, BOTH)).evaluations
     assert any("They hurt here" in remark for remark in evaluation.remarks)
-    remarks = finish(train_tasks(project, QUICK, BOTH, "both")).remarks
+    remarks = finish(train_tasks_job(project, QUICK, BOTH, "both")).remarks
     assert any(remark.startswith("Of the added labels alone: take") for remark in remarks)
     mapped = QUICK.replace(merge=MergeMap({"take": "grab"}))
-    remarks = finish(train_tasks(project, mapped, BOTH, "both")).remarks
+    remarks = finish(train_tasks_job(project, mapped, BOTH, "both")).remarks
     assert not any("take" in remark for remark in remarks)
 
 
@@ -107,7 +107,7 @@ def test_it_is_said_when_the_other_coders_labels_hurt_and_which_actions_are_thei
     ],
 )
 def test_who_can_be_learnt_from(project, changes, sentence):
-    job = evaluate_tasks(project, QUICK, replace(BOTH, **changes))
+    job = evaluate_tasks_job(project, QUICK, replace(BOTH, **changes))
     if sentence is None:
         (_, evaluation), *_ = finish(job).evaluations
         assert len(evaluation.tested) == 5
@@ -115,7 +115,7 @@ def test_who_can_be_learnt_from(project, changes, sentence):
         with pytest.raises(InputError, match=sentence):
             finish(job)
     with pytest.raises(InputError, match="no other coder"):
-        finish(evaluate_tasks(project, QUICK, BOTH, latency=0.1))
+        finish(evaluate_tasks_job(project, QUICK, BOTH, latency=0.1))
 
 
 def test_a_coder_who_labelled_nothing_else_adds_nothing(project):

@@ -12,7 +12,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.recognition import ensemble
-from forcelab.recognition.cross_validation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
@@ -93,9 +93,9 @@ def test_a_decoder_without_choreography_is_refused(trained, tmp_path):
 
 def test_nothing_of_the_held_out_demonstration_is_seen(four):
     first = (four[0], four[1])
-    clean = finish(leave_one_out([*first, four[3]], BEST))
+    clean = finish(leave_one_out_job([*first, four[3]], BEST))
     poisoned = [*first, LabelledDemonstration(four[3].demonstration, _nonsense(four[3]))]
-    after = finish(leave_one_out(poisoned, BEST))
+    after = finish(leave_one_out_job(poisoned, BEST))
     # Other labels of the one that is left out: its prediction stays to the bit.
     before, now = clean.tested[2], after.tested[2]
     names = [tuple(s.action for s in item.result.predicted) for item in (before, now)]
@@ -135,16 +135,16 @@ def test_shuffled_labels_give_chance(four):
             )
         )
     actions = len({s.action for item in shuffled for s in item.segments})
-    assert accuracy(finish(leave_one_out(shuffled, FAST))) < 1 / actions + 0.2
-    assert accuracy(finish(leave_one_out(four, FAST))) > 0.8
+    assert accuracy(finish(leave_one_out_job(shuffled, FAST))) < 1 / actions + 0.2
+    assert accuracy(finish(leave_one_out_job(four, FAST))) > 0.8
 
 
 def test_an_evaluation_says_what_the_choreography_was_worth_and_how_far_to_rely_on_it(four):
-    found = finish(leave_one_out(four, FAST))
+    found = finish(leave_one_out_job(four, FAST))
     record = found.to_json()
     assert found.kinds == ("raw", "unaided", "filtered")
     assert record["unaided"]["pooled"]["accuracy"] > 0.7
-    without = finish(leave_one_out(four, FAST.replace(choreography="none")))
+    without = finish(leave_one_out_job(four, FAST.replace(choreography="none")))
     for result, unaided in zip(found.tested, without.tested, strict=True):
         np.testing.assert_array_equal(result.ablations["unaided"], unaided.filtered)
     reliability = record["reliability"]

@@ -11,7 +11,7 @@ from forcelab.labels import Segment, Track, to_codes
 from forcelab.project import NewDemonstration, Project
 from forcelab.review.agreement import (
     CoderTracks,
-    agreement,
+    agreement_job,
     coded_demonstrations,
     cohen_kappa,
     compare_pair,
@@ -135,7 +135,7 @@ def test_fleiss_equals_the_closed_form_of_1971():
 
 
 def test_fleiss_of_two_coders_is_the_pi_of_scott(jittered):
-    found = finish(agreement(jittered))
+    found = finish(agreement_job(jittered))
     shares = found.pairs[0].both / found.pairs[0].both.sum()
     chance = (((shares.sum(0) + shares.sum(1)) / 2) ** 2).sum()
     assert found.fleiss == pytest.approx((np.trace(shares) - chance) / (1 - chance))
@@ -144,7 +144,7 @@ def test_fleiss_of_two_coders_is_the_pi_of_scott(jittered):
 
 def test_three_coders_of_whom_one_labelled_less():
     three = [coded(ANN, BEN, Cleo=ANN), coded(ANN, ANN, "e")]
-    found = finish(agreement(three))
+    found = finish(agreement_job(three))
     assert [(p.a, p.b) for p in found.pairs] == [("Ann", "Ben"), ("Ann", "Cleo"), ("Ben", "Cleo")]
     assert found.pair("Cleo", "Ann").kappa == 1.0
     assert len(found.pair("Ben", "Cleo").demonstrations) == 1
@@ -154,7 +154,7 @@ def test_three_coders_of_whom_one_labelled_less():
 
 def test_two_names_of_one_coder_are_compared_with_each_other_only():
     again = [CoderTracks("d", "d", "foam", {"Ann": ANN, "Ann again": BEN, "Cleo": ANN})]
-    found = finish(agreement(again, same=("Ann", "Ann again")))
+    found = finish(agreement_job(again, same=("Ann", "Ann again")))
     assert [(p.a, p.b) for p in found.pairs] == [("Ann", "Cleo")]
     assert [(p.a, p.b) for p in found.repeated] == [("Ann", "Ann again")]
     assert found.fleiss == 1.0

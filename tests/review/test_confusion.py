@@ -10,7 +10,7 @@ from forcelab.jobs import finish
 from forcelab.labels import Segment, Track, from_codes
 from forcelab.project import NewDemonstration, Project
 from forcelab.recognition.dataset import DataSelection
-from forcelab.recognition.experiments import evaluate_tasks
+from forcelab.recognition.experiments import evaluate_tasks_job
 from forcelab.recognition.metrics import count
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.results import DemonstrationResult
@@ -159,7 +159,7 @@ def test_the_matrix_of_a_stored_run_is_the_confusion_that_evaluate_counted(tmp_p
             [NewDemonstration(d, (Track("Ada", segments),)) for d, segments in pairs]
         )
         settings_ = Settings(classifier="naive-bayes", max_scale=32)
-        finish(evaluate_tasks(project, settings_, DataSelection(("foam",))))
+        finish(evaluate_tasks_job(project, settings_, DataSelection(("foam",))))
         number = project.runs.summaries("evaluate")[-1].id
         found = load_run(project, number)
         stored = project.runs.get(number).result

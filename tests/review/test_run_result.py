@@ -13,7 +13,7 @@ from forcelab.errors import InputError
 from forcelab.formats.archive import read_archive, write_archive
 from forcelab.jobs import finish
 from forcelab.project import Project, Provenance
-from forcelab.recognition.experiments import evaluate_tasks
+from forcelab.recognition.experiments import evaluate_tasks_job
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.review.run_result import edits_since, latest_run, load_run
 from forcelab.review.training import review_job
@@ -25,7 +25,7 @@ def path(tmp_path_factory):
     path = make_labelled_project(tmp_path_factory.mktemp("outcome") / "foam.forcelab")
     finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam"))
     with Project.open(path) as project:
-        finish(evaluate_tasks(project, BAYES_SETTINGS.replace(stride=4), FOAM_SELECTION))
+        finish(evaluate_tasks_job(project, BAYES_SETTINGS.replace(stride=4), FOAM_SELECTION))
     return path
 
 
@@ -183,7 +183,7 @@ def test_a_damaged_run_is_refused_in_a_sentence_and_the_others_are_not(tmp_path,
 def test_edits_are_counted_by_the_track_that_was_used(tmp_path):
     path = make_labelled_project(tmp_path / "p.forcelab", labelled=2, bare=1)
     with Project.open(path) as project:
-        finish(evaluate_tasks(project, BAYES_SETTINGS, FOAM_SELECTION))
+        finish(evaluate_tasks_job(project, BAYES_SETTINGS, FOAM_SELECTION))
         outcome = latest_run(project)
         first, _, bare = (info.id for info in project.demonstrations.infos())
         segments = project.tracks.get(first, "Ada").segments

@@ -25,7 +25,7 @@ from forcelab.labels import Segment, Track, from_codes
 from forcelab.process import run_in_process
 from forcelab.project import Project
 from forcelab.recognition import training as training_module
-from forcelab.recognition.cross_validation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.ensemble import FitProgress
 from forcelab.recognition.examples import prepare_examples
@@ -147,7 +147,7 @@ def test_features_for_testing_serve_the_final_fit_as_they_are(tmp_path, monkeypa
 
 def test_the_certainty_is_the_mean_of_the_probabilities_of_each_fiftieth_of_a_second(path, result):
     labelled = labelled_set(3, 100.0)
-    tested = finish(leave_one_out(labelled, BAYES_SETTINGS)).tested
+    tested = finish(leave_one_out_job(labelled, BAYES_SETTINGS)).tested
     with Project.open(path) as project:
         known = {item.name: item for item in result.tested}
         recogniser = load_recogniser(project.runs.recogniser_path(result.recogniser))
@@ -200,8 +200,8 @@ def test_what_was_trained_is_stored_when_no_other_program_keeps_the_project_busy
 def test_asking_how_certain_it_is_changes_no_prediction():
     labelled = labelled_set(2, 100.0)
     for settings in (BAYES_SETTINGS, BAYES_SETTINGS.replace(threshold=None)):
-        plain = finish(leave_one_out(labelled, settings))
-        with_trace = finish(leave_one_out(labelled, settings, probability_trace=True))
+        plain = finish(leave_one_out_job(labelled, settings))
+        with_trace = finish(leave_one_out_job(labelled, settings, probability_trace=True))
         for plain_result, traced_result in zip(plain.tested, with_trace.tested, strict=True):
             assert np.array_equal(plain_result.raw, traced_result.raw)
             assert np.array_equal(plain_result.filtered, traced_result.filtered)
@@ -212,7 +212,7 @@ def test_asking_how_certain_it_is_changes_no_prediction():
 def test_an_svm_without_probabilities_has_no_certainty():
     labelled = labelled_set(2, 100.0)
     settings = BAYES_SETTINGS.replace(classifier="svm", threshold=None, stride=5)
-    tested = finish(leave_one_out(labelled, settings, probability_trace=True)).tested
+    tested = finish(leave_one_out_job(labelled, settings, probability_trace=True)).tested
     assert [item.probability_trace for item in tested] == [None, None]
 
 

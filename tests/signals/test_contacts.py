@@ -11,7 +11,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.signals import contacts
 from forcelab.signals.contacts import find_contacts
-from forcelab.simulation.tasks import performing
+from forcelab.simulation.tasks import perform_job
 
 RATE = 1000.0
 
@@ -145,7 +145,7 @@ def test_shapes_that_do_not_fit_are_told():
 
 def test_most_action_edges_of_simulated_tongs_have_an_event_within_20_ms():
     hits, contacts_met = [], []
-    for moved in finish(performing("stylus", 1, (1,), taps=False)):
+    for moved in finish(perform_job("stylus", 1, (1,), taps=False)):
         step = round(moved.rate / RATE)
         force = moved.forces[::step]
         force = force + 0.01 * np.random.default_rng(0).standard_normal(force.shape)

@@ -34,7 +34,7 @@ def unfilmed(*numbers, task="foam", seed=3, rate=1000.0):
 @pytest.fixture
 def quick(monkeypatch):
     """Brief performances instead of the mechanics."""
-    monkeypatch.setattr(generate, "performing", perform_grips)
+    monkeypatch.setattr(generate, "perform_job", perform_grips)
 
 
 # Where they come from

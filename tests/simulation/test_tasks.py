@@ -10,7 +10,7 @@ import pytest
 
 from forcelab.jobs import finish
 from forcelab.simulation.scene import TASKS
-from forcelab.simulation.tasks import RATE, actions_of, performing, scene_of, vocabulary
+from forcelab.simulation.tasks import RATE, actions_of, perform_job, scene_of, vocabulary
 from forcelab.simulation.tasks.choreography import HAND, Choreography
 from forcelab.simulation.tasks.plays import PLAYS
 from forcelab.simulation.tasks.recipe import recipe
@@ -38,7 +38,7 @@ INERTIA = 0.3
 @pytest.fixture(scope="module")
 def performed():
     """Two demonstrations of every task: name -> performances."""
-    return {task: finish(performing(task, SEED, NUMBERS, taps=True)) for task in TASKS}
+    return {task: finish(perform_job(task, SEED, NUMBERS, taps=True)) for task in TASKS}
 
 
 @pytest.fixture(params=[f"{task} {number}" for task in TASKS for number in NUMBERS])
@@ -290,7 +290,7 @@ def test_a_finger_taps_the_left_sensor_before_and_after_the_actions(performance)
 
 def test_without_taps_there_are_none_and_progress_ends_where_all_is_done():
     steps = []
-    (untouched,) = finish(performing("marker", SEED, [1], taps=False), steps.append)
+    (untouched,) = finish(perform_job("marker", SEED, [1], taps=False), steps.append)
     done = [step.done for step in steps]
     assert done == sorted(done)
     assert steps[-1].done <= steps[-1].total
@@ -305,7 +305,7 @@ def test_without_taps_there_are_none_and_progress_ends_where_all_is_done():
 def test_a_demonstration_is_the_same_alone_and_among_others_but_for_rounding(performed):
     # Of all tasks the stylus, which slips most, tells a difference soonest.
     among = performed["stylus"][NUMBERS.index(2)]
-    (alone,) = finish(performing("stylus", SEED, [2], taps=True))
+    (alone,) = finish(perform_job("stylus", SEED, [2], taps=True))
     assert alone.scene == among.scene
     assert alone.taps == among.taps
     assert np.sqrt(np.mean((alone.forces - among.forces) ** 2)) < 1e-4

@@ -24,7 +24,7 @@ from forcelab.review.agreement import (
     Agreement,
     Consistency,
     PairAgreement,
-    agreement,
+    agreement_job,
     coded_demonstrations,
     landis_koch,
 )
@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> None:
             coded_demonstrations(project, arguments.task, same)  # says who is not known
         coded, _ = coded_demonstrations(project, arguments.task, chosen, without=(CONSENSUS,))
     with progress_bar("comparing") as watch:
-        result = finish(agreement(coded, same=same), watch)
+        result = finish(agreement_job(coded, same=same), watch)
     if not result.pairs and not result.repeated:
         raise InputError(
             f"No demonstration is labelled by two coders; have a second one label some with "

@@ -53,7 +53,15 @@ from forcelab.capture.save import (
 )
 from forcelab.cli.interrupts import uninterrupted
 from forcelab.cli.options import PROJECT, UsageError, add_json, add_task
-from forcelab.cli.output import json_text, printable, table
+from forcelab.cli.output import (
+    clear_line,
+    json_text,
+    print_remark,
+    printable,
+    show_line,
+    shows_progress,
+    table,
+)
 from forcelab.cli.project_hints import hint_at_new_names
 from forcelab.errors import InputError
 from forcelab.live.label_outlet import LabelOutlet
@@ -153,9 +161,9 @@ class LiveTrackRecorder:
     Segments go to `out` as they end, unless a line on the terminal shows them.
     """
 
-    def __init__(self, live: LiveRecognition, out: TextIO) -> None:
+    def __init__(self, live: LiveRecognition, out: TextIO | None) -> None:
         self._live = live
-        self._out: TextIO | None = None if sys.stderr.isatty() else out
+        self._out = None if sys.stderr.isatty() else out
         self.trouble = ""
 
     @property
@@ -319,18 +327,19 @@ def _record(arguments: argparse.Namespace, devices: Sequence[AnyDevice]) -> int:
             live = LiveRecognition(recogniser, name, latency, recorder, devices, outlet)
         _ready(arguments.project)
         for sentence in _warnings(devices, live):
-            _print_notice(sentence)
+            print_remark(sentence)
         name = recorder.start(arguments.task, arguments.name)
         if live is not None:
             live.begin(firsts=recorder.firsts)
-            recognition = LiveTrackRecorder(live, sys.stderr if arguments.json else sys.stdout)
-        _print_notice(f"Recording '{name}'; Ctrl+C stops and keeps it.")
+            beside = None if arguments.quiet else sys.stderr
+            recognition = LiveTrackRecorder(live, beside if arguments.json else sys.stdout)
+        print_remark(f"Recording '{name}'; Ctrl+C stops and keeps it.")
         try:
             _watch(recorder, arguments.seconds, recognition)
         except KeyboardInterrupt:  # that is how a recording without an end is ended
             pass
         finally:
-            _clear()
+            clear_line()
         state = recorder.state()
         recorder.end()
         if recognition is not None:
@@ -338,11 +347,11 @@ def _record(arguments: argparse.Namespace, devices: Sequence[AnyDevice]) -> int:
         saved = recorder.stop()
         remarks = recorder.remarks()
     for sentence in remarks:
-        _print_notice(sentence)
+        print_remark(sentence)
     recognised = None if recognition is None else recognition.keep(arguments.project, saved)
     trouble = "" if recognition is None else recognition.trouble
     if trouble:
-        _print_notice(trouble)
+        print(printable(trouble), file=sys.stderr, flush=True)
     if arguments.json:
         extra = {} if recognised is None else {"recognised": recognised}
         print(json_text(_json_content(saved, state) | extra))
@@ -379,7 +388,7 @@ def _ready(path: Path) -> None:
         Project.create(path).close()
     left = unfinished_journals(path)
     if left:
-        _print_notice(
+        print_remark(
             f"{counted(len(left), 'unfinished recording')} of an earlier start "
             f"{'is' if len(left) == 1 else 'are'} in '{path}'; 'forcelab capture {path} --recover' "
             f"makes demonstrations of what there is."
@@ -400,11 +409,10 @@ def _watch(
             continue
         shown_at = time.monotonic()
         for sentence in recorder.remarks():
-            _print_notice(sentence)
-        if sys.stderr.isatty():
+            print_remark(sentence)
+        if shows_progress():
             now = "" if recognition is None or not recognition.now else f"{recognition.now}  |  "
-            sys.stderr.write(f"\r\x1b[K{printable(now + _status_line(recorder.state()))}")
-            sys.stderr.flush()
+            show_line(printable(now + _status_line(recorder.state())))
 
 
 def _status_line(state: RecorderState) -> str:
@@ -418,19 +426,6 @@ def _status_line(state: RecorderState) -> str:
         words = f"{counted(camera.frames, 'frame')}, {camera.dropped} dropped"
         parts.append(" ".join([words, *(f"[{alarm}]" for alarm in camera.alarms)]))
     return "  |  ".join(parts)
-
-
-def _clear() -> None:
-    """Remove the line that shows how it goes."""
-    if sys.stderr.isatty():
-        sys.stderr.write("\r\x1b[K")
-        sys.stderr.flush()
-
-
-def _print_notice(sentence: str) -> None:
-    """Say something that is no result."""
-    _clear()
-    print(printable(sentence), file=sys.stderr, flush=True)
 
 
 def _summary(saved: SavedRecording, state: RecorderState) -> str:

@@ -22,7 +22,8 @@ from forcelab.cli.options import add_json
 from forcelab.cli.output import json_text
 from forcelab.errors import InputError
 from forcelab.extras import PACKAGES
-from forcelab.version import __version__
+from forcelab.resources import asset
+from forcelab.version import full_version
 
 #: Packages without which a part of the program does not run.
 NEEDED = (
@@ -37,6 +38,7 @@ NEEDED = (
     "pyqtgraph",
     "opencv-contrib-python-headless",
     "pyserial",
+    "shtab",
 )
 #: Seconds of a step from which a clock is too coarse to tell when samples came.
 COARSE = 1e-3
@@ -72,7 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _checks() -> Iterator[Check]:
     """Look at one thing after the other; a package that is missing stops none of them."""
-    yield Check("forcelab", __version__)
+    yield Check("forcelab", full_version())
     yield Check("python", platform.python_version())
     yield Check("sqlite", sqlite3.sqlite_version)
     for name in NEEDED:
@@ -81,6 +83,7 @@ def _checks() -> Iterator[Check]:
     for name, extra in PACKAGES.items():
         version = _version(name)
         yield Check(name, version or f"not installed (only the extra {extra} needs it)")
+    yield from _run_check("exact versions", _constraints)
     yield from _run_check("Qt", _qt)
     yield from _run_check("video", _codecs)
     yield from _run_check("devices", _devices)
@@ -107,6 +110,12 @@ def _cure(name: str) -> str:
     return (
         f"{sys.executable} -m pip install {'--force-reinstall .' if name == 'forcelab' else name}"
     )
+
+
+def _constraints() -> Iterator[Check]:
+    """Where the versions are that make the figures of the guide."""
+    place = f"{asset('constraints.txt')} (for pip install -c, to get the guide's figures)"
+    yield Check("exact versions", place)
 
 
 def _qt() -> Iterator[Check]:

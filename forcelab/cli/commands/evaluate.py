@@ -7,9 +7,20 @@ evaluated one by one unless --task is given several times. The result is kept in
 project as a run for the review; options that say so keep none, because the review would
 train again without them.
 
+--classifier also takes one of your own by its import path, MODULE:FUNCTION: called without
+arguments it gives an unfitted classifier as scikit-learn's are. --features takes a function
+of yours, alone or beside others: of an array of samples by channels, without gaps, and of
+the samples a second it makes a row of features for each sample. Runs and recognisers keep
+the paths, and no file can have them run: to use such a recogniser, or to ask why of such a
+run, name them again, as in FORCELAB_CLASSIFIERS=mylab.models:make_forest and
+FORCELAB_FEATURES. Installed packages name theirs by entry points of the groups
+forcelab.classifiers and forcelab.features.
+
 for example:
   forcelab evaluate lab.forcelab --task stylus --preset best --figure pairs.svg
   forcelab evaluate lab.forcelab --task stylus --test-names 'bob-*' --adapt
+  forcelab evaluate lab.forcelab --task stylus --classifier mylab.models:make_forest
+  forcelab evaluate lab.forcelab --preset best --features windows+mylab.signals:band_energy
 """
 
 from __future__ import annotations
@@ -17,26 +28,34 @@ from __future__ import annotations
 import argparse
 import csv
 import io
-import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from joblib import cpu_count
 
-from forcelab.cli.files import check_outputs
+from forcelab.cli.files import check_figure, check_outputs, output_file, save_figure
 from forcelab.cli.options import UsageError, add_project, add_scheduler, join_scheduler, name_of
-from forcelab.cli.output import json_path, percent, printable, progress_bar, report, table
+from forcelab.cli.output import (
+    STANDARD_OUTPUT,
+    percent,
+    print_remark,
+    printable,
+    progress_bar,
+    report,
+    table,
+)
 from forcelab.cli.settings_options import add_settings, choice_from, settings_from
 from forcelab.errors import InputError
 from forcelab.formats.output_folder import file_names
 from forcelab.formats.track_text import quoted_text
+from forcelab.frames import score_rows
 from forcelab.io import write_atomically
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.dataset import DataSelection
-from forcelab.recognition.experiments import TaskEvaluations, evaluate_tasks
-from forcelab.recognition.intervals import METHOD, METRICS, Intervals, look_up
+from forcelab.recognition.experiments import TaskEvaluations, evaluate_tasks_job
+from forcelab.recognition.intervals import METHOD, METRICS, Intervals
 from forcelab.recognition.metrics import Scores
 from forcelab.recognition.results import Evaluation
 from forcelab.text import counted
@@ -56,25 +75,9 @@ def write_table(path: Path, evaluated: TaskEvaluations) -> None:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow((*FIRST, *METRICS))
     for _, evaluation in evaluated.evaluations:
-        for stage in evaluation.kinds:
-            for row, name, values in _rows(evaluation, stage):
-                texts = map(quoted_text, (evaluation.title, stage, row, name))
-                writer.writerow((*texts, *values))
+        for *words, values in score_rows(evaluation):
+            writer.writerow((*map(quoted_text, (evaluation.title, *words)), *values))
     write_atomically(path, text.getvalue().encode())
-
-
-def _rows(evaluation: Evaluation, stage: str) -> Iterator[tuple[str, str, list[Any]]]:
-    """What a line is of, the demonstration's name, and the metrics."""
-    pooled, each = evaluation.scores(stage)
-    for scores in each:
-        record = scores.to_json()
-        yield "demonstration", scores.name, [look_up(record, metric) for metric in METRICS]
-    record = pooled.to_json()
-    yield "pooled", "", [look_up(record, metric) for metric in METRICS]
-    ranges = evaluation.intervals(stage)
-    for end, name in enumerate(("lower", "upper")):
-        intervals = (ranges[metric] for metric in METRICS)
-        yield name, "", [None if ends is None else ends[end] for ends in intervals]
 
 
 #: What the scores are, at the end of the manual of ``evaluate``.
@@ -148,7 +151,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--json", metavar="FILE", type=Path, help="write settings and all scores; - prints them"
     )
     parser.add_argument(
-        "--figure", metavar="FILE", type=Path, help="draw the timeline pairs (.svg, .pdf or .png)"
+        "--figure",
+        metavar="FILE",
+        type=Path,
+        help="draw the timeline pairs (.svg, .pdf or .png); - prints the SVG, and the scores go to "
+        "standard error; so with --confusion and --table",
     )
     parser.add_argument("--confusion", metavar="FILE", type=Path, help="draw the confusion matrix")
     parser.add_argument(
@@ -169,8 +176,11 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--folds is 2 or more, or 0, not {arguments.folds}.")
     figures = [path for path in (arguments.figure, arguments.confusion) if path is not None]
     _check_outputs(arguments, figures)
-    _check_suffixes(figures)
-    if (path := arguments.table) is not None and path.suffix.lower() != ".csv":
+    for path in figures:
+        check_figure(path)
+    printed = STANDARD_OUTPUT in (*figures, arguments.table)
+    path = arguments.table
+    if path not in (None, STANDARD_OUTPUT) and path.suffix.lower() != ".csv":
         raise InputError(f"'{path}' is no table that can be written; name it '{path.stem}.csv'.")
     # More processes than cores only cost their start.
     jobs = min(arguments.jobs or cpu_count(), cpu_count())
@@ -179,10 +189,16 @@ def run(arguments: argparse.Namespace) -> None:
         join_scheduler(arguments.scheduler),
         progress_bar() as watch,
     ):
+        tasks = set(project.demonstrations.tasks()) - {arguments.test_task}
+        if STANDARD_OUTPUT in figures and not arguments.task and len(tasks) > 1:
+            raise UsageError(
+                "Every task has a figure of its own, and standard output ('-') can hold one; "
+                "choose a --task, or name a file."
+            )
         # Where the filters need probabilities anyway, the review is to have them too.
         certainty = settings.needs_probabilities
         choice = choice_from(arguments)
-        job = evaluate_tasks(
+        job = evaluate_tasks_job(
             project, settings, choice, jobs, probability_trace=certainty, latency=arguments.latency
         )
         evaluated = finish(job, watch)
@@ -196,36 +212,27 @@ def run(arguments: argparse.Namespace) -> None:
         _draw_pairs(evaluated, choice, vocabularies, pairs)
         _draw_confusion(evaluated, matrices)
         if arguments.table is not None:
-            write_table(arguments.table, evaluated)
+            with output_file(arguments.table, ".csv") as file:
+                write_table(file, evaluated)
     finally:  # What took hours is told, even where the disk has no room for a figure.
-        _report(evaluated, arguments.json)
+        _report(evaluated, arguments.json, aside=printed)
 
 
 def _check_outputs(arguments: argparse.Namespace, figures: list[Path]) -> None:
     """Refuse what is to be written where that cannot be or would replace what is read."""
-    written = [*figures, arguments.table, json_path(arguments.json)]
+    written = [*figures, arguments.table, arguments.json]
     check_outputs(written, [arguments.project, arguments.merge])
 
 
-def _check_suffixes(figures: list[Path]) -> None:
-    """Refuse a kind of picture there is not before the evaluation, not after it."""
-    if figures:
-        from forcelab.gui.figures.figure import check_suffix
-
-        for path in figures:
-            check_suffix(path)
-
-
-def _report(evaluated: TaskEvaluations, json_file: Path | None) -> None:
+def _report(evaluated: TaskEvaluations, json_file: Path | None, *, aside: bool) -> None:
     """Print the scores and write the JSON that was asked for."""
     results = [evaluation.to_json() for _, evaluation in evaluated.evaluations]
     several = {"evaluations": results, "remarks": list(evaluated.remarks)}
     content: Any = results[0] if evaluated.joined else several
-    report(
-        "\n\n".join(_score_tables(each) for _, each in evaluated.evaluations), content, json_file
-    )
+    text = "\n\n".join(_score_tables(each) for _, each in evaluated.evaluations)
+    report(text, content, json_file, aside=aside)
     for sentence in evaluated.remarks:
-        print(f"forcelab: {printable(sentence)}", file=sys.stderr)
+        print_remark(f"forcelab: {sentence}")
 
 
 def _score_tables(evaluation: Evaluation) -> str:
@@ -378,13 +385,14 @@ def _draw_pairs(
             )
             for result, scores in zip(results, each, strict=True)
         )
-        TimelinePairs(
+        figure = TimelinePairs(
             evaluation.title,
             pairs,
             joined(task_vocabularies, apart=choice.apart).with_actions(*evaluation.actions),
             evaluation.actions,
             note_key="At the right: accuracy after the filters.",
-        ).save(file)
+        )
+        save_figure(figure, file)
 
 
 def _draw_confusion(evaluated: TaskEvaluations, files: list[Path]) -> None:
@@ -398,4 +406,5 @@ def _draw_confusion(evaluated: TaskEvaluations, files: list[Path]) -> None:
     for (_, evaluation), file in zip(evaluated.evaluations, files, strict=True):
         pooled, _ = evaluation.scores("filtered")
         title = f"{evaluation.title}, after the filters"
-        ConfusionMatrix(title, evaluation.actions, np.array(pooled.confusion)).save(file)
+        figure = ConfusionMatrix(title, evaluation.actions, np.array(pooled.confusion))
+        save_figure(figure, file)

@@ -16,11 +16,13 @@ import math
 import os
 import re
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
+from forcelab.cli.files import output_file, refuse_terminal
 from forcelab.cli.interrupts import uninterrupted
 from forcelab.cli.options import add_author
-from forcelab.cli.output import printable
+from forcelab.cli.output import STANDARD_OUTPUT, printable
 from forcelab.errors import InputError
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.qt_check import has_display, require_qt
@@ -48,7 +50,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     add_author(parser, "the coder (the last one who labelled in the project)")
     parser.add_argument(
-        "--screenshot", metavar="FILE", type=Path, help="draw the window into this .png"
+        "--screenshot",
+        metavar="FILE",
+        type=Path,
+        help="draw the window into this .png; - is standard output",
     )
 
 
@@ -65,6 +70,8 @@ def run(arguments: argparse.Namespace) -> int:
         author=arguments.author or "",
         screenshot=arguments.screenshot,
     )
+    if start.screenshot == STANDARD_OUTPUT:
+        refuse_terminal()
     if not has_display() and start.screenshot is None:
         raise InputError(
             "There is no display to open a window on; start forcelab on a desktop, or draw a "
@@ -78,8 +85,10 @@ def run(arguments: argparse.Namespace) -> int:
         from forcelab.gui.app import run as run_window
 
         if start.screenshot is not None:
-            status = run_window(start)
-            print(printable(str(start.screenshot)))
+            with output_file(start.screenshot, ".png") as file:
+                status = run_window(replace(start, screenshot=file))
+            if start.screenshot != STANDARD_OUTPUT:
+                print(printable(str(start.screenshot)))
             return status
     return run_window(start)
 

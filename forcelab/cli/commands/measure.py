@@ -26,9 +26,9 @@ from collections.abc import Callable, Generator
 from importlib import import_module
 from pathlib import Path
 
-from forcelab.cli.files import check_outputs
+from forcelab.cli.files import check_figure, check_outputs, save_figure
 from forcelab.cli.options import UsageError, add_author, add_task, join_scheduler
-from forcelab.cli.output import json_path, printable, progress_bar, report, table
+from forcelab.cli.output import STANDARD_OUTPUT, printable, progress_bar, report, table
 from forcelab.errors import ForcelabError
 from forcelab.jobs import Progress, finish
 from forcelab.measure.rows import FRONT, Table
@@ -67,7 +67,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--figure",
         metavar="FILE",
         type=Path,
-        help="draw error against time, where it has errors (.svg, .pdf or .png)",
+        help="draw error against time, where it has errors (.svg, .pdf or .png); - prints the SVG",
     )
     parser.add_argument(
         "--extremes",
@@ -82,7 +82,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Measure, print the table, and write what was asked for."""
     figure: Path | None = arguments.figure
-    check_outputs([json_path(arguments.json), figure], [arguments.project])
+    check_outputs([arguments.json, figure], [arguments.project])
     _check(arguments)
     if arguments.extremes:
         _extremes(arguments)
@@ -98,11 +98,13 @@ def _measure(arguments: argparse.Namespace) -> None:
     """Measure one thing."""
     with progress_bar("measuring") as watch:
         measured = finish(_job(arguments.what, arguments), watch)
-    report(table_text(measured), measured.to_json(), arguments.json)
-    if arguments.figure is not None:
+    figure: Path | None = arguments.figure
+    aside = figure == STANDARD_OUTPUT
+    report(table_text(measured), measured.to_json(), arguments.json, aside=aside)
+    if figure is not None:
         from forcelab.gui.figures.tradeoff import Tradeoff
 
-        Tradeoff(measured).save(arguments.figure)
+        save_figure(Tradeoff(measured), figure)
 
 
 def _check(arguments: argparse.Namespace) -> None:
@@ -111,9 +113,7 @@ def _check(arguments: argparse.Namespace) -> None:
     if figure is not None and module == ALL:
         raise UsageError(f"There is no figure of '{module}'; leave --figure away.")
     if figure is not None:
-        from forcelab.gui.figures.figure import check_suffix
-
-        check_suffix(figure)
+        check_figure(figure)
     recognition_only = {
         "PROJECT": arguments.project,
         "--task": arguments.task,
@@ -156,13 +156,13 @@ def _sample(scratch: Path) -> Generator[Progress, None, Path]:
     """The sample project of this user, or one made for as long as it is measured."""
     from forcelab.gui.project_actions import sample_place
     from forcelab.project import Project
-    from forcelab.sample import making
+    from forcelab.sample import make_sample_job
 
     place = sample_place()
     if not Project.vacant(place):
         return place
     created = scratch / place.name
-    yield from making(created)
+    yield from make_sample_job(created)
     return created
 
 

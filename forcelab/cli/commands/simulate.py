@@ -19,7 +19,7 @@ from forcelab.cli.options import PROJECT, UsageError, add_json, name_of, path_of
 from forcelab.cli.output import print_result, printable, progress_bar
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.simulation.generate import simulating
+from forcelab.simulation.generate import simulate_job
 from forcelab.simulation.origin import origins, task_named
 from forcelab.text import counted
 
@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace) -> None:
     except InputError as error:
         raise UsageError(str(error)) from error
     with progress_bar() as watch:
-        job = simulating(arguments.out, recipes, video=arguments.video, jobs=cpu_count())
+        job = simulate_job(arguments.out, recipes, video=arguments.video, jobs=cpu_count())
         added = finish(job, watch)
     content = {
         "project": str(arguments.out),

@@ -18,7 +18,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Interval
 from forcelab.project import Project
-from forcelab.review.explanation import Explanation, Neighbour, explain_at
+from forcelab.review.explanation import Explanation, Neighbour, explain_at_job
 from forcelab.review.run_result import KIND, RunResult, load_run
 
 
@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace) -> None:
         outcome = _outcome(project, demonstration.id, demonstration.task, arguments.run)
         names = {info.id: info.name for info in project.demonstrations.infos()}
     with progress_bar() as watch:
-        job = explain_at(arguments.project, outcome, demonstration.id, arguments.at)
+        job = explain_at_job(arguments.project, outcome, demonstration.id, arguments.at)
         why = finish(job, watch)
     start, end = why.place.start, why.place.end
     title = f"{demonstration.name}, {start:.3f} to {end:.3f} s, run {outcome.number}"

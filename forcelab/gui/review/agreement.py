@@ -28,7 +28,7 @@ from forcelab.project import Project
 from forcelab.review.agreement import (
     Agreement,
     PairAgreement,
-    agreement,
+    agreement_job,
     coded_demonstrations,
     landis_koch,
 )
@@ -258,7 +258,7 @@ def _compare_coders(
     with Project.open(path) as project:
         existing = task if task in project.demonstrations.tasks() else None
         coded, hidden = coded_demonstrations(project, existing, viewer=viewer, without=(consensus,))
-    return (yield from agreement(coded, hidden=hidden))
+    return (yield from agreement_job(coded, hidden=hidden))
 
 
 def _coder_counts(result: Agreement) -> str:

@@ -71,7 +71,7 @@ class TrainingFacts:
         """Numbers that describe a time step, and labelled steps that are trained on."""
         channels = self.channels if settings.channels is None else settings.channels
         rate = settings.rate or self.rate
-        features = settings.width(len(channels))
+        features = len(settings.feature_bands(len(channels), 1.0))
         if not rate:
             return features, 0
         steps = rate / settings.hop(rate)
@@ -578,10 +578,10 @@ class SettingsDialog(QDialog):
 
     def _scales(self, settings: Settings) -> str:
         parts = []
-        if "windows" in settings.features:
+        if "windows" in settings.known_features:
             shortest, longest = (1000 * settings.windows[i] for i in (0, -1))
             parts.append(f"{len(settings.windows)} windows, {shortest:.3g} to {longest:.3g} ms")
-        if "wavelets" in settings.features:
+        if "wavelets" in settings.known_features:
             parts.append(f"{len(settings.scales)} scales")
             if rate := settings.rate or self.facts.rate:
                 hertz = frequencies(settings.scales, rate, settings.mother)

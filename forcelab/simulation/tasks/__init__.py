@@ -6,7 +6,7 @@ from collections.abc import Generator, Sequence
 
 import numpy as np
 
-from forcelab.jobs import Progress
+from forcelab.jobs import Progress, job
 from forcelab.simulation.hand import Trajectory
 from forcelab.simulation.mechanics import Layout, Mechanics
 from forcelab.simulation.scene import TASKS, Motion, Performance, Scene, Task
@@ -56,7 +56,8 @@ def scene_of(task: Task, seed: int, number: int) -> Scene:
     return _choreograph(task, seed, number, taps=False).scene
 
 
-def performing(
+@job
+def perform_job(
     task: Task, seed: int, numbers: Sequence[int], *, taps: bool
 ) -> Generator[Progress, None, tuple[Performance, ...]]:
     """Perform demonstrations of a task, all at once.

@@ -1,0 +1,140 @@
+"""Data frames of pandas and dictionaries of arrays, read as a table in a file is.
+
+What each column is read as is told as of text (:mod:`~forcelab.formats.table_columns`), by its name
+and its first values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcelab.errors import InputError
+from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.formats.table import BodyReader, make_recording
+from forcelab.formats.table_columns import choose_roles
+from forcelab.formats.table_sniff import CellType, Dialect, Layout, column_kinds, name_columns
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+#: Rows looked at to find out what the columns are.
+_SAMPLE_ROWS = 400
+
+
+def read_frame(
+    frame: DataFrame | Mapping[str, ArrayLike], name: str, options: ReadOptions | None = None
+) -> Recording:
+    """Read a data frame, or a dictionary of arrays, as one demonstration with its labels.
+
+    Columns are understood as those of files are: times by their name or how they step, seconds,
+    dates or whole nanoseconds; columns of words as labels; all other numbers as channels, whose
+    unit may stand in their name, such as ``"fx1 (N)"``, or in ``frame.attrs["units"]``. The index
+    of a data frame is one more column, unless it only counts rows.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame or mapping of str to array_like
+        Columns of one length; of a mapping an array of shape (n, c) makes c columns.
+    name : str
+        What the demonstration is called.
+    options : ReadOptions, optional
+        What the columns do not say themselves.
+
+    Returns
+    -------
+    Recording
+        The demonstration, a track for each column of labels, and a remark on each thing that was
+        left out or repaired.
+
+    Raises
+    ------
+    InputError
+        If there is no column of times and no rate, no column of numbers, or one does not hold what
+        its name says.
+    """
+    options = options or ReadOptions()
+    where = f"Frame {name}"
+    units = dict(getattr(frame, "attrs", {}).get("units", {}))
+    columns = list(_columns(frame, where))
+    lengths = {len(values) for _, values in columns}
+    if len(lengths) != 1 or 0 in lengths:
+        found = "columns of different lengths" if len(lengths) > 1 else "no rows"
+        raise InputError(f"{where} has {found}; give arrays of one length.")
+    (length,) = lengths
+    named, remarks = name_columns(
+        [name for name, _ in columns], [str(units.get(name, "")) for name, _ in columns]
+    )
+    dialect = Dialect(None, ".", len(columns))
+    sample = tuple(zip(*(_texts(values[:_SAMPLE_ROWS]) for _, values in columns), strict=True))
+    kinds = tuple(
+        {"M": CellType.STAMP, "O": told}.get(values.dtype.kind, CellType.NUMBER)
+        for (_, values), told in zip(columns, column_kinds(sample, dialect), strict=True)
+    )
+    layout = Layout(dialect, named, kinds, 0, sample, remarks, path=Path(where), line="row")
+    roles = choose_roles(layout, options)
+    reader = BodyReader(layout, roles)
+    reader.read(
+        np.arange(1, length + 1),
+        {
+            index: values
+            if values.dtype.kind != "O" and (index in roles.numeric or index == roles.time)
+            else _texts(values)
+            for index, (_, values) in enumerate(columns)
+        },
+    )
+    return make_recording(name, layout, roles, reader.finish(), options, beside=False)
+
+
+def _columns(
+    frame: DataFrame | Mapping[str, ArrayLike], where: str
+) -> Iterator[tuple[str, NDArray[Any]]]:
+    """The name of each column, empty where it has none, and its values: numbers, dates or words."""
+    index: Any = getattr(frame, "index", None)  # which a dictionary has not
+    # A nameless one of whole numbers is where the rows stood before some were left out.
+    counts = index is None or (index.names == [None] and index.dtype.kind in "iu")
+    for level in range(0 if counts else index.nlevels):
+        yield str(index.names[level] or ""), _values(index.get_level_values(level))
+    for key, column in frame.items():
+        name = key if isinstance(key, str) else ""
+        values = _values(column)
+        if values.ndim == 1:
+            yield name, values
+        elif values.ndim == 2:
+            yield from ((f"{name} {i + 1}", values[:, i]) for i in range(values.shape[1]))
+        else:
+            raise InputError(
+                f"{where}: column '{name}' is an array of {values.ndim} dimensions; give one "
+                f"number or one row of numbers for each sample."
+            )
+
+
+def _values(column: Any) -> NDArray[Any]:
+    """A column as numbers (NaN where there is none), dates, or words as an array of objects."""
+    values = np.asarray(column)
+    kind = getattr(getattr(column, "dtype", values.dtype), "kind", "O")
+    if values.dtype.kind == "O" and kind in "iufb":  # of pandas, with room for missing ones
+        values = np.asarray(column.to_numpy(np.float64, na_value=np.nan))
+    if values.dtype.kind == "m":
+        return np.asarray(values / np.timedelta64(1, "s"))
+    if values.dtype.kind == "b":
+        return values.astype(np.uint8)
+    if values.dtype.kind in "iufM":
+        return values
+    missing = column.isna() if hasattr(column, "isna") else [v is None or v != v for v in values]  # noqa: PLR0124 - NaN
+    words = ["" if no else " ".join(str(v).split()) for v, no in zip(values, missing, strict=True)]
+    return np.array(words, object)
+
+
+def _texts(values: NDArray[Any]) -> list[str]:
+    """Values as they would stand in a text table."""
+    if values.dtype.kind == "O":
+        return list(values)
+    if values.dtype.kind == "M":
+        return ["" if text == "NaT" else text for text in np.datetime_as_string(values).tolist()]
+    # Whole numbers of labels may be floats as some are missing.
+    return ["" if text == "nan" else text.removesuffix(".0") for text in map(str, values.tolist())]
