@@ -43,6 +43,8 @@ if TYPE_CHECKING:
     from forcelab.recognition.cross_validation import train_and_test_job as train_and_test_job
     from forcelab.recognition.dataset import DataSelection as DataSelection
     from forcelab.recognition.dataset import load_dataset as load_dataset
+    from forcelab.recognition.estimators import ForceActionClassifier as ForceActionClassifier
+    from forcelab.recognition.estimators import ForceFeatures as ForceFeatures
     from forcelab.recognition.examples import Examples as Examples
     from forcelab.recognition.examples import LabelledDemonstration as LabelledDemonstration
     from forcelab.recognition.examples import prepare_examples as prepare_examples
@@ -51,6 +53,8 @@ if TYPE_CHECKING:
     from forcelab.recognition.features import wavelet_features as wavelet_features
     from forcelab.recognition.metrics import Scores as Scores
     from forcelab.recognition.metrics import score_tracks as score_tracks
+    from forcelab.recognition.plugins import register_classifier as register_classifier
+    from forcelab.recognition.plugins import register_features as register_features
     from forcelab.recognition.presets import preset as preset
     from forcelab.recognition.recogniser import Recogniser as Recogniser
     from forcelab.recognition.results import Evaluation as Evaluation
@@ -85,6 +89,8 @@ _HOMES = {
     "Demonstration": ("demonstration", "Demonstration"),
     "Evaluation": ("recognition.results", "Evaluation"),
     "Examples": ("recognition.examples", "Examples"),
+    "ForceActionClassifier": ("recognition.estimators", "ForceActionClassifier"),
+    "ForceFeatures": ("recognition.estimators", "ForceFeatures"),
     "ForcelabError": ("errors", "ForcelabError"),
     "Haar": ("signals.wavelets", "Haar"),
     "InputError": ("errors", "InputError"),
@@ -126,6 +132,8 @@ _HOMES = {
     "preset": ("recognition.presets", "preset"),
     "read": ("formats", "read"),
     "read_frame": ("formats.data_frame", "read_frame"),
+    "register_classifier": ("recognition.plugins", "register_classifier"),
+    "register_features": ("recognition.plugins", "register_features"),
     "review_queue": ("review.queue", "review_queue"),
     "runs_frame": ("frames", "runs_frame"),
     "samples_frame": ("frames", "samples_frame"),

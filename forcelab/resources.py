@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from forcelab.errors import InputError
-from forcelab.version import __version__
+from forcelab.version import full_version
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -79,7 +79,7 @@ PACKAGES = ("numpy", "scipy", "scikit-learn", "skops")
 
 def versions() -> dict[str, str]:
     """Versions of forcelab, Python and the numerical packages, by name; nothing is imported."""
-    return {"forcelab": __version__, "python": platform.python_version(), **_installed()}
+    return {"forcelab": full_version(), "python": platform.python_version(), **_installed()}
 
 
 @cache

@@ -6,22 +6,36 @@ import tempfile
 from collections.abc import Generator, Iterable
 from os import PathLike
 from pathlib import Path
+from typing import Final
 
 from forcelab.errors import InputError
+from forcelab.io import write_atomically
 from forcelab.jobs import Progress, job
 from forcelab.project import DemonstrationInfo, Project
 from forcelab.project.database import FILE
+from forcelab.resources import asset
 from forcelab.simulation.origin import Origin
-from forcelab.simulation.scene import TASKS
+from forcelab.simulation.scene import TASKS, Task
 
-__all__ = ["CODER", "LABELLED", "UNLABELLED", "UNSYNCHRONISED", "first_to_label", "make_sample_job"]
+__all__ = [
+    "CODER",
+    "LABELLED",
+    "UNLABELLED",
+    "UNSYNCHRONISED",
+    "first_to_label",
+    "make_sample_job",
+    "write_recordings",
+]
 
 #: The seed of the sample project, and how many demonstrations it has of each task.
 SEED, COUNT = 1, 6
 #: Who labelled which numbers. The second coder's labels are for comparing the two.
 LABELLED = {"Ines": (1, 2, 3, 4, 5), "Tomas": (1, 2, 3)}
 #: The coder from whose labels is learnt, and the task that the recogniser was trained on.
-CODER, RECOGNISED = "Ines", "LEGO"
+CODER: Final = "Ines"
+RECOGNISED: Task = "LEGO"
+#: The small sample project has these tasks alone, no videos, and learns the second one.
+SMALL: tuple[Task, ...] = ("foam", "stylus")
 #: The numbers left for trying out labelling, and synchronising by the taps.
 UNLABELLED, UNSYNCHRONISED = (6,), (5,)
 #: Where the window begins: it waits to be labelled, with few actions, and others are labelled.
@@ -29,7 +43,9 @@ FIRST = Origin("foam", SEED, UNLABELLED[0])
 
 
 @job
-def make_sample_job(path: str | PathLike[str], jobs: int = 1) -> Generator[Progress, None, bool]:
+def make_sample_job(
+    path: str | PathLike[str], jobs: int = 1, *, small: bool = False
+) -> Generator[Progress, None, bool]:
     """Make the sample project, unless it is there.
 
     It takes its name once it is complete. What somebody did in it since then stays.
@@ -40,6 +56,9 @@ def make_sample_job(path: str | PathLike[str], jobs: int = 1) -> Generator[Progr
         Its folder; may exist if it is empty or the sample project.
     jobs : int
         Processes that share the work; the result is the same for any number.
+    small : bool
+        Whether two of the tasks without videos will do; that takes seconds. The forces and labels
+        of these are the same.
 
     Returns
     -------
@@ -53,7 +72,7 @@ def make_sample_job(path: str | PathLike[str], jobs: int = 1) -> Generator[Progr
     """
     path = Path(path)
     if not Project.vacant(path):
-        _check(path)
+        _check(path, small)
         return False
     # What making one needs is loaded only now.
     from forcelab.recognition.dataset import DataSelection
@@ -65,10 +84,12 @@ def make_sample_job(path: str | PathLike[str], jobs: int = 1) -> Generator[Progr
         Job(
             origin,
             coders=tuple(name for name, numbers in LABELLED.items() if origin.number in numbers),
+            video=not small,
             synchronised=origin.number not in UNSYNCHRONISED,
         )
-        for origin in _origins()
+        for origin in _origins(SMALL if small else TASKS)
     ]
+    recognised = SMALL[-1] if small else RECOGNISED
     with (
         Project.creating(path) as project,
         tempfile.TemporaryDirectory(dir=project.path) as scratch,  # goes where the project goes
@@ -78,30 +99,73 @@ def make_sample_job(path: str | PathLike[str], jobs: int = 1) -> Generator[Progr
         project.demonstrations.add_all(demonstrations)
         settings = preset("paper").replace(stride=10)
         yield from train_tasks_job(
-            project, settings, DataSelection((RECOGNISED,), author=CODER), RECOGNISED
+            project, settings, DataSelection((recognised,), author=CODER), recognised
         )
     return True
 
 
-def _origins() -> tuple[Origin, ...]:
+def write_recordings(folder: str | PathLike[str]) -> tuple[Path, ...]:
+    """Write the example recordings, to try an import on.
+
+    Parameters
+    ----------
+    folder : path-like
+        Where to; made if need be. Files of other names stay.
+
+    Returns
+    -------
+    tuple of path
+        Six tables as CSV: times, forces of two sensors (N), and a coder's labels.
+
+    Raises
+    ------
+    InputError
+        If another file has one of the names, or the folder cannot be written; nothing is written
+        then.
+    """
+    from forcelab.formats.output_folder import output_folder  # loads all that reads and writes
+
+    folder = Path(folder)
+    sources = sorted(asset("foam-01.csv").parent.glob("foam-*.csv"))
+    files = {folder / source.name: source.read_bytes() for source in sources}
+    with output_folder(folder):
+        for path, content in files.items():
+            if path.exists() and not (path.is_file() and path.read_bytes() == content):
+                raise InputError(f"'{path}' is there already and differs; choose another folder.")
+        for path, content in files.items():
+            if not path.exists():
+                write_atomically(path, content)
+    return tuple(files)
+
+
+def _origins(tasks: Iterable[Task]) -> tuple[Origin, ...]:
     """Where the demonstrations of the sample project come from."""
     numbers = range(1, COUNT + 1)
-    return tuple(Origin(task, SEED, number) for task in TASKS for number in numbers)
+    return tuple(Origin(task, SEED, number) for task in tasks for number in numbers)
 
 
 def first_to_label(infos: Iterable[DemonstrationInfo]) -> str:
     """Id of the demonstration to begin with in the sample project; empty if this is another."""
     ids = {info.source: info.id for info in infos}
-    return ids[str(FIRST)] if ids.keys() >= set(map(str, _origins())) else ""
+    return ids[str(FIRST)] if ids.keys() >= set(map(str, _origins(SMALL))) else ""
 
 
-def _check(path: Path) -> None:
-    """Refuse what is there if it is not the whole sample project."""
-    other = f"'{path}' is there already and is not the sample project; choose another folder."
+def _check(path: Path, small: bool) -> None:
+    """Refuse what is not the sample project, or the small one where the whole is asked for."""
+    other = InputError(
+        f"'{path}' is there already and is not the sample project; choose another folder."
+    )
     if not (path / FILE).is_file():
-        raise InputError(other)
+        raise other
     with Project.open(path) as project:
-        complete = first_to_label(project.demonstrations.infos())
+        sources = {info.source for info in project.demonstrations.infos()}
         trained = {recogniser.name for recogniser in project.runs.recognisers()}
-    if not complete or RECOGNISED not in trained:
-        raise InputError(other)
+
+    def holds(tasks: Iterable[Task], recognised: Task) -> bool:
+        return recognised in trained and sources >= set(map(str, _origins(tasks)))
+
+    if holds(TASKS, RECOGNISED) or (small and holds(SMALL, SMALL[-1])):
+        return
+    if holds(SMALL, SMALL[-1]):
+        raise InputError(f"'{path}' is the small sample project; choose another folder.")
+    raise other

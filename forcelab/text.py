@@ -18,6 +18,11 @@ def percent(share: float | None) -> str:
     return "-" if share is None else f"{100 * share:.1f}"
 
 
+def duration_text(seconds: float) -> str:
+    """Seconds, or minutes where there are many."""
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
+
+
 def counted(number: int, noun: str) -> str:
     """A number with its noun: ``1 run``, ``6,008 samples``."""
     return f"{number:,} {noun}{'s' * (number != 1)}"

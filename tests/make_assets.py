@@ -1,4 +1,4 @@
-"""Makes the example recordings and the pictures in assets/: ``python tests/make_assets.py``.
+"""Makes the example recordings and pictures in assets/: ``python tests/make_assets.py``.
 
 Six synthetic foam pick-ups at 200 Hz, one CSV each, with a coder's labels in the last column; and
 out of simulated videos a picture of every action, as it begins and as it ends, and one of every
@@ -91,7 +91,7 @@ def pictures() -> dict[str, np.ndarray]:
         pair = [frame(task, entry.action, share, 320) for share in (BEGINNING, END)]
         images[entry.picture] = np.hstack([pair[0], gap, pair[1]])
     strip = [frame(task, *TELLING[task], 384) for task in TASKS]
-    images["tasks.png"] = np.hstack(strip)
+    images["guide/pictures/tasks.png"] = np.hstack(strip)
     return images
 
 

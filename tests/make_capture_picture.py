@@ -1,6 +1,6 @@
-"""Draws the Capture workspace while virtual tongs are recorded, for the README.
+"""Draws the Capture workspace while virtual tongs are recorded, for the guide.
 
-Start it as ``python -m tests.make_capture_picture PROJECT FILE.png`` with the sample project.
+Start it as ``python -m tests.make_capture_picture PROJECT FILE.png THEME`` with the sample project.
 Forces and film of a demonstration are played in real time, and its simulated truth presses keys.
 """
 
@@ -46,7 +46,7 @@ class Film(VirtualCamera):
         return 0.0  # it does not tell when a frame was taken
 
 
-def draw(path: Path, picture: Path) -> None:
+def draw(path: Path, picture: Path, colours: str) -> None:
     """Record the demonstration again and draw the window shortly before it ends."""
     from PySide6.QtWidgets import QApplication
 
@@ -66,7 +66,7 @@ def draw(path: Path, picture: Path) -> None:
     film = Film(demonstration.video.path)
     camera.open_camera = lambda _: film
     application = QApplication([])
-    theme.use_theme(application, "light")
+    theme.use_theme(application, colours)
     window = Window("Ines", remembering=False)
     window.resize(1280, 800)
     window.show()
@@ -114,4 +114,4 @@ if __name__ == "__main__":
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
     with tempfile.TemporaryDirectory() as folder:
         os.environ["FORCELAB_SETTINGS"] = str(Path(folder) / "settings.ini")
-        draw(Path(sys.argv[1]), Path(sys.argv[2]))
+        draw(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3])

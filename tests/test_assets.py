@@ -1,6 +1,8 @@
 """What the program carries with it is found in a checkout and in an installed wheel."""
 
+import email
 import os
+import re
 import subprocess
 import sys
 import zipfile
@@ -13,6 +15,8 @@ from forcelab.errors import InputError
 from forcelab.resources import asset, read_toml
 
 ROOT = Path(__file__).resolve().parents[1]
+#: What of the assets an installation has, too.
+CARRIED = ("**/*.toml", "actions/*.png", "foam-*.csv", "constraints.txt", "guide/**/*")
 
 
 @pytest.fixture
@@ -27,29 +31,52 @@ def test_in_a_checkout_the_assets_are_those_that_people_edit():
     assert read_toml("actions.toml").keys() >= {"grab", "slip transition"}
 
 
-def test_a_wheel_carries_the_assets_and_finds_them(tmp_path):
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """The folder of an installed wheel."""
+    folder = tmp_path_factory.mktemp("wheel")
     # Without the sandbox of pip: the same wheel, and no network.
     subprocess.run(
-        [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", tmp_path],
+        [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder],
         cwd=ROOT,
         check=True,
         capture_output=True,
     )
-    (wheel,) = tmp_path.glob("*.whl")
+    (wheel,) = folder.glob("*.whl")
     with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(tmp_path / "installed")
+        archive.extractall(folder / "installed")
+    return folder / "installed"
+
+
+def test_what_a_package_index_shows_leads_nowhere_but_into_the_web_and_itself(installed):
+    (folder,) = installed.glob("*.dist-info")
+    metadata = email.message_from_bytes((folder / "METADATA").read_bytes())
+    readme = metadata.get_payload()
+    assert metadata["Description-Content-Type"] == "text/markdown"
+    assert readme.startswith("# forcelab\n")
+    assert readme.index("pipx install forcelab") < readme.index(".ci/setup")
+    assert "`forcelab guide " in readme
+    assert "![" not in readme
+    links = re.findall(r"\]\(([^)]*)\)", readme)
+    assert links
+    assert all(link.startswith(("https://", "#")) for link in links)
+    pythons = [line for line in metadata.get_all("Classifier") if line.endswith(("3.10", "3.14"))]
+    assert len(pythons) == 2
+
+
+def test_a_wheel_carries_the_assets_and_finds_them(installed, tmp_path):
     # Somebody else's folder, as badly packaged programs leave them there.
-    (tmp_path / "installed" / "assets").mkdir()
+    (installed / "assets").mkdir()
     script = "import forcelab.resources as a; print(a.__file__, a.asset('actions.toml'), sep='\\n')"
     done = subprocess.run(
         [sys.executable, "-c", script],
         cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(tmp_path / "installed")},
+        env={**os.environ, "PYTHONPATH": str(installed)},
         check=True,
         capture_output=True,
         text=True,
     )
-    package = tmp_path / "installed" / "forcelab"
+    package = installed / "forcelab"
     assert done.stdout.splitlines() == [
         str(package / "resources.py"),
         str(package / "assets_data" / "actions.toml"),
@@ -57,14 +84,24 @@ def test_a_wheel_carries_the_assets_and_finds_them(tmp_path):
     assert (package / "py.typed").is_file()
     carried = [
         path.relative_to(ROOT / "assets")
-        for pattern in ("**/*.toml", "actions/*.png")
+        for pattern in CARRIED
         for path in (ROOT / "assets").glob(pattern)
+        if path.is_file()
     ]
     data = package / "assets_data"
     packed = [path.relative_to(data) for path in data.rglob("*") if path.is_file()]
     assert sorted(packed) == sorted(carried)
     for path in carried:
         assert (data / path).read_bytes() == (ROOT / "assets" / path).read_bytes()
+
+
+def test_all_that_the_installed_guide_links_to_is_installed(installed):
+    pages = list((installed / "forcelab" / "assets_data" / "guide").glob("*.md"))
+    assert len(pages) > 9
+    for page in pages:
+        text = re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.S)
+        for link in re.findall(r"\]\(([^)#\s]+)", text):
+            assert link.startswith("https://") or (page.parent / link).exists(), (page.name, link)
 
 
 def test_an_asset_in_a_folder_is_found(folder):

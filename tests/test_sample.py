@@ -21,8 +21,10 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.project import Project
+from forcelab.recognition import presets
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import load_recogniser
+from forcelab.resources import asset
 from forcelab.simulation import generate, rendering
 from forcelab.simulation.scene import TASKS
 
@@ -51,6 +53,18 @@ def quick(monkeypatch):
     monkeypatch.setattr(rendering, "render", render_placeholder)
 
 
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """The small sample project, of brief performances."""
+    path = tmp_path_factory.mktemp("small") / "sample.forcelab"
+    cheap = presets.preset("paper").replace(classifier="naive-bayes")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(presets, "preset", lambda _: cheap)
+        patch.setattr(generate, "perform_job", perform_grips)
+        assert finish(sample.make_sample_job(path, small=True))
+    return path
+
+
 @pytest.fixture
 def copy(whole, tmp_path):
     return Path(shutil.copytree(whole, tmp_path / "moved.forcelab"))
@@ -74,7 +88,8 @@ def test_the_one_to_begin_with_waits_to_be_labelled_among_labelled_ones(whole, c
         [first] = [info for info in infos if info.id == sample.first_to_label(infos)]
         assert first.authors == ()
         assert sum("Ines" in info.authors for info in infos if info.task == first.task) == 5
-        assert sample.first_to_label(infos[1:]) == ""  # some other project
+        others = [info for info in infos if info.id != first.id]
+        assert sample.first_to_label(others) == ""  # some other project
     with Project.open(copy) as project:  # with a recording of one's own besides, it still is
         project.demonstrations.add(foam_demonstration())
         assert sample.first_to_label(project.demonstrations.infos()) == first.id
@@ -119,6 +134,45 @@ def test_where_it_is_already_nothing_is_done_and_what_people_did_stays(copy):
     with Project.open(copy) as project:
         assert project.tracks.get(id_, "me").segments == mine
         assert len(project.demonstrations.infos()) == 30
+
+
+def test_the_small_one_is_a_part_of_the_whole_one_without_videos(whole, small):
+    with Project.open(whole) as project, Project.open(small) as part:
+        infos = part.demonstrations.infos()
+        assert {info.task for info in infos} == set(sample.SMALL)
+        assert len(infos) == 12
+        assert not any(info.has_video for info in infos)
+        assert sample.first_to_label(infos) == sample.first_to_label(project.demonstrations.infos())
+        for info in infos:
+            ours, theirs = (p.demonstrations.load(info.id) for p in (part, project))
+            assert (ours.signals == theirs.signals).all()
+            for coder in info.authors:
+                tracks = [p.tracks.get(info.id, coder) for p in (part, project)]
+                assert tracks[0] == tracks[1]
+        assert {name for info in infos for name in info.authors} == set(sample.LABELLED)
+        assert [stored.name for stored in part.runs.recognisers()] == [sample.SMALL[-1]]
+
+
+def test_the_whole_one_will_do_for_the_small_one_but_not_the_other_way_around(whole, small):
+    assert list(sample.make_sample_job(whole, small=True)) == []
+    assert list(sample.make_sample_job(small, small=True)) == []
+    with pytest.raises(InputError, match=r"is the small sample project; choose another folder"):
+        finish(sample.make_sample_job(small))
+
+
+def test_example_recordings_are_written_beside_other_files_but_over_none(tmp_path):
+    folder = tmp_path / "new" / "recordings"
+    files = sample.write_recordings(folder)
+    assert [path.name for path in files] == [f"foam-{n:02d}.csv" for n in range(1, 7)]
+    assert files[0].read_bytes() == asset("foam-01.csv").read_bytes()
+    files[1].unlink()
+    assert sample.write_recordings(folder) == files
+    files[0].unlink()
+    files[1].write_text("mine")
+    with pytest.raises(InputError, match=r"foam-02\.csv' is there already and differs"):
+        sample.write_recordings(folder)
+    assert files[1].read_text() == "mine"
+    assert not files[0].exists()
 
 
 def test_what_is_there_and_is_not_the_sample_project_stays_untouched(tmp_path):

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from forcelab.cli.output import printable
+from forcelab.cli.output import print_remark
 from forcelab.project import Project
 from forcelab.text import name_alike
 
@@ -30,7 +29,7 @@ def hint_at_new_names(path: Path, project: Project | None = None) -> Iterator[No
             # Of two that came together the second one is told of.
             others = old or names[:at]
             if name not in old and (similar := name_alike(name, others)) is not None:
-                print(printable(f"'{name}' is a new {kind} beside '{similar}'."), file=sys.stderr)
+                print_remark(f"'{name}' is a new {kind} beside '{similar}'.")
 
 
 def _names(project: Project) -> dict[str, list[str]]:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from forcelab.cli.options import UsageError, add_author, add_task
+from forcelab.cli.output import print_remark
 from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
+from forcelab.recognition.plugins import VARIABLES, Kind, is_import_path, load_plugin, name_path
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import (
+    FIELD_GROUPS,
     FIELDS,
     WINDOWS_FIELD,
     Settings,
@@ -63,12 +65,16 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
 def add_changes(parser: argparse.ArgumentParser) -> None:
     """Options that change a preset's features, classifier and filters."""
     group = parser.add_argument_group(
-        "settings", "Where not given, the preset's; in brackets that of preset paper."
+        "settings",
+        "What is not chosen below is the preset's; in brackets is that of preset paper.",
     )
     group.add_argument("--preset", metavar="NAME", default="paper", help=_PRESETS)
     paper = Settings()
-    for field in _FIELDS:
-        _add_option(group, field, getattr(paper, field.name))
+    for title, fields in FIELD_GROUPS.items():
+        group = parser.add_argument_group(f"settings: {title.lower()}")
+        for field in (*fields, WINDOWS_FIELD) if title == "Features" else fields:
+            if field in _FIELDS:
+                _add_option(group, field, getattr(paper, field.name))
 
 
 def _add_option(group: argparse._ArgumentGroup, field: SettingField, default: object) -> None:
@@ -79,6 +85,8 @@ def _add_option(group: argparse._ArgumentGroup, field: SettingField, default: ob
         text = f"{field.label[0].lower()}{field.label[1:]}: {text}"
     if field.options:
         text += f"; {', '.join(value for value, _ in field.options)}"
+    if field.name in VARIABLES:
+        text += "; or your own as MODULE:FUNCTION"
     if field.default is not None and "off:" not in text:
         text += "; or off"
     if isinstance(default, tuple):
@@ -113,7 +121,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         # That something is switched off which is not used anyway misleads nobody.
         used = value is not None and value is not False
         if used and (why := why_not_applied(name, vars(settings))):
-            print(f"forcelab: --{name.replace('_', '-')} has no effect {why}.", file=sys.stderr)
+            print_remark(f"forcelab: --{name.replace('_', '-')} has no effect {why}.")
     return settings
 
 
@@ -126,6 +134,9 @@ def _value(field: SettingField, text: Any) -> Any:
             raise UsageError(f"--windows takes seconds such as 0.01,0.1, not '{text}'.") from error
     if field.kind == "channels":
         return tuple(name.strip() for name in text.split(","))
+    for kind in VARIABLES:
+        if field.name == kind:
+            return "+".join(_named(kind, part) for part in text.split("+"))
     if field.default is None:
         return text
     if text == "off":
@@ -135,6 +146,14 @@ def _value(field: SettingField, text: Any) -> Any:
     except ValueError as error:
         expected = "a whole number" if field.kind == "whole" else "a number"
         raise UsageError(f"--{field.name} takes {expected} or 'off', not '{text}'.") from error
+
+
+def _named(kind: Kind, text: str) -> str:
+    """A name as it is, or a path of one's own, which this names."""
+    name = name_path(kind, text)
+    if is_import_path(name):
+        load_plugin(kind, name)  # what is wrong with it is said before the work
+    return name
 
 
 def choice_from(arguments: argparse.Namespace) -> DataSelection:

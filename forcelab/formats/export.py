@@ -61,6 +61,7 @@ class ExportFormat:
     #: Of a project's items its file's bytes, or those of several files by what their names end in.
     join: Callable[[Project, list[Any]], bytes | dict[str, bytes]] | None = None
     prints: bool = True  #: whether a single file may go to standard output
+    binary: bool = False  #: whether a file is no text
     #: Further files for each part, by what their names end in.
     beside: tuple[tuple[str, Callable[[Part], Any]], ...] = ()
     predictions: bool = False  #: whether it holds what runs predict, too
@@ -232,7 +233,7 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         f"{SAMPLES}.parquet",
         "demonstration",
         lambda part: _samples(part, SampleTable.write_parquet),
-        prints=False,
+        binary=True,
         predictions=True,
         unlabelled=True,
         group="table",
@@ -294,7 +295,7 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         "Archive: the whole project as one file, to be imported again",
         ".zip",
         "project",
-        prints=False,
+        binary=True,
         group="whole",
     ),
 }

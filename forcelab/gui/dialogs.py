@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QDialog, QWidget
+from PySide6.QtWidgets import QApplication, QDialog, QWidget
 
 from forcelab.demonstration import VideoReference
 from forcelab.gui.document import Document
@@ -40,7 +40,6 @@ def handlers(
         "done": partial(_toggle_done, document, window),
         "synchronise": lambda: _synchronise(document, jobs, window, video()),
         "help": lambda: _help(document, window, commands()),
-        "manual": lambda: show_manual(document, window),
         "about": lambda: _about(window),
     }
 
@@ -134,14 +133,18 @@ def _run(dialog: QDialog) -> None:
     dialog.deleteLater()
 
 
-def show_manual(document: Document, window: QWidget | None) -> None:
-    """Show the user guide in a window of its own."""
-    from forcelab.gui.help import ManualDialog, manual
+def show_guide(window: QWidget, place: str, *, remembering: bool = True) -> None:
+    """Show a place in the guide beside the window, or beside the dialog that is open."""
+    from forcelab.gui.guide import GuideWindow
 
-    text = manual()
-    if not text:
-        document.show_message("The user guide is not installed here.", True)
-        return
-    dialog = ManualDialog(text, window)
-    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    dialog.show()
+    guide = window.findChild(GuideWindow)
+    if guide is None:
+        guide = GuideWindow(window, remembering=remembering)
+    guide.open(place)
+    guide.show()
+    dialog = QApplication.activeModalWidget()
+    guide.belong_to(dialog or window)  # or a modal dialog would keep mouse and keys from it
+    if isinstance(dialog, QDialog):
+        dialog.finished.connect(partial(guide.belong_to, window))
+    guide.raise_()
+    guide.activateWindow()

@@ -45,7 +45,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.layout import copyable, emphasise
-from forcelab.version import __version__
+from forcelab.version import full_version
 
 log = logging.getLogger("forcelab")
 
@@ -156,7 +156,7 @@ class ExceptionHook(QObject):
 def error_report(error: BaseException) -> str:
     """Versions, platform and traceback, for whoever mends it."""
     head = (
-        f"forcelab {__version__}, Python {platform.python_version()}, Qt {qVersion()}, "
+        f"forcelab {full_version()}, Python {platform.python_version()}, Qt {qVersion()}, "
         f"{platform.platform()}\n"
     )
     return head + "".join(traceback.format_exception(error))

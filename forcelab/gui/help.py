@@ -1,11 +1,9 @@
-"""Help: keys from the table that binds them, mouse gestures, the manual, and About."""
+"""Help: keys from the table that binds them, mouse gestures, and About."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from importlib.metadata import metadata
 
 import PySide6
 from PySide6.QtCore import QRectF, QSize, Qt, qVersion
@@ -16,11 +14,6 @@ from PySide6.QtGui import (
     QPaintEvent,
     QPalette,
     QResizeEvent,
-    QTextCharFormat,
-    QTextCursor,
-    QTextDocument,
-    QTextOption,
-    QTextTable,
 )
 from PySide6.QtWidgets import (
     QDialog,
@@ -32,7 +25,6 @@ from PySide6.QtWidgets import (
     QLabel,
     QPushButton,
     QScrollArea,
-    QTextBrowser,
     QVBoxLayout,
     QWidget,
 )
@@ -44,7 +36,7 @@ from forcelab.gui.layout import emphasise, resize_on_screen, search_field
 from forcelab.gui.shortcuts import COMMANDS, GROUPS, Keys, key_name
 from forcelab.gui.text import contains_words
 from forcelab.resources import versions
-from forcelab.version import __version__
+from forcelab.version import full_version
 
 
 def _pairs(*texts: str) -> tuple[tuple[str, str], ...]:
@@ -342,15 +334,6 @@ def _pieces(pieces: Sequence[str], caps: bool) -> QWidget:
     return row
 
 
-#: A picture alone in its line, which the installed manual comes without.
-_PICTURE = re.compile(r"^\s*(?:!\[[^\]]*\]\([^)]*\)|<img[^>]*>)\s*$", re.MULTILINE)
-#: A link to a file that lies beside the manual in a checkout only: following it empties the page.
-_FILE = re.compile(r"\[([^\[\]]*)\]\((?!#|https?:)[^)]*\)")
-
-#: Room below a table, in pixels; above it is half of that.
-SPACE = 12
-
-
 def facts() -> dict[str, str]:
     """Versions by name, and where settings and log are."""
     facts_by_name = {**versions(), "PySide6": PySide6.__version__, "Qt": qVersion()}
@@ -359,19 +342,13 @@ def facts() -> dict[str, str]:
     return facts_by_name
 
 
-def manual() -> str:
-    """The installed manual as Markdown; empty if it is not installed."""
-    pictured = metadata("forcelab")["Description"] or ""
-    return _FILE.sub(r"\1", _PICTURE.sub("", pictured)).strip()
-
-
 class AboutDialog(QDialog):
     """Versions and folders: all that a report of a fault needs."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("About forcelab")
-        title = QLabel(f"forcelab {__version__}")
+        title = QLabel(f"forcelab {full_version()}")
         emphasise(title, 1.4)
         purpose = QLabel("Labels, recognises and scores the actions of hands in recorded forces.")
         self._facts = facts()
@@ -403,64 +380,6 @@ class AboutDialog(QDialog):
         lines = (f"{name}: {value}" for name, value in self._facts.items())
         QGuiApplication.clipboard().setText("\n".join(lines))
         self.copy_button.setText("Copied")
-
-
-class ManualDialog(QDialog):
-    """The manual, to be read beside the window."""
-
-    def __init__(self, text: str, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("User guide")
-        self.pages = QTextBrowser()
-        self.pages.setAccessibleName("User guide")
-        self.pages.setOpenExternalLinks(True)
-        self.pages.setMarkdown(text)
-        _name_headings(self.pages.document())
-        fit_to_text(self.pages.document())
-        column = QVBoxLayout(self)
-        column.addWidget(self.pages)
-        self.resize(self.sizeHint())
-
-    def sizeHint(self) -> QSize:
-        """Lines of about a hundred characters, within the screen."""
-        metrics = self.fontMetrics()
-        room = self.screen().availableGeometry().size() * 0.92
-        return QSize(metrics.averageCharWidth() * 116, metrics.lineSpacing() * 46).boundedTo(room)
-
-
-def _name_headings(document: QTextDocument) -> None:
-    """Give headings the names that links such as ``#from-python`` use; Qt gives them none."""
-    block = document.begin()
-    while block.isValid():
-        if block.blockFormat().headingLevel():
-            named = QTextCharFormat()
-            name = re.sub(r"[^\w -]", "", block.text()).lower().replace(" ", "-")
-            named.setAnchor(True)
-            named.setAnchorNames([name])
-            cursor = QTextCursor(block)
-            cursor.movePosition(QTextCursor.MoveOperation.Right, QTextCursor.MoveMode.KeepAnchor)
-            cursor.mergeCharFormat(named)
-        block = block.next()
-
-
-def fit_to_text(document: QTextDocument) -> None:
-    """Break lines of output that are wider than the window, and keep tables apart."""
-    option = document.defaultTextOption()
-    option.setWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
-    document.setDefaultTextOption(option)
-    block = document.begin()
-    while block.isValid():
-        if block.blockFormat().nonBreakableLines():
-            broken = block.blockFormat()
-            broken.setNonBreakableLines(False)
-            QTextCursor(block).setBlockFormat(broken)
-        block = block.next()
-    for table in document.rootFrame().childFrames():
-        if isinstance(table, QTextTable):
-            spaced = table.format()
-            spaced.setTopMargin(SPACE / 2)
-            spaced.setBottomMargin(SPACE)
-            table.setFormat(spaced)
 
 
 def copy_button_clicked(value: str, name: str) -> QLabel:

@@ -446,6 +446,14 @@ def _has_columns(path: Path) -> bool:
         return False  # what is wrong is told when the file is read
 
 
+def _is_archive(path: Path) -> bool:
+    """Whether a file is a project's archive, which names the task of each recording."""
+    try:
+        return identify(path).name == "archive"
+    except (InputError, OSError):
+        return False  # what is wrong is told when the file is read
+
+
 def _optional_line(name: str, placeholder: str) -> QLineEdit:
     """A line that may stay empty, which then means what it says."""
     line = QLineEdit()
@@ -477,7 +485,7 @@ class ImportDialog(QDialog):
         self.setWindowTitle("Import demonstrations")
         resize_on_screen(self, QSize(680, 560))
         self._document, self._jobs, self._open_project = document, jobs, open_project
-        self._only_datasets = False
+        self._tasks_named = False
         self._files = QListWidget()
         self._files.setAccessibleName("Files to import")
         # The end of a path tells files apart.
@@ -656,8 +664,8 @@ class ImportDialog(QDialog):
         super().reject()
 
     def _warn(self) -> None:
-        """Warn of recordings without a task, which are allowed; datasets name theirs."""
-        missing = not self._task.currentText().strip() and not self._only_datasets
+        """Warn of recordings without a task, which are allowed, unless the files name theirs."""
+        missing = not self._task.currentText().strip() and not self._tasks_named
         self._taskless.setVisible(missing and self._files.count() > 0)
         self._go.setText("Import without a task" if missing else "Import")
 
@@ -705,13 +713,15 @@ class ImportDialog(QDialog):
         set_enabled_with_reason(self._go, reason if self._bar.isHidden() else _GOES_ON)
         self._show_report("")  # it was of files that were in the list before
         datasets = [Path(name) for name in files if is_lerobot_folder(Path(name))]
-        self._only_datasets = bool(files) and len(datasets) == len(files)
+        others = (Path(name) for name in files if Path(name) not in datasets)
+        self._tasks_named = bool(files) and all(_is_archive(path) for path in others)
         self._layout.setRowVisible(self.episodes, bool(datasets))
         count = stated_episodes(datasets[0]) if len(datasets) == 1 else ""
         self.episodes.setPlaceholderText(" ".join(f"all {count}".split()) + ", or such as 0-9, 12")
         task = self._task.lineEdit()
         if task is not None:
-            task.setPlaceholderText("as the dataset says" if self._only_datasets else "")
+            source = "dataset" if datasets else "archive"
+            task.setPlaceholderText(f"as the {source} says" if self._tasks_named else "")
         self._warn()
         self.columns.show_first([Path(name) for name in files])
 

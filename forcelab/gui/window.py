@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
     QMenu,
     QStackedWidget,
     QTabWidget,
+    QWidget,
 )
 
 from forcelab.formats.signatures import is_bag_folder
@@ -32,6 +33,7 @@ from forcelab.gui.capture.tab import ENDLESS, CaptureTab
 from forcelab.gui.demonstration_list import DemonstrationList
 from forcelab.gui.document import Document
 from forcelab.gui.file_dialogs import accept_as_copy
+from forcelab.gui.guide_pages import GuideKey, page_about
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import application
 from forcelab.gui.label import commands
@@ -127,6 +129,7 @@ class Window(DockedWindow):
         self.statusBar().addPermanentWidget(self.capture.indicator)
         self.capture.indicator.clicked.connect(partial(self.show_workspace, "capture"))
         self.review.indicator.clicked.connect(partial(self.show_workspace, "review"))
+        GuideKey(self, self._show_guide)
         self._standard = self.saveState(LAYOUT)
         self._listing = QTimer(self, singleShot=True, interval=LIST_MS)
         self._look, self._tidy = QTimer(self), QTimer(self, interval=TIDY_MS)
@@ -208,6 +211,8 @@ class Window(DockedWindow):
             leaving.callback(self._listing.stop)
             leaving.callback(self._look.stop)
             leaving.callback(self._tidy.stop)
+            if guide := self.findChild(QWidget, "guide"):
+                leaving.callback(guide.close)
             if self._remembering:
                 leaving.callback(self._remember_layout)
 
@@ -291,6 +296,7 @@ class Window(DockedWindow):
         self._welcome.opening.connect(opening.ask_open)
         self._welcome.creating.connect(opening.ask_new)
         self._welcome.importing.connect(opening.ask_import)
+        self._welcome.reading.connect(self._show_guide)
         if self._remembering:
             self._hints = HintBar(document)
             self.label.setMenuWidget(self._hints)
@@ -333,6 +339,7 @@ class Window(DockedWindow):
             ),
             "toolbar": self._switch_toolbar,
             "reset_layout": self._reset_layout,
+            "manual": self._show_guide,
             "next_camera": self.label.videos.show_next,
             "side_by_side": self.label.videos.switch_side_by_side,
         }
@@ -465,6 +472,10 @@ class Window(DockedWindow):
     def _show_preferences(self, page: str) -> None:
         trainer = self.review.trainer
         dialogs.show_preferences(self.document, trainer, self.opening, self, self.commands, page)
+
+    def _show_guide(self) -> None:
+        place = page_about(QApplication.focusWidget(), self._stack.currentWidget())
+        dialogs.show_guide(self, place, remembering=self._remembering)
 
     def _use_theme(self) -> None:
         theme.use_theme(application(), THEME.value)

@@ -113,6 +113,9 @@ class BlackBoxScorer:
                 return np.asarray(self.classifier.predict_joint_log_proba(features))
             if self.probabilistic:
                 return np.log(np.maximum(self.classifier.predict_proba(features), FLOOR))
+            if not hasattr(self.classifier, "decision_function"):  # one's own may only decide
+                votes = np.equal.outer(self.classifier.predict(features), self.classifier.classes_)
+                return np.log(np.maximum(votes, FLOOR))
             margins = np.asarray(self.classifier.decision_function(features))
         if margins.ndim == 1:  # of two actions there is one margin, the second one's
             margins = np.stack([np.zeros_like(margins), margins], axis=1)

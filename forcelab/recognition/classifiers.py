@@ -10,6 +10,7 @@ from __future__ import annotations
 import copy
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -27,6 +28,7 @@ from forcelab.recognition.ensemble import (
 )
 from forcelab.recognition.forest import require
 from forcelab.recognition.perceptron import raise_interrupts
+from forcelab.recognition.plugins import is_import_path, load_plugin, naming_plugin
 from forcelab.runtime import one_blas_thread
 
 #: No number that a recogniser holds is larger: what it learnt are forces, seconds and counts.
@@ -63,7 +65,7 @@ def check_classifier(
     a ValueError; other errors of NumPy and scikit-learn, over parts that are missing or of a wrong
     type, pass. What plain NumPy would refuse is left to predicting one sample at the end.
     """
-    registered = REGISTRY[name]
+    registered = classifier_kind(name)
     kind, check = registered.type_name, registered.check
     if name == "svm" and probabilities:
         kind, check = "CalibratedClassifierCV", _check_calibrated
@@ -96,17 +98,21 @@ def _check_tree(classifier: Any, width: int) -> None:
     from sklearn.tree._tree import Tree
 
     state = classifier.tree_
-    nodes: NDArray[Any] = state["nodes"]
-    n, k = len(nodes), len(classifier.classes_)
-    require(n >= 1 and nodes.ndim == 1 and state["node_count"] == n, "as many nodes as it says")
+    _check_nodes(state["nodes"], state["node_count"], width)
+    classifier.tree_ = Tree(width, np.array([len(classifier.classes_)], dtype=np.intp), 1)
+    classifier.tree_.__setstate__(state)
+
+
+def _check_nodes(nodes: NDArray[Any], count: int, width: int) -> None:
+    """Inner nodes of a tree point ahead, and at features that there are."""
+    n = len(nodes)
+    require(n >= 1 and nodes.ndim == 1 and count == n, "as many nodes as it says")
     inner = nodes["left_child"] != -1
     ahead = np.arange(n)[inner]
     for child in (nodes["left_child"][inner], nodes["right_child"][inner]):
         require(np.all((child > ahead) & (child < n)), "nodes that point at nodes")
     features = nodes["feature"][inner]
     require(np.all((features >= 0) & (features < width)), "nodes that ask for features")
-    classifier.tree_ = Tree(width, np.array([k], dtype=np.intp), 1)
-    classifier.tree_.__setstate__(state)
 
 
 def _check_neighbours(neighbours: Any, width: int) -> None:
@@ -188,7 +194,7 @@ def fit_classifier(
     # Two hundred actions of a few samples each are a task; and to put filters back is not safe
     # where there are several threads.
     warnings.filterwarnings("ignore", "The number of unique classes is greater than", UserWarning)
-    fit, options = REGISTRY[name].fit, options or FitOptions()
+    fit, options = classifier_kind(name).fit, options or FitOptions()
     if fit is None or options.standardised:
         member = name if name in MEMBERS else partial(FittedMember.fit, name)
         yield from fit_ensemble(member, X, y, seed, options)
@@ -280,8 +286,10 @@ def _fit_mlp(
             break
 
 
-def prediction_state(classifier: Any) -> Any:
+def prediction_state(name: str, classifier: Any) -> Any:
     """A copy of a classifier of scikit-learn, with what prediction needs, for a file."""
+    if is_import_path(name):
+        return classifier
     bare = copy.copy(classifier)
     # The optimiser's state and the shuffles serve further training only.
     vars(bare).pop("_optimizer", None)
@@ -308,7 +316,7 @@ class FittedMember:
         codes, counts = np.unique(y, return_counts=True)
         lone = np.isin(y, codes[counts == 1])
         X, y = np.concatenate([X, X[lone]]), np.append(y, y[lone])
-        fit = REGISTRY[name].fit
+        fit = classifier_kind(name).fit
         assert fit is not None  # all others are members of their own
         *_, last = fit(X, y, seed, True)
         return cls(name, last.classifier)
@@ -322,7 +330,7 @@ class FittedMember:
         return {
             "kind": "scikit-learn",
             "name": self.name,
-            "classifier": prediction_state(self.classifier),
+            "classifier": prediction_state(self.name, self.classifier),
         }
 
     @classmethod
@@ -384,3 +392,69 @@ REGISTRY: Mapping[str, ClassifierKind] = {
     "boosting": ClassifierKind("Gradient boosting"),
     "ensemble": ClassifierKind("Extra trees and logistic regression"),
 }
+
+
+def classifier_kind(name: str) -> ClassifierKind:
+    """The classifier of a name in :data:`REGISTRY`, or one's own of an import path.
+
+    An InputError says that a path was not named here, or cannot be imported.
+    """
+    if not is_import_path(name):
+        return REGISTRY[name]
+    make = load_plugin("classifier", name)
+    with _naming_own(name):
+        type_name = type(make()).__name__
+    return ClassifierKind(name, partial(_fit_own, name, make), type_name, _check_own)
+
+
+def _naming_own(name: str) -> AbstractContextManager[None]:
+    return naming_plugin(name, "failed as a classifier", "correct it, or choose another classifier")
+
+
+def _fit_own(
+    name: str,
+    make: Callable[[], Any],
+    X: NDArray[np.float64],
+    y: NDArray[np.int64],
+    seed: int,
+    probabilities: bool,
+) -> Iterator[FitProgress]:
+    """Fit one's own classifier and see that it does what recognition needs."""
+    with _naming_own(name):
+        classifier = make()
+        parameters = classifier.get_params() if hasattr(classifier, "get_params") else {}
+        if parameters.get("random_state", seed) is None:
+            classifier.set_params(random_state=seed)
+        classifier.fit(X, y)
+        actions = np.unique(y)
+        require(np.array_equal(classifier.classes_, actions), "classes_ of all codes, rising")
+        if probabilities and not hasattr(classifier, "predict_proba"):
+            raise InputError(
+                f"'{name}' gives no probabilities, which a threshold, a decoder and standardised "
+                f"features need; give it a predict_proba, as CalibratedClassifierCV does, or "
+                f"switch these off."
+            )
+        _check_prediction(classifier, X.shape[1], probabilities)
+    yield FitProgress(1, 1, "fit", classifier=classifier)
+
+
+def _check_own(classifier: Any, width: int) -> None:
+    """Trees within it point at their own nodes; its numbers are else its own affair."""
+    from sklearn.tree._tree import Tree
+
+    waiting, visited = [classifier], set[int]()
+    while waiting:
+        value = waiting.pop()
+        if id(value) in visited:
+            continue
+        visited.add(id(value))
+        if isinstance(value, Tree):
+            state = value.__getstate__()
+            _check_nodes(state["nodes"], state["node_count"], width)
+        elif isinstance(value, np.ndarray):
+            waiting += value.ravel().tolist() if value.dtype == object else []
+        elif isinstance(value, list | tuple):
+            waiting += value
+        else:
+            inner = value if isinstance(value, Mapping) else getattr(value, "__dict__", {})
+            waiting += inner.values()

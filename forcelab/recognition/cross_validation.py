@@ -229,7 +229,7 @@ def settings_remarks(
             f"Recorded at {rates[0]:.6g} to {rates[-1]:.6g} Hz, recognised at {rate:.6g} Hz."
         )
     widest = settings.max_scale / rate
-    if "wavelets" in settings.features and widest < LEAST_SECONDS:
+    if "wavelets" in settings.known_features and widest < LEAST_SECONDS:
         remarks.append(
             f"At {rate:g} Hz the largest scale, {settings.max_scale:g} samples, lasts "
             f"{widest:.2g} s only and sees little of an action, so expect poorer labels; use "
@@ -245,13 +245,13 @@ def settings_remarks(
             )
     # At 20, 50, 100, 1000 and 10,000 Hz the stylus' accuracy is 82.4, 81.7, 82.8, 84.2 and 83.8 by
     # preset fast; 82.9, 84.0, 84.2 and 83.2 by best, without the last.
-    if settings.features == "windows" and settings.windows[0] * rate < 0.9:
+    if settings.known_features == "windows" and settings.windows[0] * rate < 0.9:
         remarks.append(
             f"At {rate:g} Hz the shortest window, {settings.windows[0]:g} s, holds less than a "
             f"sample: expect up to three points less accuracy than at 1000 Hz."
         )
     short = [d.name for d in demonstrations if round(d.duration * rate) < settings.max_scale]
-    if short and "wavelets" in settings.features:
+    if short and "wavelets" in settings.known_features:
         remarks.append(
             f"The largest scale, {settings.max_scale:g} samples, is longer than {short[0]}"
             + (f" and {len(short) - 1} more" if len(short) > 1 else "")

@@ -17,7 +17,12 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.label_map import MergeMap
 from forcelab.labels import UNLABELLED, Segment, Segments, to_codes
-from forcelab.recognition.features import peak_features, wavelet_features, window_features
+from forcelab.recognition.features import (
+    peak_features,
+    plugin_features,
+    wavelet_features,
+    window_features,
+)
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
@@ -278,13 +283,13 @@ def _features(
 ) -> NDArray[np.float64]:
     """Features of some time steps, shape (m, f), of channels (q, n)."""
     parts = []
-    if "windows" in settings.features:
+    if "windows" in settings.known_features:
         places = np.arange(signals.shape[1])[steps]
         parts.append(window_features(signals, rate, settings.windows, places, settings.amplitude))
         if settings.peaks:
             own_units = settings.amplitude != "absolute"
             parts.append(peak_features(signals, rate, settings.windows[0], places, own_units))
-    if "wavelets" in settings.features:
+    if "wavelets" in settings.known_features:
         parts.append(
             wavelet_features(
                 signals,
@@ -295,6 +300,7 @@ def _features(
                 places=steps,
             )
         )
+    parts += [plugin_features(path, signals, rate, steps) for path in settings.own_features]
     return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
 

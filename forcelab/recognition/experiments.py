@@ -19,6 +19,7 @@ from forcelab.recognition.cross_validation import (
 from forcelab.recognition.dataset import DataSelection, Dataset
 from forcelab.recognition.examples import mixed_unit_remarks
 from forcelab.recognition.label_noise import dropped_remarks
+from forcelab.recognition.plugins import distribution_versions
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.results import Evaluation, run_record, run_title
 from forcelab.recognition.settings import Settings
@@ -229,7 +230,7 @@ def provenance(
         settings=settings.to_json() | choice,
         seed=settings.seed,
         labels=labels,
-        versions=versions(),
+        versions=versions() | distribution_versions(settings.plugins),
     )
 
 

@@ -13,6 +13,8 @@
   one within some seconds before, and within as many after. A vector holds the blocks highest
   before, highest after, lowest before and lowest after, each of them the k spans of channel 1, then
   those of channel 2, and so on.
+* One's own: what a function from outside forcelab makes of the channels
+  (:mod:`forcelab.recognition.plugins`). They come last.
 
 Beyond its ends a recording goes on with its end values.
 """
@@ -25,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
+from forcelab.recognition.plugins import load_plugin, naming_plugin
 from forcelab.signals.conditioning import SPIKE, bridge, condition
 from forcelab.signals.wavelets import Wavelet
 
@@ -356,3 +359,35 @@ def wavelet_features(
         if (i + 1) % together == 0:
             del transformed  # before the next channels' are made
     return out
+
+
+#: Samples of white noise by which it is seen how many features a function makes.
+PROBE = 1000
+
+
+def plugin_features(path: str, channels: Real, rate: float, places: slice = slice(None)) -> Real:
+    """Features that a function from outside makes of channels (q, n) at m samples: (m, f).
+
+    NaN and infinity are bridged, as they are for ours. An InputError says that its import path was
+    not named here, it failed, or what it gave is not a finite row for each sample.
+    """
+    function = load_plugin("features", path)
+    ready = np.stack([bridge(channel) for channel in channels], axis=1)
+    with naming_plugin(path, "failed as features", "correct it, or choose other features"):
+        found = np.asarray(function(ready, rate), dtype=np.float64)
+        if found.ndim == 1:
+            found = found[:, None]
+        if found.ndim != 2 or len(found) != len(ready):
+            raise ValueError(
+                f"it gave an array of shape {found.shape} for {len(ready)} samples, which each "
+                f"need a row"
+            )
+        if not np.isfinite(found).all():
+            raise ValueError("it gave numbers that are not finite")
+    return found[places]
+
+
+def plugin_width(path: str, channels: int, rate: float) -> int:
+    """How many features a function from outside makes of so many channels."""
+    noise = np.random.default_rng(0).standard_normal((channels, PROBE))
+    return plugin_features(path, noise, rate).shape[1]

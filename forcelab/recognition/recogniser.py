@@ -191,7 +191,7 @@ class Recogniser:
         unreachable = bands[bands > rate / 2]
         if rate >= (1 - SAME_RATE) * self.rate or not len(unreachable):
             return ()
-        kind = "scales" if self.settings.features == "wavelets" else "windows"
+        kind = "scales" if self.settings.known_features == "wavelets" else "windows"
         return (
             f"{come} at {rate:.4g} Hz, and the recogniser learnt at {self.rate:.4g} Hz: "
             f"{len(unreachable)} of its {len(bands)} {kind} look above {rate / 2:.4g} Hz, where "

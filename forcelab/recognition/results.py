@@ -326,7 +326,7 @@ def empty_prediction_remarks(
     counts = [before, *map(left, active)]
     culprit = max(range(len(active)), key=lambda i: counts[i] - counts[i + 1])
     cause = ""
-    if "wavelets" in settings.features:
+    if "wavelets" in settings.known_features:
         # To three digits, but as 1,020 and not as 1.02e+03.
         low, high = (float(f"{1000 * item / rate:.3g}") for item in settings.scales[[0, -1]])
         example = "" if rate == USUAL else f", such as {USUAL} Hz"

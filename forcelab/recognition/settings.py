@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
 from forcelab.recognition.classifiers import REGISTRY
-from forcelab.recognition.features import PEAKS, SPANS
+from forcelab.recognition.features import KINDS, PEAKS, SPANS, plugin_width
+from forcelab.recognition.plugins import Kind, Named, is_import_path, name_as, named_here
 from forcelab.setting_field import SettingField
 from forcelab.signals.cwt import frequencies, geometric_scales
 from forcelab.signals.wavelets import WAVELETS, Wavelet, wavelet_named
@@ -67,7 +68,8 @@ class Settings:
     phase : bool
         Whether the phases stand beside the log magnitudes.
     classifier : str
-        One of :data:`CLASSIFIERS`.
+        One of :data:`CLASSIFIERS`, or one's own by its import path
+        (:func:`~forcelab.recognition.plugins.register_classifier`).
     stride : int
         Train on every `stride`-th time step; recognition always covers all of them. See
         :meth:`training_stride`.
@@ -84,7 +86,9 @@ class Settings:
         Of everything random.
     features : str
         One of :data:`FEATURES`: wavelets, or level, slope and strength in Gaussian windows, or
-        both side by side.
+        both side by side. One's own by their import path stand for them, or beside them:
+        ``"windows+mylab.features:band_energy"``
+        (:func:`~forcelab.recognition.plugins.register_features`).
     circular : bool
         Whether cosine and sine of each phase, fading where there is only noise, stand for it:
         an angle jumps at half a turn.
@@ -146,8 +150,14 @@ class Settings:
     choreography: str = "order"
 
     def __post_init__(self) -> None:
+        own = {
+            "classifier": is_import_path(self.classifier),
+            "features": isinstance(self.features, str)
+            and len(set(self.own_features)) == len(self.own_features) > 0
+            and self.known_features in ("", *FEATURES),
+        }
         for name, choices in _CHOICES.items():
-            if getattr(self, name) not in choices:
+            if getattr(self, name) not in choices and not own.get(name):
                 noun = "kind of features" if name == "features" else name
                 raise InputError(unknown_word(noun, getattr(self, name), choices))
         for name, (in_range, need) in self._ranges().items():
@@ -235,6 +245,16 @@ class Settings:
         return geometric_scales(self.min_scale, self.max_scale, self.spacing)
 
     @property
+    def known_features(self) -> str:
+        """One of :data:`FEATURES`; empty where one's own features stand alone."""
+        return _known_features(self.features)
+
+    @property
+    def own_features(self) -> tuple[str, ...]:
+        """The import paths of one's own features, which come after the others."""
+        return tuple(filter(is_import_path, self.features.split("+")))
+
+    @property
     def needs_probabilities(self) -> bool:
         """Whether anything uses more than the most probable action."""
         return self.decodes or self.threshold is not None
@@ -264,34 +284,72 @@ class Settings:
         rate : float
             Samples a second of the grid.
         """
-        if "windows" in self.features:
+        if "windows" in self.known_features:
             return 1.0 / (2 * np.pi * np.array(self.windows))
+        if not self.known_features:
+            return np.empty(0)
         return frequencies(self.scales, rate, self.mother)
 
-    def width(self, channels: int) -> int:
-        """Number of features of a time step, of so many channels."""
-        return len(self.feature_bands(channels, 1.0))
+    def width(self, channels: int, rate: float) -> int:
+        """Number of features of a time step, of so many channels on a grid of `rate` Hz."""
+        own = (plugin_width(path, channels, rate) for path in self.own_features)
+        return len(self.feature_bands(channels, rate)) + sum(own)
 
     def feature_bands(self, channels: int, rate: float) -> NDArray[np.int64]:
         """Which of the k :meth:`bands` of which channel each feature is of, shape (f,).
 
-        k times the channel, plus the band. A peak belongs to the window that is about as long as it
+        k times the channel, plus the band. One's own features, which are of none, are left out. A
+        peak belongs to the window that is about as long as it
         looks, a wavelet beside windows to the one of the nearest frequency.
         """
         bands = self.bands(rate)
         every = np.arange(len(bands))
         blocks: list[NDArray[np.int64]] = []  # of one channel, as often as there are of that kind
-        if "windows" in self.features:
+        if "windows" in self.known_features:
             blocks += [every] * (6 if self.amplitude == "both" else 3)
             if self.peaks:
                 octaves = np.abs(np.log(np.divide.outer(SPANS, self.windows)))
                 blocks += [octaves.argmin(axis=1)] * len(PEAKS)
-        if "wavelets" in self.features:
+        if "wavelets" in self.known_features:
             hertz = frequencies(self.scales, rate, self.mother)
             nearest = np.abs(np.log(np.divide.outer(hertz, bands))).argmin(axis=1)
             blocks += [nearest] * (1 + (2 if self.circular else 1) * self.phase)
         firsts = len(bands) * np.arange(channels)[:, None]
-        return np.concatenate([(firsts + block).ravel() for block in blocks])
+        return np.concatenate([every[:0], *((firsts + block).ravel() for block in blocks)])
+
+    def feature_names(self, channels: Sequence[str], rate: float) -> tuple[str, ...]:
+        """What each feature is: channel, kind, and window or span in seconds, or frequency in Hz.
+
+        Parameters
+        ----------
+        channels : sequence of str
+            Recognition channels, in order.
+        rate : float
+            Samples a second of the grid.
+        """
+        blocks: list[tuple[str, list[str]]] = []
+        if "windows" in self.known_features:
+            windows = [f"{window:.6g} s" for window in self.windows]
+            units = {"absolute": ("",), "own": ("own ",), "both": ("", "own ")}[self.amplitude]
+            blocks += [(unit + kind, windows) for unit in units for kind in KINDS]
+            if self.peaks:
+                blocks += [(kind, [f"{span:g} s" for span in SPANS]) for kind in PEAKS]
+        if "wavelets" in self.known_features:
+            hertz = [f"{one:.6g} Hz" for one in frequencies(self.scales, rate, self.mother)]
+            phases = ("cosine of phase", "sine of phase") if self.circular else ("phase",)
+            blocks += [(kind, hertz) for kind in ("log magnitude", *phases * self.phase)]
+        own = (
+            f"{path} {number}"
+            for path in self.own_features
+            for number in range(1, plugin_width(path, len(channels), rate) + 1)
+        )
+        known = (
+            f"{channel} {kind} {band}"
+            for kind, bands in blocks
+            for channel in channels
+            for band in bands
+        )
+        return (*known, *own)
 
     def hop(self, rate: float) -> int:
         """Samples of the grid from one time step with features to the next."""
@@ -314,6 +372,18 @@ class Settings:
         if self.step is None or self.step * rate >= 1:
             return self.stride
         return max(1, round(self.stride * self.step * rate))
+
+    @property
+    def plugins(self) -> tuple[tuple[Kind, str], ...]:
+        """The import paths that these settings name, with their kinds."""
+        features: list[tuple[Kind, str]] = [("features", path) for path in self.own_features]
+        if is_import_path(self.classifier):
+            return ("classifier", self.classifier), *features
+        return tuple(features)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy for another process: what was named here is named there."""
+        return _unpickle, (dict(vars(self)), named_here(self.plugins))
 
     def replace(self, **changes: Any) -> Settings:
         """The same settings with some values changed."""
@@ -358,6 +428,11 @@ class Settings:
             return cls(**changed)
         except TypeError as error:
             raise InputError(f"The settings hold a value of the wrong type: {error}.") from error
+
+
+def _unpickle(values: dict[str, Any], named: tuple[Named, ...]) -> Settings:
+    name_as(named)
+    return Settings(**values)
 
 
 #: The settings that are one of several words, and those that are on or off.
@@ -429,11 +504,19 @@ def why_not_applied(name: str, values: Mapping[str, Any]) -> str:
 
 def _unmet_need(name: str, values: Mapping[str, Any]) -> Need | None:
     """The first condition of a setting that is not met."""
+    if name == "seed" and is_import_path(values["classifier"]):
+        return None  # which may draw something
     if name == "seed" and (values["trimmed"] or (values["changes"] and applies("changes", values))):
         return None  # of them, too, something is drawn
     if name in ("balanced", "calibrated") and values["features"] != "wavelets":
         return None  # of any classifier: the features are standardised
+    values = {**values, "features": _known_features(values["features"])}
     return next((need for need in _NEEDS.get(name, ()) if values[need[0]] not in need[1]), None)
+
+
+def _known_features(features: str) -> str:
+    """A kind of features without one's own."""
+    return "+".join(part for part in features.split("+") if not is_import_path(part))
 
 
 def _word(value: object) -> str:

@@ -1,16 +1,20 @@
 """Recognisers as files, without pickle.
 
 A file is what skops writes: a zip of a JSON schema and plain arrays. Reading it builds no type but
-the few named here, so that a file from a stranger can do no harm. Classes of this package are
-written as plain values, so that they may be renamed and moved; what older files hold is read as
-:data:`FORMATS` and the defaults of :func:`_recogniser` say.
+the few named here, so that a file from a stranger can do no harm; those of a classifier's own
+package only where the user of this program has named its import path, too
+(:mod:`forcelab.recognition.plugins`). Classes of this package are written as plain values, so that
+they may be renamed and moved; what older files hold is read as :data:`FORMATS` and the defaults of
+:func:`_recogniser` say.
 """
 
 from __future__ import annotations
 
+import json
 import tokenize
 import zipfile
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from io import BytesIO
 from os import PathLike
@@ -19,9 +23,15 @@ from typing import Any
 
 from forcelab.errors import InputError
 from forcelab.io import write_atomically
-from forcelab.recognition.classifiers import check_classifier, check_numbers, prediction_state
+from forcelab.recognition.classifiers import (
+    check_classifier,
+    check_numbers,
+    classifier_kind,
+    prediction_state,
+)
 from forcelab.recognition.ensemble import CalibratedEnsemble
 from forcelab.recognition.live_model import LiveModel
+from forcelab.recognition.plugins import is_import_path, is_own_type, load_plugin
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import PLAIN_CLASSIFIERS, RATES, Settings
 from forcelab.recognition.task_grammar import BoundaryModel, TaskGrammar
@@ -39,6 +49,9 @@ TRUSTED = (
     "sklearn.calibration._SigmoidCalibration",
     "sklearn.model_selection._split.StratifiedKFold",
 )
+
+#: A type that one's own classifiers may hold, too: its nodes are checked.
+CHECKED = "sklearn.tree._tree.Tree"
 
 #: Samples of the grid in a window, and seconds of a shortest segment, that a file may ask for.
 LONGEST_WINDOW, LONGEST_SEGMENT = 10_000_000, 1e6
@@ -92,20 +105,20 @@ def pack(recogniser: Recogniser) -> bytes:
                 "choreography": None if grammar is None else grammar.to_json(),
                 "changes": None if boundary_model is None else boundary_model.plain(),
                 "versions": versions(),
-                "classifier": _prediction_state(recogniser.classifier, recogniser.settings.seed),
+                "classifier": _prediction_state(recogniser.classifier, recogniser.settings),
                 "live": [part.plain() for part in recogniser.live_models],
             }
         )
     )
 
 
-def _prediction_state(classifier: Any, seed: int) -> Any:
+def _prediction_state(classifier: Any, settings: Settings) -> Any:
     """The parts of a classifier that prediction needs."""
     if isinstance(classifier, CalibratedEnsemble):
         return classifier.plain()
-    bare = prediction_state(classifier)
-    if hasattr(bare, "random_state"):
-        bare.random_state = seed
+    bare = prediction_state(settings.classifier, classifier)
+    if hasattr(bare, "random_state") and not is_import_path(settings.classifier):
+        bare.random_state = settings.seed
     return bare
 
 
@@ -154,17 +167,40 @@ def _unpack(data: bytes, name: str) -> Recogniser:
         if packed:
             # We never compress: nothing in a file can be larger than the file.
             raise zipfile.BadZipFile
-        strange = sorted(set(io.get_untrusted_types(data=data)) - set(TRUSTED))
-        if strange:
+        untrusted = sorted(set(io.get_untrusted_types(data=data)) - set(TRUSTED))
+        own = _own_classifier(data) if untrusted else ""
+        if own:
+            try:
+                classifier_kind(own)
+            except InputError as error:
+                raise InputError(f"{name}: {error}") from error
+        # Only what its own classifier consists of, and that only if its user named it.
+        trusted = [t for t in untrusted if own and (t == CHECKED or is_own_type(t, own))]
+        if strange := sorted(set(untrusted) - set(trusted)):
+            need = f"which is neither scikit-learn's nor a class of the package of '{own}'"
             raise InputError(
-                f"{name} holds the type {strange[0]}, which no recogniser needs; it was not loaded."
+                f"{name} holds the type {strange[0]}, "
+                f"{need if own else 'which no recogniser needs'}; it was not loaded."
             )
-        return _recogniser(io.loads(data, trusted=list(TRUSTED)), name)
+        return _recogniser(io.loads(data, trusted=[*TRUSTED, *trusted]), name)
     except DAMAGE as error:
         raise InputError(
             f"{name} is not a whole recogniser ({type(error).__name__} while reading it); "
             f"train it again."
         ) from error
+
+
+def _own_classifier(data: bytes) -> str:
+    """The import path of the classifier that the settings in a file name; empty if it is ours.
+
+    It is read as text, before any object is made.
+    """
+    with zipfile.ZipFile(BytesIO(data)) as archive:
+        schema = json.loads(archive.read("schema.json"))
+    with suppress(LookupError, TypeError, ValueError):  # it is no recogniser at all
+        name = json.loads(schema["content"]["settings"]["content"]["classifier"]["content"])
+        return name if is_import_path(name) else ""
+    return ""
 
 
 def _recogniser(content: object, name: str) -> Recogniser:
@@ -175,9 +211,12 @@ def _recogniser(content: object, name: str) -> Recogniser:
         raise InputError(f"{name} comes from a newer forcelab; update forcelab to use it.")
     try:
         settings = Settings.from_json(content["settings"])
+        for kind, path in settings.plugins:
+            load_plugin(kind, path)
     except InputError as error:
         raise InputError(f"{name}: {error}") from error
-    check_numbers({name: part for name, part in content.items() if name != "settings"})
+    own = ("classifier",) if is_import_path(settings.classifier) else ()  # which may be as it likes
+    check_numbers({name: part for name, part in content.items() if name not in ("settings", *own)})
     classifier: Any = content["classifier"]
     recogniser = Recogniser(
         settings=settings,
@@ -198,7 +237,10 @@ def _recogniser(content: object, name: str) -> Recogniser:
         raise ValueError("windows of too many samples")
     if not all(0 <= least <= LONGEST_SEGMENT for least in recogniser.shortest.values()):
         raise ValueError("a shortest segment that lasts forever")
-    width = settings.width(len(recogniser.channels))
+    try:
+        width = settings.width(len(recogniser.channels), recogniser.rate)
+    except InputError as error:  # of one's own features
+        raise InputError(f"{name}: {error}") from error
     if (changes := content.get("changes")) is not None:  # older files have nothing of it
         recogniser = replace(recogniser, boundary_model=BoundaryModel.from_plain(changes, width))
     action_count = len(recogniser.actions)

@@ -53,6 +53,7 @@ from forcelab.recognition.examples import (
 from forcelab.recognition.groups import fold_groups
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.recogniser import Recogniser
+from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import load_recogniser
 from forcelab.recognition.training import clean_examples, fit_cleaned, prepare_all
 from forcelab.review.differences import action_over, interval_at
@@ -283,6 +284,12 @@ def train_held_out(path: Path, run: RunResult, id_: str) -> Generator[Progress, 
     says that the run has nothing to do with the demonstration, or it cannot be trained any more.
     """
     result = run.result_of(id_)
+    if not run.settings.known_features:
+        raise InputError(
+            f"Run {run.number} knows only the features of '{run.settings.features}', which are of "
+            f"no channel and frequency that could be shown; train with windows beside them, as "
+            f"windows+{run.settings.features}."
+        )
     started = perf_counter()
     with Project.open(path) as project:
         labelled = _labelled(project, run)
@@ -435,7 +442,8 @@ def attribute_bands(
 
     By gradient where possible, else by permutation. `shape` are channels q and scales k, and
     `bands` (f,) say which of them each feature is of, as
-    :meth:`~forcelab.recognition.settings.Settings.feature_bands` does. The gradient compares with
+    :meth:`~forcelab.recognition.settings.Settings.feature_bands` does; q times k is none. The
+    gradient compares with
     `mean` (f,), permutation replaces by rows of `sample` (m, f).
     """
     if isinstance(scorer, MlpScorer):
@@ -459,7 +467,7 @@ def _by_gradient(
         total += network.integrated_gradients(block, mean, favoured, against).sum(axis=0)
         yield Progress(min(first + BLOCK, len(rows)), len(rows), "explaining")
     shares = total / len(rows)
-    sums = np.bincount(bands_of, shares, shape[0] * shape[1])
+    sums = np.bincount(bands_of, shares, shape[0] * shape[1] + 1)[:-1]
     bands = np.asarray(sums, dtype=np.float64).reshape(shape)
     log_odds_here = float(log_odds(network, rows, favoured, against).mean())
     log_odds_reference = float(log_odds(network, mean[np.newaxis], favoured, against)[0])
@@ -620,6 +628,9 @@ def explain(
     favoured, against = _sides(scorer, rows, place)
     shape = len(examples.channels), len(held_out.hertz)
     bands = run.settings.feature_bands(len(examples.channels), examples.rate)
+    # One's own features, which come last, are of no channel and band.
+    own = rows.shape[1] - len(bands)
+    bands = np.append(bands, np.full(own, shape[0] * shape[1]))
     attribution = yield from attribute_bands(
         scorer, rows, favoured, against, shape, bands, mean=held_out.mean, sample=held_out.sample
     )
@@ -646,7 +657,7 @@ def explain(
         same_share=held_out.same_share,
         neighbours=neighbours,
         seconds=held_out.seconds,
-        remarks=_remarks(held_out, place),
+        remarks=_remarks(held_out, place) + _own_remarks(run.settings),
     )
 
 
@@ -722,6 +733,14 @@ def _remarks(held_out: HeldOutModel, place: Interval) -> tuple[str, ...]:
             f"as the run did; the rest was made by another version or other settings."
         )
     return tuple(remarks)
+
+
+def _own_remarks(settings: Settings) -> tuple[str, ...]:
+    """A remark on features that no band shows."""
+    if not settings.own_features:
+        return ()
+    paths = ", ".join(settings.own_features)
+    return (f"The features of {paths} decided as well, but are of no channel and frequency.",)
 
 
 def _interval_json(place: Interval) -> dict[str, Any]:

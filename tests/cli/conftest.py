@@ -66,6 +66,12 @@ class Terminal(io.StringIO):
 
 
 @pytest.fixture
+def terminal():
+    """What a test may have for standard error; pytest has its own again before the test begins."""
+    return Terminal()
+
+
+@pytest.fixture
 def forcelab_on_terminal(forcelab, monkeypatch):
     """The same with a terminal for standard error."""
 

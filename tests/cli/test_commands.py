@@ -18,37 +18,70 @@ import pytest
 from factories import FAST_OPTIONS
 
 from forcelab.cli import build_parser, main
+from forcelab.cli.output import progress_bar
 from forcelab.formats.label_tables import read_tracks
 from forcelab.formats.output_folder import file_names
 from forcelab.formats.recording import ReadOptions
 from forcelab.gui.qt_check import QtPlatform
+from forcelab.jobs import Progress
 from forcelab.project import Project
 from forcelab.project.runs import RunStore
 from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.settings import CLASSIFIERS
+from forcelab.resources import asset
 from forcelab.signals.wavelets import WAVELETS
-from forcelab.version import __version__
+from forcelab.version import full_version
 
 COMMANDS = [
-    "gui", "demo", "simulate", "import", "labels", "list", "runs", "assign", "note", "agree",
-    "attach", "sync", "rename", "remove", "capture", "replay", "evaluate",
-    "train", "predict", "review", "why", "export", "plan", "actions", "figures", "measure",
-    "doctor", "install-launcher",
+    "gui", "demo", "guide", "import", "labels", "attach", "sync", "export", "list", "assign",
+    "note", "agree", "rename", "remove", "actions", "evaluate", "train", "predict", "runs",
+    "review", "why", "plan", "capture", "replay", "simulate", "figures", "measure", "doctor",
+    "install-launcher", "completion", "manual",
 ]  # fmt: skip
+#: Commands whose result is no text, or one for other programs already.
+WITHOUT_JSON = ("gui", "completion", "manual")
 
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_a_manual_and_json(capsys, command):
     assert main([command, "--help"]) == 0
     manual = capsys.readouterr().out
-    assert "--json" in manual or command == "gui"  # whose result is a window
+    assert ("--json" in manual) == (command not in WITHOUT_JSON)
+    assert "-q, --quiet" in manual
     assert "usage: forcelab" in manual
 
 
 def test_the_list_of_commands_is_that_of_the_manual(capsys):
     assert main(["--help"]) == 0
-    listed = capsys.readouterr().out.partition("\ncommands:\n")[2]
-    assert re.findall(r"^    ([\w-]+)(?= |$)", listed, re.M) == COMMANDS
+    listed = capsys.readouterr().out.partition("\ncommands:\n")[2].partition("\n\n")[0]
+    assert re.findall(r"^    ([\w-]+)(?= )", listed, re.M) == COMMANDS
+    assert listed.startswith("  begin\n    gui ")
+
+
+def test_help_groups_options_by_what_they_are_for(forcelab):
+    manual = forcelab("evaluate", "--help").out
+    assert manual.startswith("usage: forcelab evaluate [options] PROJECT\n")
+    groups = dict(re.findall(r"^([a-z: ]+):\n((?:.+\n|\n(?=  ))+)", manual, re.M))
+    for title, option in {
+        "which demonstrations": "--task",
+        "what is tested": "--test-names",
+        "settings": "--preset",
+        "settings: features": "--wavelet",
+        "settings: classifier": "--stride",
+        "settings: timeline": "--threshold",
+        "output": "--figure",
+        "computing": "--jobs",
+        "general": "--quiet",
+    }.items():
+        assert f"  {option}" in groups[title] or f", {option}" in groups[title]
+
+
+def test_a_usage_names_what_must_be_given(forcelab):
+    manual = forcelab("export", "--help").out
+    assert manual.startswith(
+        "usage: forcelab export [options] (--out DIR | --into DATASET) PROJECT\n"
+    )
+    assert forcelab("attach", "--help").out.startswith("usage: forcelab attach [--name NAME] ")
 
 
 def test_the_manual_names_every_choice_there_is(capsys):
@@ -64,7 +97,7 @@ def test_every_example_of_a_manual_can_be_said(capsys, command):
     examples = capsys.readouterr().out.partition("for example:\n")[2].replace("\\\n", " ")
     assert examples
     for example in examples.splitlines():
-        program, *words = shlex.split(example)
+        program, *words = shlex.split(example.partition(" > ")[0])
         assert program == "forcelab"
         assert words[0] == command
         assert callable(build_parser(words).parse_args(words).command)
@@ -100,7 +133,7 @@ def test_a_wrong_command_line_is_told_in_one_sentence(forcelab, words, sentence)
 def test_help_and_version_are_asked_for_as_in_other_programs(forcelab):
     assert forcelab("help").out == forcelab("--help").out != ""
     assert forcelab("help", "evaluate").out == forcelab("evaluate", "--help").out != ""
-    assert forcelab("-V").out == forcelab("--version").out == f"forcelab {__version__}\n"
+    assert forcelab("-V").out == forcelab("--version").out == f"forcelab {full_version()}\n"
 
 
 def test_recordings_do_not_come_from_standard_input(forcelab, tmp_path, monkeypatch):
@@ -280,6 +313,8 @@ def test_doctor_tries_everything_and_finds_this_machine_well(forcelab):
     assert findings["video MPEG-4 (mp4v)"]["found"] == "writes and reads"
     assert {"python", "numpy", "fonts", "sqlite"} <= set(findings)
     assert str(log_file()) in findings["log file"]["found"]
+    versions = findings["versions of the guide's figures"]
+    assert versions["found"].startswith(f"{asset('constraints.txt')} (")
 
 
 def test_doctor_names_what_is_missing_and_the_cure(forcelab, monkeypatch):
@@ -293,6 +328,7 @@ def test_doctor_names_what_is_missing_and_the_cure(forcelab, monkeypatch):
     assert findings["pyserial"]["found"] == "missing"
     assert "pip install pyserial" in findings["pyserial"]["cure"]
     assert "cv2" in findings["video"]["found"]
+    assert "(those of numpy, scipy, " in findings["versions of the guide's figures"]["found"]
     assert "Qt platform" in findings
 
 
@@ -518,6 +554,51 @@ def test_progress_is_shown_on_a_terminal_only(project, forcelab, forcelab_on_ter
     assert "█" in result.err
     assert result.err.endswith("\r\x1b[K")
     assert forcelab(*words).err == ""
+
+
+def test_a_bar_tells_how_long_its_stage_still_takes(terminal, monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr("forcelab.cli.output.time.monotonic", lambda: now[0])
+    steps = {
+        (0, 0, 100, "features"): "features 0/100",
+        (1, 4, 100, "features"): "features 4/100",  # too early to tell
+        (6, 20, 100, "features"): "features 20/100, about 30 s left",
+        (6.01, 21, 100, "features"): "features 20/100, about 30 s left",  # not drawn again so soon
+        (28, 80, 100, "features"): "features 80/100, about 10 s left",
+        (34, 99, 100, "features"): "features 99/100",  # nearly done
+        (35, 0, 10, "fit"): "fit 0/10",
+        (95, 1, 10, "fit"): "fit 1/10, about 9 min left",
+    }
+    with progress_bar() as watch:
+        for (seconds, *step), line in steps.items():
+            now[0] = seconds
+            watch(Progress(*step))
+            shown = terminal.getvalue().rpartition("\r")[2]
+            assert re.sub(r"[█·]+ |\x1b\[K", "", shown) == line
+
+
+def test_a_bar_fits_the_terminal(terminal, monkeypatch):
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with progress_bar("measuring") as watch:
+        watch(Progress(3, 5, 10 * "a very long name "))
+    line = terminal.getvalue().split("\r")[1].removesuffix("\x1b[K")
+    assert len(line) == 79
+    assert "… █" in line
+
+
+def test_quiet_commands_show_results_and_errors_only(forcelab_on_terminal, project, recordings):
+    forcelab = forcelab_on_terminal
+    words = ["evaluate", project, "--task", "foam", *FAST_OPTIONS, "--median", "20"]
+    words += ["--decoder", "semi-markov"]  # which has no use for the median
+    assert "--median has no effect" in forcelab(*words).err
+    quiet = forcelab(*words, "--quiet")
+    assert (quiet.status, quiet.err) == (0, "")
+    assert "accuracy" in quiet.out
+    words = ["import", project, recordings / "foam-01.csv", "--rate", "50"]
+    assert "'Foam' is a new task" in forcelab(*words, "--task", "Foam").err
+    assert forcelab(*words, "--task", "FOAM", "-q").err == ""
+    assert "no project" in forcelab("list", "lst", "-q").err.lower()
 
 
 def test_a_reader_that_stops_early_is_no_error(forcelab, project, monkeypatch):

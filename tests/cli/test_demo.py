@@ -7,6 +7,7 @@ import sys
 import pytest
 from factories import perform_grips, render_placeholder
 
+from forcelab import sample
 from forcelab.cli import main
 from forcelab.cli.commands import demo
 from forcelab.project import Project
@@ -60,9 +61,39 @@ def test_the_commands_that_it_proposes_work_as_they_are_printed(
     assert (demo_project.parent / "window.png").exists()
 
 
+def test_the_small_one_says_that_it_has_no_videos(forcelab, tmp_path, monkeypatch):
+    cheap = presets.preset("paper").replace(classifier="naive-bayes")
+    monkeypatch.setattr(presets, "preset", lambda _: cheap)
+    monkeypatch.setattr(generate, "perform_job", perform_grips)
+    monkeypatch.setattr(demo, "cpu_count", lambda: 1)
+    monkeypatch.chdir(tmp_path)
+    made = forcelab("demo", "--small").out
+    assert made.startswith("Made sample.forcelab: 12 demonstrations of 2 tasks (foam, stylus), 1 ")
+    assert "There are no videos" in made
+    assert "synchronised" not in made
+    assert f"--task {sample.SMALL[-1]} " in made
+    assert "is the small sample project" in forcelab("demo").sentence
+
+
+def test_the_example_recordings_are_imported_by_the_command_that_it_proposes(
+    forcelab, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    written = forcelab("demo", "--files", "my recordings")
+    assert "foam-01.csv to foam-06.csv, 6 recordings" in written.out
+    (line,) = (line for line in written.out.splitlines() if line.startswith("  forcelab import"))
+    _, _, project, files, option, task = shlex.split(line)
+    names = sorted(str(path) for path in tmp_path.glob(files))
+    assert len(names) == 6
+    assert "6 new" in forcelab("import", project, *names, option, task).out
+    assert len(forcelab("demo", "--files", "my recordings", "--json").json["files"]) == 6
+    assert "not allowed with" in forcelab("demo", "--small", "--files", "x").wrong_word
+    assert "leave out 'y.forcelab'" in forcelab("demo", "y.forcelab", "--files", "x").wrong_word
+
+
 def test_it_lies_in_the_current_folder_where_no_other_is_named(forcelab, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(demo, "make_sample_job", lambda path, _: make_empty(path))
+    monkeypatch.setattr(demo, "make_sample_job", lambda path, *_, **__: make_empty(path))
     assert forcelab("demo").out.startswith("Made sample.forcelab: ")
     assert [entry.name for entry in tmp_path.iterdir()] == ["sample.forcelab"]
 

@@ -97,6 +97,6 @@ def test_a_single_file_is_printed(forcelab, project, tmp_path, monkeypatch):
     assert table.startswith("start,end,action,author")
     several = forcelab("export", project, "--out", "-").wrong_word
     assert "files cannot be printed as one; name a folder" in several
-    for words in (["--format", "archive"], ["--format", "elan"], ["--json"]):
+    for words in (["--format", "elan"], ["--json"]):
         assert "name a folder" in forcelab("export", project, "--out", "-", *words).wrong_word
     assert [path.name for path in tmp_path.iterdir() if path.name in ("-", "labels")] == ["labels"]

@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 )
 from window_helpers import named
 
+from forcelab.formats.export import exporting
 from forcelab.formats.optoforce_packets import KINDS
 from forcelab.gui import import_dialog, settings
 from forcelab.gui.document import Document
@@ -327,6 +328,17 @@ def test_a_missing_task_is_warned_of_plainly(dialog):
     named(dialog, QComboBox, "Task").setCurrentText("stylus")
     assert not warns_of_no_task(dialog)
     assert import_button(dialog).text() == "Import"
+
+
+def test_an_archive_is_not_asked_for_a_task(open_on, tmp_path):
+    with Project.create(tmp_path / "lab.forcelab") as project:
+        project.demonstrations.add(foam_demonstration())
+    (archive,) = finish(exporting(tmp_path / "lab.forcelab", tmp_path, "archive"))
+    dialog = open_on(archive)
+    assert not warns_of_no_task(dialog)
+    assert import_button(dialog).text() == "Import"
+    dialog.add_files([FOAM])
+    assert warns_of_no_task(dialog)
 
 
 GERMAN = "Uhrzeit;Paket;Kraft_x;Taster\n" + "".join(

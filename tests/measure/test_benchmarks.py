@@ -22,7 +22,7 @@ from tests.benchmarks.label_next import CHOOSING, measuring_next
 from tests.benchmarks.realism import PUBLISHED, realism, simulated_beside
 from tests.benchmarks.swapped import measuring_swapped, swapped
 
-#: What is further apart than a factor of two; the README tells why.
+#: What is further apart than a factor of two; the guide tells why.
 APART = {
     "stylus": {"normal axes in action: 8 to 15 Hz"},
     "foam": {

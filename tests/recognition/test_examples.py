@@ -82,7 +82,7 @@ def test_wavelets_stand_behind_the_windows_where_both_are_wanted():
     first = prepare_examples(item, windows).features
     then = prepare_examples(item, SMALL.replace(step=windows.step)).features
     np.testing.assert_array_equal(found, np.concatenate([first, then], axis=1))
-    assert found.shape[1] == both.width(4)
+    assert found.shape[1] == both.width(4, 100.0)
     # Each belongs to a band of its own channel, one of a frequency nearest to its own.
     k = len(both.windows)
     bands = both.feature_bands(4, 100.0)[first.shape[1] :]

@@ -476,7 +476,7 @@ def test_a_recogniser_looks_at_peaks_whatever_the_unit(monkeypatch, amplitude):
     items = labelled_set(3, rate=100.0)
     recogniser = train(items, settings)
     channels = len(recogniser.channels)
-    first = settings.replace(peaks=False).width(channels)
-    peaks = np.arange(first, settings.width(channels))
+    first = settings.replace(peaks=False).width(channels, 100.0)
+    peaks = np.arange(first, settings.width(channels, 100.0))
     assert len(peaks) == len(PEAKS) * len(SPANS) * channels
     assert np.isin(peaks, recogniser.classifier.columns).all()

@@ -214,7 +214,7 @@ def test_a_peak_belongs_to_its_own_channel_and_to_a_window_as_long_as_it_looks()
     peaks = peak_features(channels, 1000.0, settings.windows[0], places, True)
     rows = np.concatenate([values, peaks], axis=1)
     bands = settings.feature_bands(3, 1000.0)
-    assert len(bands) == rows.shape[1] == settings.width(3)
+    assert len(bands) == rows.shape[1] == settings.width(3, 1000.0)
     k = len(settings.windows)
     assert set(bands[np.ptp(rows, axis=0) > 0] // k) == {1}
     lengths = [settings.windows[band % k] for band in bands[-3:]]

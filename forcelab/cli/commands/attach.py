@@ -12,11 +12,10 @@ for example:
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 
 from forcelab.cli.options import add_demonstration, add_json, add_project, name_of
-from forcelab.cli.output import print_result, printable
+from forcelab.cli.output import print_remark, print_result, printable
 from forcelab.clock import ClockMap
 from forcelab.formats import naming_recording
 from forcelab.project import Project
@@ -70,4 +69,4 @@ def run(arguments: argparse.Namespace) -> None:
     text = f"{sentence}, offset {clock.offset:+.4f} s; 'forcelab sync' can find the offset."
     print_result(arguments.json, content, printable(text))
     if damage and not arguments.json:
-        print(f"forcelab: {printable(damage)}", file=sys.stderr)
+        print_remark(f"forcelab: {damage}")

@@ -40,7 +40,7 @@ from typing import Any, TextIO, TypeVar
 from forcelab.capture.camera import open_cameras
 from forcelab.capture.device import Device
 from forcelab.capture.device_names import AnyDevice, name_stream, parse_devices
-from forcelab.capture.discovery import find_cameras, find_ports
+from forcelab.capture.discovery import LISTS_CAMERAS, find_cameras, find_ports
 from forcelab.capture.lsl import find_streams
 from forcelab.capture.optoforce import sends_raw_counts, uncalibrated_warning
 from forcelab.capture.recorder import Recorder, RecorderState
@@ -53,7 +53,15 @@ from forcelab.capture.save import (
 )
 from forcelab.cli.interrupts import uninterrupted
 from forcelab.cli.options import PROJECT, UsageError, add_json, add_task
-from forcelab.cli.output import json_text, printable, table
+from forcelab.cli.output import (
+    clear_line,
+    json_text,
+    print_remark,
+    printable,
+    show_line,
+    shows_progress,
+    table,
+)
 from forcelab.cli.project_hints import hint_at_new_names
 from forcelab.errors import InputError
 from forcelab.live.label_outlet import LabelOutlet
@@ -63,6 +71,8 @@ from forcelab.recognition.storage import load_recogniser
 from forcelab.text import counted
 
 NOTHING_FOUND = "No serial port and no camera is plugged in, or this user may not see them."
+#: What is said where the system does not tell what cameras there are.
+UNLISTED = "Cameras are not listed on this system; name one by its number, such as --camera 0."
 
 
 def list_devices(arguments: argparse.Namespace) -> None:
@@ -102,7 +112,7 @@ def list_devices(arguments: argparse.Namespace) -> None:
         print(json_text(content))
         return
     if not ports and not streams and not found_cameras:
-        print(NOTHING_FOUND)
+        print(NOTHING_FOUND if LISTS_CAMERAS else UNLISTED)
         return
     rows = [["what to say", "what it seems to be", "serial number", ""]]
     rows += [
@@ -128,6 +138,8 @@ def list_devices(arguments: argparse.Namespace) -> None:
         for camera in found_cameras
     ]
     print(table(rows))
+    if not LISTS_CAMERAS:
+        print(UNLISTED)
     if not all(port.usable for port in ports):
         print("\nPorts that are not yours: sudo usermod -a -G dialout $USER, then log in again.")
     if any(port.device is None for port in ports):
@@ -149,9 +161,9 @@ class LiveTrackRecorder:
     Segments go to `out` as they end, unless a line on the terminal shows them.
     """
 
-    def __init__(self, live: LiveRecognition, out: TextIO) -> None:
+    def __init__(self, live: LiveRecognition, out: TextIO | None) -> None:
         self._live = live
-        self._out: TextIO | None = None if sys.stderr.isatty() else out
+        self._out = None if sys.stderr.isatty() else out
         self.trouble = ""
 
     @property
@@ -224,38 +236,41 @@ LOOK, BLOCK = 0.1, 0.02
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("project", metavar="PROJECT", type=Path, nargs="?", help=PROJECT)
-    parser.add_argument(
+    group = parser.add_argument_group("what is recorded")
+    group.add_argument(
         "--device",
         metavar="DEVICE",
         action="append",
         default=[],
         help="such as optoforce:/dev/ttyACM0; may be repeated",
     )
-    parser.add_argument(
+    group.add_argument(
         "--camera",
         metavar="N",
         action="append",
         default=[],
         help="number or device of a camera; may be repeated",
     )
-    add_task(parser, "task of the demonstration")
-    parser.add_argument("--name", metavar="NAME", help="its name (the task and the next number)")
-    parser.add_argument(
+    group = parser.add_argument_group("the demonstration")
+    add_task(group, "task of the demonstration")
+    group.add_argument("--name", metavar="NAME", help="its name (the task and the next number)")
+    group.add_argument(
         "--seconds", metavar="N", type=float, help="how long to record (until Ctrl+C)"
     )
-    parser.add_argument(
+    group = parser.add_argument_group("live recognition")
+    group.add_argument(
         "--recogniser",
         metavar="FILE",
         type=Path,
         help="label the recording live with a recogniser that train wrote; its track is kept",
     )
-    parser.add_argument(
+    group.add_argument(
         "--latency",
         metavar="SECONDS",
         type=float,
         help="delay of labels behind the forces; the longer, the better they are (0.3)",
     )
-    parser.add_argument(
+    group.add_argument(
         "--lsl-out",
         metavar="NAME",
         help="send the labels to the Lab Streaming Layer as well: the stream NAME has the action "
@@ -315,18 +330,19 @@ def _record(arguments: argparse.Namespace, devices: Sequence[AnyDevice]) -> int:
             live = LiveRecognition(recogniser, name, latency, recorder, devices, outlet)
         _ready(arguments.project)
         for sentence in _warnings(devices, live):
-            _print_notice(sentence)
+            print_remark(sentence)
         name = recorder.start(arguments.task, arguments.name)
         if live is not None:
             live.begin(firsts=recorder.firsts)
-            recognition = LiveTrackRecorder(live, sys.stderr if arguments.json else sys.stdout)
-        _print_notice(f"Recording '{name}'; Ctrl+C stops and keeps it.")
+            beside = None if arguments.quiet else sys.stderr
+            recognition = LiveTrackRecorder(live, beside if arguments.json else sys.stdout)
+        print_remark(f"Recording '{name}'; Ctrl+C stops and keeps it.")
         try:
             _watch(recorder, arguments.seconds, recognition)
         except KeyboardInterrupt:  # that is how a recording without an end is ended
             pass
         finally:
-            _clear()
+            clear_line()
         state = recorder.state()
         recorder.end()
         if recognition is not None:
@@ -334,11 +350,11 @@ def _record(arguments: argparse.Namespace, devices: Sequence[AnyDevice]) -> int:
         saved = recorder.stop()
         remarks = recorder.remarks()
     for sentence in remarks:
-        _print_notice(sentence)
+        print_remark(sentence)
     recognised = None if recognition is None else recognition.keep(arguments.project, saved)
     trouble = "" if recognition is None else recognition.trouble
     if trouble:
-        _print_notice(trouble)
+        print(printable(trouble), file=sys.stderr, flush=True)
     if arguments.json:
         extra = {} if recognised is None else {"recognised": recognised}
         print(json_text(_json_content(saved, state) | extra))
@@ -375,7 +391,7 @@ def _ready(path: Path) -> None:
         Project.create(path).close()
     left = unfinished_journals(path)
     if left:
-        _print_notice(
+        print_remark(
             f"{counted(len(left), 'unfinished recording')} of an earlier start "
             f"{'is' if len(left) == 1 else 'are'} in '{path}'; 'forcelab capture {path} --recover' "
             f"makes demonstrations of what there is."
@@ -396,11 +412,10 @@ def _watch(
             continue
         shown_at = time.monotonic()
         for sentence in recorder.remarks():
-            _print_notice(sentence)
-        if sys.stderr.isatty():
+            print_remark(sentence)
+        if shows_progress():
             now = "" if recognition is None or not recognition.now else f"{recognition.now}  |  "
-            sys.stderr.write(f"\r\x1b[K{printable(now + _status_line(recorder.state()))}")
-            sys.stderr.flush()
+            show_line(printable(now + _status_line(recorder.state())))
 
 
 def _status_line(state: RecorderState) -> str:
@@ -414,19 +429,6 @@ def _status_line(state: RecorderState) -> str:
         words = f"{counted(camera.frames, 'frame')}, {camera.dropped} dropped"
         parts.append(" ".join([words, *(f"[{alarm}]" for alarm in camera.alarms)]))
     return "  |  ".join(parts)
-
-
-def _clear() -> None:
-    """Remove the line that shows how it goes."""
-    if sys.stderr.isatty():
-        sys.stderr.write("\r\x1b[K")
-        sys.stderr.flush()
-
-
-def _print_notice(sentence: str) -> None:
-    """Say something that is no result."""
-    _clear()
-    print(printable(sentence), file=sys.stderr, flush=True)
 
 
 def _summary(saved: SavedRecording, state: RecorderState) -> str:

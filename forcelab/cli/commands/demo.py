@@ -2,10 +2,14 @@
 
 Thirty simulated demonstrations of five tasks, with forces, video and the labels of two
 coders, and a recogniser. The folder appears when it is complete; an existing one is not
-changed.
+changed. --small leaves out the videos and three of the tasks, and is done in seconds.
+
+With --files it writes six example recordings instead, to try an import on.
 
 for example:
   forcelab demo sample.forcelab
+  forcelab demo --small
+  forcelab demo --files recordings
 """
 
 from __future__ import annotations
@@ -16,11 +20,18 @@ from pathlib import Path
 
 from joblib import cpu_count
 
-from forcelab.cli.options import add_json, path_of
+from forcelab.cli.options import UsageError, add_json, path_of
 from forcelab.cli.output import print_result, progress_bar
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.sample import CODER, LABELLED, UNLABELLED, UNSYNCHRONISED, make_sample_job
+from forcelab.sample import (
+    CODER,
+    LABELLED,
+    UNLABELLED,
+    UNSYNCHRONISED,
+    make_sample_job,
+    write_recordings,
+)
 from forcelab.text import counted
 
 
@@ -30,20 +41,53 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         type=path_of,
         nargs="?",
-        default=Path("sample.forcelab"),
         help="project folder to make (default: sample.forcelab)",
+    )
+    kind = parser.add_mutually_exclusive_group()
+    kind.add_argument(
+        "--small", action="store_true", help="twelve demonstrations of two tasks, without videos"
+    )
+    kind.add_argument(
+        "--files",
+        metavar="DIR",
+        type=path_of,
+        help="write example recordings (CSV) into this folder, and make no project",
     )
     add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Make the sample project, unless it is there, and tell what it holds."""
-    path: Path = arguments.folder
+    """Make the sample project or write the example recordings, and tell what there is."""
+    if arguments.files is not None:
+        if arguments.folder is not None:
+            raise UsageError(f"--files makes no project; leave out '{arguments.folder}'.")
+        _write_recordings(arguments)
+    else:
+        _make_project(arguments)
+
+
+def _write_recordings(arguments: argparse.Namespace) -> None:
+    folder: Path = arguments.files
+    files = write_recordings(folder)
+    text = (
+        f"{folder}: {files[0].name} to {files[-1].name}, {len(files)} recordings of forces with "
+        f"a coder's labels.\n"
+        f"\n"
+        f"Next:\n"
+        f"  forcelab import first.forcelab {shlex.quote(str(folder))}/*.csv --task foam\n"
+        f"  forcelab gui first.forcelab"
+    )
+    print_result(arguments.json, {"files": [str(path) for path in files]}, text)
+
+
+def _make_project(arguments: argparse.Namespace) -> None:
+    path: Path = arguments.folder or Path("sample.forcelab")
     with progress_bar() as watch:
-        created = finish(make_sample_job(path, cpu_count()), watch)
+        created = finish(make_sample_job(path, cpu_count(), small=arguments.small), watch)
     with Project.open(path) as project:
         infos, recognisers = project.demonstrations.infos(), project.runs.recognisers()
         tasks = project.demonstrations.tasks()
+    filmed = any(info.has_video for info in infos)
     content = {
         "project": str(path),
         "made": created,
@@ -58,8 +102,7 @@ def run(arguments: argparse.Namespace) -> None:
         f"({', '.join(tasks)}), {counted(len(recognisers), 'recogniser')}.\n"
         f"\n"
         f"All of it is simulated. {_labelled()}\n"
-        f"The video of number {_listed(UNSYNCHRONISED)} of each task is not synchronised; "
-        f"its two taps are there for that.\n"
+        f"{_videos(filmed)}\n"
         f"\n"
         f"Next:\n"
         f"  forcelab gui {folder}\n"
@@ -73,6 +116,15 @@ def run(arguments: argparse.Namespace) -> None:
 def _labelled() -> str:
     parts = [f"{coder} labelled {_listed(numbers)}" for coder, numbers in LABELLED.items()]
     return f"Of each task {', '.join(parts)}; {_listed(UNLABELLED)} is left to you."
+
+
+def _videos(filmed: bool) -> str:
+    if not filmed:
+        return "There are no videos; 'forcelab demo' makes thirty demonstrations with videos."
+    return (
+        f"The video of number {_listed(UNSYNCHRONISED)} of each task is not synchronised; "
+        f"its two taps are there for that."
+    )
 
 
 def _listed(numbers: tuple[int, ...]) -> str:

@@ -7,9 +7,20 @@ evaluated one by one unless --task is given several times. The result is kept in
 project as a run for the review; options that say so keep none, because the review would
 train again without them.
 
+--classifier also takes one of your own by its import path, MODULE:FUNCTION: called without
+arguments it gives an unfitted classifier as scikit-learn's are. --features takes a function
+of yours, alone or beside others: of an array of samples by channels, without gaps, and of
+the samples a second it makes a row of features for each sample. Runs and recognisers keep
+the paths, and no file can have them run: to use such a recogniser, or to ask why of such a
+run, name them again, as in FORCELAB_CLASSIFIERS=mylab.models:make_forest and
+FORCELAB_FEATURES. Installed packages name theirs by entry points of the groups
+forcelab.classifiers and forcelab.features.
+
 for example:
   forcelab evaluate lab.forcelab --task stylus --preset best --figure pairs.svg
   forcelab evaluate lab.forcelab --task stylus --test-names 'bob-*' --adapt
+  forcelab evaluate lab.forcelab --task stylus --classifier mylab.models:make_forest
+  forcelab evaluate lab.forcelab --preset best --features windows+mylab.signals:band_energy
 """
 
 from __future__ import annotations
@@ -17,15 +28,22 @@ from __future__ import annotations
 import argparse
 import csv
 import io
-import sys
 from pathlib import Path
 from typing import Any
 
 from joblib import cpu_count
 
-from forcelab.cli.files import check_outputs
+from forcelab.cli.files import check_figure, check_outputs, output_file, save_figure
 from forcelab.cli.options import UsageError, add_project, add_scheduler, join_scheduler, name_of
-from forcelab.cli.output import json_path, percent, printable, progress_bar, report, table
+from forcelab.cli.output import (
+    STANDARD_OUTPUT,
+    percent,
+    print_remark,
+    printable,
+    progress_bar,
+    report,
+    table,
+)
 from forcelab.cli.settings_options import add_settings, choice_from, settings_from
 from forcelab.errors import InputError
 from forcelab.formats.output_folder import file_names
@@ -90,7 +108,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_project(parser)
     parser.epilog = f"{_SCORES}\n\n{parser.epilog}"
     add_settings(parser)
-    parser.add_argument(
+    group = parser.add_argument_group("what is tested")
+    group.add_argument(
         "--train-task",
         metavar="TASK",
         type=name_of,
@@ -98,48 +117,54 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         dest="task",
         help="the same as --task",
     )
-    parser.add_argument(
+    group.add_argument(
         "--test-task", metavar="TASK", type=name_of, help="train on --task, test on this one"
     )
-    parser.add_argument(
+    group.add_argument(
         "--test-names",
         metavar="PATTERN",
         help="test on the demonstrations with such names, as 'bob-*', train on all others of the "
         "task; keeps no run",
     )
-    parser.add_argument(
+    group.add_argument(
         "--folds",
         metavar="K",
         type=int,
         help="leave demonstrations out in K groups, for which K recognisers are trained; 0: one at "
         "a time (0, of more than 20 ten groups)",
     )
-    parser.add_argument(
+    group.add_argument(
         "--adapt",
         action="store_true",
         help="with --test-task or --test-names: match offsets, scales and swapped sensors to the "
         "training demonstrations, without labels; scores with and without; keeps no run",
     )
-    parser.add_argument(
+    group.add_argument(
         "--latency",
         metavar="SECONDS",
         type=float,
         help="as if it came live, each label so long after its force; keeps no run",
     )
-    parser.add_argument(
+    group = parser.add_argument_group("output")
+    group.add_argument(
         "--json", metavar="FILE", type=Path, help="write settings and all scores; - prints them"
     )
-    parser.add_argument(
-        "--figure", metavar="FILE", type=Path, help="draw the timeline pairs (.svg, .pdf or .png)"
+    group.add_argument(
+        "--figure",
+        metavar="FILE",
+        type=Path,
+        help="draw the timeline pairs (.svg, .pdf or .png); - prints the SVG, and the scores go to "
+        "standard error; so with --confusion and --table",
     )
-    parser.add_argument("--confusion", metavar="FILE", type=Path, help="draw the confusion matrix")
-    parser.add_argument(
+    group.add_argument("--confusion", metavar="FILE", type=Path, help="draw the confusion matrix")
+    group.add_argument(
         "--table", metavar="FILE", type=Path, help="write all scores as a table (.csv)"
     )
-    parser.add_argument(
+    group = parser.add_argument_group("computing")
+    group.add_argument(
         "--jobs", metavar="N", type=int, help="processes to share the work (default: all cores)"
     )
-    add_scheduler(parser)
+    add_scheduler(group)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -151,8 +176,11 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--folds is 2 or more, or 0, not {arguments.folds}.")
     figures = [path for path in (arguments.figure, arguments.confusion) if path is not None]
     _check_outputs(arguments, figures)
-    _check_suffixes(figures)
-    if (path := arguments.table) is not None and path.suffix.lower() != ".csv":
+    for path in figures:
+        check_figure(path)
+    printed = STANDARD_OUTPUT in (*figures, arguments.table)
+    path = arguments.table
+    if path not in (None, STANDARD_OUTPUT) and path.suffix.lower() != ".csv":
         raise InputError(f"'{path}' is no table that can be written; name it '{path.stem}.csv'.")
     # More processes than cores only cost their start.
     jobs = min(arguments.jobs or cpu_count(), cpu_count())
@@ -161,6 +189,12 @@ def run(arguments: argparse.Namespace) -> None:
         join_scheduler(arguments.scheduler),
         progress_bar() as watch,
     ):
+        tasks = set(project.demonstrations.tasks()) - {arguments.test_task}
+        if STANDARD_OUTPUT in figures and not arguments.task and len(tasks) > 1:
+            raise UsageError(
+                "Every task has a figure of its own, and standard output ('-') can hold one; "
+                "choose a --task, or name a file."
+            )
         # Where the filters need probabilities anyway, the review is to have them too.
         certainty = settings.needs_probabilities
         choice = choice_from(arguments)
@@ -177,36 +211,27 @@ def run(arguments: argparse.Namespace) -> None:
         _draw_pairs(evaluated, pairs)
         _draw_confusion(evaluated, matrices)
         if arguments.table is not None:
-            write_table(arguments.table, evaluated)
+            with output_file(arguments.table, ".csv") as file:
+                write_table(file, evaluated)
     finally:  # What took hours is told, even where the disk has no room for a figure.
-        _report(evaluated, arguments.json)
+        _report(evaluated, arguments.json, aside=printed)
 
 
 def _check_outputs(arguments: argparse.Namespace, figures: list[Path]) -> None:
     """Refuse what is to be written where that cannot be or would replace what is read."""
-    written = [*figures, arguments.table, json_path(arguments.json)]
+    written = [*figures, arguments.table, arguments.json]
     check_outputs(written, [arguments.project, arguments.merge])
 
 
-def _check_suffixes(figures: list[Path]) -> None:
-    """Refuse a kind of picture there is not before the evaluation, not after it."""
-    if figures:
-        from forcelab.gui.figures.figure import check_suffix
-
-        for path in figures:
-            check_suffix(path)
-
-
-def _report(evaluated: TaskEvaluations, json_file: Path | None) -> None:
+def _report(evaluated: TaskEvaluations, json_file: Path | None, *, aside: bool) -> None:
     """Print the scores and write the JSON that was asked for."""
     results = [evaluation.to_json() for _, evaluation in evaluated.evaluations]
     several = {"evaluations": results, "remarks": list(evaluated.remarks)}
     content: Any = results[0] if evaluated.joined else several
-    report(
-        "\n\n".join(_score_tables(each) for _, each in evaluated.evaluations), content, json_file
-    )
+    text = "\n\n".join(_score_tables(each) for _, each in evaluated.evaluations)
+    report(text, content, json_file, aside=aside)
     for sentence in evaluated.remarks:
-        print(f"forcelab: {printable(sentence)}", file=sys.stderr)
+        print_remark(f"forcelab: {sentence}")
 
 
 def _score_tables(evaluation: Evaluation) -> str:
@@ -333,7 +358,7 @@ def _file_for_each(evaluated: TaskEvaluations, path: Path | None) -> list[Path]:
 def _draw_pairs(evaluated: TaskEvaluations, files: list[Path]) -> None:
     """Draw the timeline pairs in the colours that they have in the window."""
     for (_, evaluation), file in zip(evaluated.evaluations, files, strict=True) if files else ():
-        evaluation.plot().save(file)
+        save_figure(evaluation.plot(), file)
 
 
 def _draw_confusion(evaluated: TaskEvaluations, files: list[Path]) -> None:
@@ -347,4 +372,5 @@ def _draw_confusion(evaluated: TaskEvaluations, files: list[Path]) -> None:
     for (_, evaluation), file in zip(evaluated.evaluations, files, strict=True):
         pooled, _ = evaluation.scores("filtered")
         title = f"{evaluation.title}, after the filters"
-        ConfusionMatrix(title, evaluation.actions, np.array(pooled.confusion)).save(file)
+        figure = ConfusionMatrix(title, evaluation.actions, np.array(pooled.confusion))
+        save_figure(figure, file)

@@ -35,13 +35,13 @@ for example:
 from __future__ import annotations
 
 import argparse
-import sys
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from forcelab.cli.options import UsageError, add_author, add_json, add_project, add_task
-from forcelab.cli.output import print_result
+from forcelab.cli.files import print_file, refuse_terminal
+from forcelab.cli.options import UsageError, add_author, add_json, add_project, add_task, path_of
+from forcelab.cli.output import STANDARD_OUTPUT, print_remark, print_result
 from forcelab.errors import InputError
 from forcelab.formats.export import FORMATS, exporting
 from forcelab.formats.samples import Prediction
@@ -57,12 +57,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--out",
         metavar="DIR",
         type=Path,
-        help="folder to write into; - prints the text of a single file",
+        help="folder to write into; - prints a single file",
     )
     places.add_argument(
         "--into",
         metavar="DATASET",
-        type=Path,
+        type=path_of,
         help="dataset whose episodes were labelled (with --format lerobot); it is replaced as a "
         "whole or stays as it is",
     )
@@ -72,11 +72,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         default="csv",
         help="what to write (csv)",
     )
-    add_task(parser, "only this; may be repeated", action="append")
-    parser.add_argument(
-        "--demo", metavar="NAME", action="append", help="only this; may be repeated"
-    )
-    add_author(parser, "only this; may be repeated", action="append")
+    group = parser.add_argument_group("what is written")
+    add_task(group, "only this; may be repeated", action="append")
+    group.add_argument("--demo", metavar="NAME", action="append", help="only this; may be repeated")
+    add_author(group, "only this; may be repeated", action="append")
     add_json(parser)
 
 
@@ -87,14 +86,14 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError("An archive holds the whole project; leave out what chooses of it.")
     if (FORMATS[arguments.format].per == "dataset") != (arguments.into is not None):
         raise UsageError("Labels go into a dataset (--into) with --format lerobot, and only then.")
-    if arguments.out == Path("-"):
+    if arguments.out == STANDARD_OUTPUT:
         _print(arguments)
     else:
         written = [str(path) for path in _export(arguments, arguments.out or arguments.into)]
         print_result(arguments.json, {"written": written}, "\n".join(written))
     if bare := 0 if arguments.format == "archive" else _count_unlabelled(arguments):
         what = f"{counted(bare, 'demonstration')} {'has' if bare == 1 else 'have'} no labels"
-        print(f"{what}{' by these authors' if arguments.author else ''} yet.", file=sys.stderr)
+        print_remark(f"{what}{' by these authors' if arguments.author else ''} yet.")
 
 
 def _export(arguments: argparse.Namespace, out: Path) -> tuple[Path, ...]:
@@ -118,18 +117,21 @@ def _predictions(project: Project) -> Mapping[str, Prediction]:
 
 
 def _print(arguments: argparse.Namespace) -> None:
-    """Print the text of what would be the only file."""
-    if arguments.json or not FORMATS[arguments.format].prints:
+    """Write what would be the only file to standard output."""
+    format_ = FORMATS[arguments.format]
+    if arguments.json or not format_.prints:
         form = "what --json tells of" if arguments.json else f"the format {arguments.format}"
-        raise UsageError(f"For {form} name a folder: --out - prints the text of one file.")
+        raise UsageError(f"For {form} name a folder: --out - prints a single file.")
+    if format_.binary:
+        refuse_terminal()
     with tempfile.TemporaryDirectory(prefix="forcelab-") as folder:
-        texts = [path.read_bytes().decode() for path in _export(arguments, Path(folder))]
-    if len(texts) > 1:
-        raise UsageError(
-            f"{len(texts)} files cannot be printed as one; name a folder, choose one of them, or "
-            f"print all of it with --format table."
-        )
-    sys.stdout.write(texts[0])
+        files = _export(arguments, Path(folder))
+        if len(files) > 1:
+            raise UsageError(
+                f"{len(files)} files cannot be printed as one; name a folder, choose one of them, "
+                f"or print all of it with --format table."
+            )
+        print_file(files[0])
 
 
 def _count_unlabelled(arguments: argparse.Namespace) -> int:

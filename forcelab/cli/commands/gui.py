@@ -16,11 +16,13 @@ import math
 import os
 import re
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
+from forcelab.cli.files import output_file, refuse_terminal
 from forcelab.cli.interrupts import uninterrupted
 from forcelab.cli.options import add_author
-from forcelab.cli.output import printable
+from forcelab.cli.output import STANDARD_OUTPUT, printable
 from forcelab.errors import InputError
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.qt_check import has_display, require_qt
@@ -33,22 +35,27 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "project", metavar="PROJECT", type=Path, nargs="?", help="project folder (the last one)"
     )
-    parser.add_argument("--demo", metavar="NAME", help="demonstration to open (the first)")
-    parser.add_argument(
+    group = parser.add_argument_group("what is shown")
+    group.add_argument("--demo", metavar="NAME", help="demonstration to open (the first)")
+    group.add_argument(
         "--workspace",
         choices=("label", "review", "capture", "tradeoff"),
         default="label",
         help="what to open (label)",
     )
-    parser.add_argument("--at", metavar="SECONDS", type=_seconds, help="where the cursor is")
-    parser.add_argument("--span", metavar="SECONDS", type=_span, help="how much time is visible")
-    parser.add_argument("--size", metavar="WxH", type=_size, help="of the window (1280x800)")
-    parser.add_argument(
+    group.add_argument("--at", metavar="SECONDS", type=_seconds, help="where the cursor is")
+    group.add_argument("--span", metavar="SECONDS", type=_span, help="how much time is visible")
+    group = parser.add_argument_group("the window")
+    group.add_argument("--size", metavar="WxH", type=_size, help="of the window (1280x800)")
+    group.add_argument(
         "--theme", choices=("light", "dark", "system"), help="colours (as chosen in the window)"
     )
-    add_author(parser, "the coder (the last one who labelled in the project)")
-    parser.add_argument(
-        "--screenshot", metavar="FILE", type=Path, help="draw the window into this .png"
+    add_author(group, "the coder (the last one who labelled in the project)")
+    group.add_argument(
+        "--screenshot",
+        metavar="FILE",
+        type=Path,
+        help="draw the window into this .png; - is standard output",
     )
 
 
@@ -65,6 +72,8 @@ def run(arguments: argparse.Namespace) -> int:
         author=arguments.author or "",
         screenshot=arguments.screenshot,
     )
+    if start.screenshot == STANDARD_OUTPUT:
+        refuse_terminal()
     if not has_display() and start.screenshot is None:
         raise InputError(
             "There is no display to open a window on; start forcelab on a desktop, or draw a "
@@ -78,8 +87,10 @@ def run(arguments: argparse.Namespace) -> int:
         from forcelab.gui.app import run as run_window
 
         if start.screenshot is not None:
-            status = run_window(start)
-            print(printable(str(start.screenshot)))
+            with output_file(start.screenshot, ".png") as file:
+                status = run_window(replace(start, screenshot=file))
+            if start.screenshot != STANDARD_OUTPUT:
+                print(printable(str(start.screenshot)))
             return status
     return run_window(start)
 

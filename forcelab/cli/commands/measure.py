@@ -26,9 +26,9 @@ from collections.abc import Callable, Generator
 from importlib import import_module
 from pathlib import Path
 
-from forcelab.cli.files import check_outputs
+from forcelab.cli.files import check_figure, check_outputs, save_figure
 from forcelab.cli.options import UsageError, add_author, add_task, join_scheduler
-from forcelab.cli.output import json_path, printable, progress_bar, report, table
+from forcelab.cli.output import STANDARD_OUTPUT, printable, progress_bar, report, table
 from forcelab.errors import ForcelabError
 from forcelab.jobs import Progress, finish
 from forcelab.measure.rows import FRONT, Table
@@ -48,26 +48,28 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "project", metavar="PROJECT", type=Path, nargs="?", help="recognition: folder of a project"
     )
-    add_task(parser, "recognition: only this; may be repeated", action="append")
-    add_author(parser, "recognition: the coder whose labels to use (the one with the most)")
-    parser.add_argument(
+    group = parser.add_argument_group("recognition")
+    add_task(group, "only this; may be repeated", action="append")
+    add_author(group, "the coder whose labels to use (the one with the most)")
+    group.add_argument(
         "--scheduler",
         metavar="ADDRESS",
-        help="recognition: share the work among the workers of the Dask scheduler that runs there",
+        help="share the work among the workers of the Dask scheduler that runs there",
     )
-    parser.add_argument(
+    group.add_argument(
         "--thorough",
         action="store_true",
-        help="recognition: leave out one demonstration at a time, however many there are",
+        help="leave out one demonstration at a time, however many there are",
     )
-    parser.add_argument(
+    group = parser.add_argument_group("output")
+    group.add_argument(
         "--json", metavar="FILE", type=Path, help="write the rows as JSON; - prints them"
     )
-    parser.add_argument(
+    group.add_argument(
         "--figure",
         metavar="FILE",
         type=Path,
-        help="draw error against time, where it has errors (.svg, .pdf or .png)",
+        help="draw error against time, where it has errors (.svg, .pdf or .png); - prints the SVG",
     )
     parser.add_argument(
         "--extremes",
@@ -82,7 +84,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Measure, print the table, and write what was asked for."""
     figure: Path | None = arguments.figure
-    check_outputs([json_path(arguments.json), figure], [arguments.project])
+    check_outputs([arguments.json, figure], [arguments.project])
     _check(arguments)
     if arguments.extremes:
         _extremes(arguments)
@@ -98,11 +100,13 @@ def _measure(arguments: argparse.Namespace) -> None:
     """Measure one thing."""
     with progress_bar("measuring") as watch:
         measured = finish(_job(arguments.what, arguments), watch)
-    report(table_text(measured), measured.to_json(), arguments.json)
-    if arguments.figure is not None:
+    figure: Path | None = arguments.figure
+    aside = figure == STANDARD_OUTPUT
+    report(table_text(measured), measured.to_json(), arguments.json, aside=aside)
+    if figure is not None:
         from forcelab.gui.figures.tradeoff import Tradeoff
 
-        Tradeoff(measured).save(arguments.figure)
+        save_figure(Tradeoff(measured), figure)
 
 
 def _check(arguments: argparse.Namespace) -> None:
@@ -111,9 +115,7 @@ def _check(arguments: argparse.Namespace) -> None:
     if figure is not None and module == ALL:
         raise UsageError(f"There is no figure of '{module}'; leave --figure away.")
     if figure is not None:
-        from forcelab.gui.figures.figure import check_suffix
-
-        check_suffix(figure)
+        check_figure(figure)
     recognition_only = {
         "PROJECT": arguments.project,
         "--task": arguments.task,

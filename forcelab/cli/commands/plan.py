@@ -136,20 +136,22 @@ def recognition_parts(demonstration: Demonstration, settings: Settings) -> Itera
     times, signals = demonstration.times[:MEASURED], demonstration.signals[:MEASURED]
     beginning = LabelledDemonstration(replace(demonstration, times=times, signals=signals))
     samples = round(demonstration.duration * rate)
-    if "windows" in settings.features:
+    if "windows" in settings.known_features:
         sizes = ", ".join(f"{1000 * window:g}" for window in settings.windows)
         yield Part(f"{len(settings.windows)} windows", True, f"of {sizes} ms")
-    if settings.features == "windows":
+    if settings.known_features == "windows":
         paper = preset("paper").replace(channels=settings.channels, rate=settings.rate)
         wavelets = partial(prepare_examples, beginning, paper)
         yield Part("wavelets", False, "windows are looked at in their place", wavelets)
-    else:
+    elif settings.known_features:
         scales, hertz = settings.scales, frequencies(settings.scales, rate, settings.mother)
         span = f"{scales[0]:g} to {scales[-1]:g} samples at {rate:.6g} Hz, {settings.wavelet} of "
         yield Part(f"{len(scales)} scales", True, f"{span}{hertz[0]:.3g} to {hertz[-1]:.3g} Hz")
         possible = usual_scales(samples, settings.min_scale, settings.spacing)
         if wider := ", ".join(f"{scale:g}" for scale in possible[len(scales) :]):
             yield Part(f"scales of {wider} samples", False, "wider than the settings' largest")
+    for path in settings.own_features:
+        yield Part(path, True, "features of your own, beside these or alone")
     for name, places in zip(chosen.names, chosen.columns, strict=True):
         columns = ", ".join(recorded[chosen.recorded[place]].name for place in places)
         yield Part(f"channel {name}", True, f"from {columns}")
@@ -159,7 +161,7 @@ def recognition_parts(demonstration: Demonstration, settings: Settings) -> Itera
         yield Part(f"column {recorded[column].name}", False, "no computed channel needs it")
     if settings.step is not None:
         yield Part("every time step", False, f"decided at {rate / settings.hop(rate):.6g} Hz")
-    why = f"{settings.width(len(chosen.names))} a time step"
+    why = f"{settings.width(len(chosen.names), rate)} a time step"
     yield Part(FEATURES, True, why, partial(prepare_examples, beginning, settings))
     widest = max(settings.max_scale, float(min(samples, MEASURED)))
     complete = settings.replace(channels=None, step=None, phase=True, max_scale=widest)

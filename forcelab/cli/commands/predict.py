@@ -16,7 +16,7 @@ from pathlib import Path
 
 from forcelab.cli.files import check_outputs, demonstrations_in
 from forcelab.cli.options import add_column_options, add_json, path_of
-from forcelab.cli.output import json_text, printable
+from forcelab.cli.output import STANDARD_OUTPUT, json_text, print_remark
 from forcelab.errors import InputError
 from forcelab.formats.output_folder import file_names, output_folder
 from forcelab.formats.recording import ReadOptions
@@ -36,15 +36,20 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "recogniser", metavar="RECOGNISER", type=path_of, help="file that train wrote"
     )
     parser.add_argument(
-        "sources", metavar="FILE|PROJECT", type=Path, nargs="+", help="recordings or projects"
+        "sources",
+        metavar="FILE|PROJECT",
+        type=Path,
+        nargs="+",
+        help="recordings or projects; - is a recording from standard input",
     )
     parser.add_argument(
-        "--out", metavar="FILE", type=path_of, help="file (printed), or folder for several"
+        "--out", metavar="FILE", type=Path, help="file (-, standard output), or folder for several"
     )
-    parser.add_argument(
+    group = parser.add_argument_group("how recordings are read")
+    group.add_argument(
         "--rate", metavar="HZ", type=float, help="of recordings without a column of times"
     )
-    add_column_options(parser)
+    add_column_options(group)
     parser.add_argument(
         "--format",
         choices=("csv", "audacity"),
@@ -57,8 +62,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Recognise every demonstration, then print or write the predicted tracks."""
     inputs = [arguments.recogniser, *arguments.sources]
-    if not _is_folder(arguments.out):
-        check_outputs([arguments.out], inputs)
+    out: Path | None = arguments.out
+    if not _is_folder(out):
+        check_outputs([out, STANDARD_OUTPUT if arguments.json else None], inputs)
     recogniser = load_recogniser(arguments.recogniser)
     author = model_author(arguments.recogniser.stem)
     options = ReadOptions(
@@ -78,21 +84,21 @@ def run(arguments: argparse.Namespace) -> None:
             *recogniser.unit_remarks(demonstration.channels),
         ]
         warnings += empty_prediction_remarks([predicted], recogniser.settings, recogniser.rate)
-        for remark in [*remarks, *warnings]:
-            print(printable(f"{demonstration.name}: {remark}"), file=sys.stderr)
+        for sentence in [*remarks, *warnings]:
+            print_remark(f"{demonstration.name}: {sentence}")
         tracks.append((demonstration.name, Track(author, predicted.segments)))
     if arguments.json:
         print(json_text([_track_json(name, track) for name, track in tracks]))
-    if arguments.out is not None:
-        for path in _write(tracks, arguments.out, arguments.format, inputs):
-            print(path, file=sys.stderr if arguments.json else sys.stdout)
+    if out not in (None, STANDARD_OUTPUT):
+        for path in _write(tracks, out, arguments.format, inputs):
+            (print_remark if arguments.json else print)(str(path))
     elif not arguments.json:
         sys.stdout.write(_shown(tracks, arguments.format))
 
 
 def _is_folder(out: Path | None) -> bool:
     """Whether an output is meant as a folder: it is one, or is nothing yet and has no suffix."""
-    return out is not None and (out.is_dir() or not (out.exists() or out.suffix))
+    return out not in (None, STANDARD_OUTPUT) and (out.is_dir() or not (out.exists() or out.suffix))
 
 
 def _track_json(name: str, track: Track) -> dict[str, object]:

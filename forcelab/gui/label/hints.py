@@ -95,7 +95,7 @@ class HintBar(QFrame):
             "paint": "Paint what happens: drag along your track, the top row, and choose an "
             "action; or press its key at start and end.",
             "next": f"All labelled? Press {following or 'Done and next'}: it is marked as done, "
-            "and the next demonstration that is not opens.",
+            "and the next demonstration to label opens.",
         }
         self._number.setText(f"<b>{HINTS.index(self._left[0]) + 1} of {len(HINTS)}</b>")
         self._text.setText(text[self._left[0]])

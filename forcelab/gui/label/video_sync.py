@@ -635,7 +635,7 @@ class SynchroniseDialog(QDialog):
         clock = self.candidate or self.stored
         with QSignalBlocker(self.table):  # the coder has chosen no tap
             self._fill_table(clock)
-        set_enabled_with_reason(self.remove_button, "" if self.rows else "No event is marked.")
+        set_enabled_with_reason(self.remove_button, "" if self.rows else "There are no taps yet.")
         taps = tuple(row.force for row in self.rows if row.force is not None)
         self.plot.show_clock(clock, taps)
         self.stored_label.setText(_offset_sentence(self.stored))
@@ -645,7 +645,7 @@ class SynchroniseDialog(QDialog):
         doubtful = proposed and self.proposal is not None and self.proposal.doubtful
         colour = colours().warning if doubtful else colours().text
         self.confidence_label.setStyleSheet(f"color: {colour}")
-        none = "Mark an event in force and video, or let one be proposed."
+        none = "Set a video tap and its force tap, or press Find taps."
         set_enabled_with_reason(self.accept_button, none if self.candidate is None else "")
         if self.choice is not None:  # another video's taps would be lost
             set_enabled_with_reason(

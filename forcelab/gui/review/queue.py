@@ -229,7 +229,7 @@ def missing_queue_text(run: RunResult | None, read: QueueData | None, *, trainin
         return untested_text(
             run,
             "Nothing was tested, so nothing can differ.",
-            "What the recogniser proposes for the others is in Proposals.",
+            "See the page Proposals.",
         )
     if not read.run.tested:
         return "You code these demonstrations blind; what differs is shown when done."

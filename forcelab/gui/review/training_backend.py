@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from forcelab.text import counted
+from forcelab.text import counted, duration_text
 
 if TYPE_CHECKING:
     from forcelab.project import Project, RunSummary
@@ -131,12 +131,5 @@ def training_progress_text(step: TrainingStep, *, short: bool = False) -> str:
         parts.append(f"epoch {step.epoch}")
     # A fit that takes longer than those before it is not "0 s" from its end.
     if step.seconds_left is not None and step.seconds_left >= 0.5:
-        parts.append(f"{_duration_text(step.seconds_left)} left")
+        parts.append(f"{duration_text(step.seconds_left)} left")
     return " · ".join(parts)
-
-
-def _duration_text(seconds: float) -> str:
-    """Seconds, or minutes where there are many."""
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min"

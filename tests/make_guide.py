@@ -1,0 +1,153 @@
+"""Runs the commands of the README and the guide and puts their real output below them.
+
+Start it as ``python tests/make_guide.py``.
+Also renews their pictures. ``python tests/make_guide.py PROJECT [PICTURE...]`` renews no more than
+pictures of the window, of a sample project in which all commands have run.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from forcelab.guide import CONTENTS
+
+ROOT = Path(__file__).resolve().parents[1]
+README = ROOT / "README.md"
+GUIDE = ROOT / "assets" / "guide"
+#: The README and the pages of the guide, in the order in which their commands run.
+DOCUMENTS = (README, *(path for name in CONTENTS if (path := GUIDE / f"{name}.md").is_file()))
+#: Blocks; what takes long is marked "slow", and is left out where that is not asked for.
+#: A command goes on behind a line that ends with a backslash.
+BLOCK = re.compile(
+    r"```console(?P<slow> slow)?\n\$ (?P<command>(?:[^\n]*\\\n)*[^\n]*)\n(?P<shown>.*?)```"
+    r"|```python\n(?P<script>.*?)```",
+    re.S,
+)
+#: Pictures of the window by name, each drawn in the light and the dark theme (``NAME-dark.png``).
+WINDOWS = {
+    "window.png": "--demo stylus-1-02 --at 3",
+    "zoomed.png": "--demo stylus-1-02 --at 3.2 --span 0.4",
+    "review.png": "--workspace review --demo stylus-1-01 --at 1.9 --span 2 --size 1440x900",
+}
+#: Drawn while something is recorded.
+CAPTURE = "capture.png"
+#: Pictures that commands of the documents draw.
+FIGURES = ("sample.png", "confusion.png")
+#: Pictures that take long, or are made elsewhere, and how.
+OTHERS = {
+    "contact.png": "forcelab measure contact --quick --figure contact.png",
+    "tasks.png": "python tests/make_assets.py",
+}
+#: The colours of a picture are reduced to so many, half of them its most frequent ones.
+COLOURS = 256
+
+
+def run_blocks(document: Path, folder: Path, *, slow: bool) -> tuple[str, list[str]]:
+    """The document with the output of its commands made anew, and what its scripts print.
+
+    Raises CalledProcessError if a script fails.
+    """
+    scripts = Path(sys.executable).parent
+    environment = {**os.environ, "PATH": f"{scripts}{os.pathsep}{os.environ['PATH']}"}
+    printed = []
+
+    def run(words: list[str]) -> str:
+        return subprocess.run(
+            words,
+            cwd=folder,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            check=words[0] != "bash",
+        ).stdout
+
+    def renewed(block: re.Match[str]) -> str:
+        if block["script"]:
+            printed.append(run([sys.executable, "-c", block["script"]]))
+            return block[0]
+        if block["slow"] and not slow:
+            return block[0]
+        shown = run(["bash", "-c", block["command"]]).rstrip()
+        return f"```console{block['slow'] or ''}\n$ {block['command']}\n{shown}\n```"
+
+    return BLOCK.sub(renewed, document.read_text("utf-8")), printed
+
+
+def prepare(folder: Path) -> None:
+    """Lay into a folder what the commands of a clone's reader find in theirs."""
+    (folder / "assets").symlink_to(ROOT / "assets")
+    (folder / "README.md").symlink_to(README)
+
+
+def dark(name: str) -> str:
+    """The name of the same picture in the dark theme."""
+    return name.replace(".png", "-dark.png")
+
+
+def draw_windows(project: Path, folder: Path, names: Iterable[str]) -> None:
+    """Draw the named pictures of the window, as :data:`WINDOWS` says, in both themes."""
+    for name in names:
+        for theme, path in (("light", folder / name), ("dark", folder / dark(name))):
+            words = ["tests.make_capture_picture", str(project), str(path), theme]
+            if name != CAPTURE:
+                words = ["forcelab", "gui", str(project), "--author", "Ines", "--theme", theme]
+                words += [*WINDOWS[name].split(), "--screenshot", str(path)]
+            subprocess.run([sys.executable, "-m", *words], cwd=ROOT, check=True)
+            reduce_colours(path)
+
+
+def reduce_colours(path: Path) -> None:
+    """Write a picture again with few colours, which takes a third of the bytes."""
+    from PySide6.QtGui import QImage
+
+    pixels = cv2.cvtColor(cv2.imread(str(path)), cv2.COLOR_BGR2RGB)
+    height, width, _ = pixels.shape
+    colours, where, counts = np.unique(
+        pixels.reshape(-1, 3), axis=0, return_inverse=True, return_counts=True
+    )
+    if len(colours) > COLOURS:
+        order = np.argsort(-counts, kind="stable")
+        frequent, rare = order[: COLOURS // 2], order[COLOURS // 2 :]
+        cv2.setRNGSeed(0)
+        stop = (cv2.TERM_CRITERIA_MAX_ITER, 20, 0)
+        _, nearest, means = cv2.kmeans(
+            colours[rare].astype(np.float32), COLOURS // 2, None, stop, 1, cv2.KMEANS_PP_CENTERS
+        )
+        numbers = np.empty(len(colours), np.intp)
+        numbers[frequent], numbers[rare] = np.arange(len(frequent)), nearest[:, 0] + COLOURS // 2
+        where, colours = numbers[where], np.vstack([colours[frequent], np.rint(means).astype(int)])
+    indices = np.ascontiguousarray(where.reshape(height, width), np.uint8)
+    image = QImage(indices.data, width, height, width, QImage.Format.Format_Indexed8)
+    image.setColorTable([0xFF000000 | int(r) << 16 | int(g) << 8 | int(b) for r, g, b in colours])
+    image.save(str(path), "PNG", 0)
+
+
+def main(project: str = "", *names: str) -> None:
+    """Renew everything, or only pictures of a project."""
+    pictures = GUIDE / "pictures"
+    if project:
+        draw_windows(Path(project).resolve(), pictures, names or (*WINDOWS, CAPTURE))
+        return
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        prepare(folder)
+        for document in DOCUMENTS:
+            document.write_text(run_blocks(document, folder, slow=True)[0], "utf-8")
+        draw_windows(folder / "sample.forcelab", pictures, (*WINDOWS, CAPTURE))
+        for figure in FIGURES:
+            shutil.copy(folder / figure, pictures)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,152 @@
+"""What README and guide show is what happens, and what they link to exists."""
+
+import re
+
+import pytest
+from make_guide import (
+    CAPTURE,
+    DOCUMENTS,
+    FIGURES,
+    GUIDE,
+    OTHERS,
+    ROOT,
+    WINDOWS,
+    dark,
+    prepare,
+    run_blocks,
+)
+
+from forcelab.errors import InputError
+from forcelab.guide import CONTENTS, Page, anchors, plain, read_page, read_pages, search
+
+TEXTS = {path: path.read_text("utf-8") for path in DOCUMENTS}
+NAMES = [path.stem for path in DOCUMENTS]
+
+
+def mask_numbers(text):
+    """Text without its numbers, which differ a little between processors, and without columns."""
+    return re.sub(r"[ \-─]+", " ", re.sub(r"\d+(\.\d+)?(e-?\d+)?", "#", text))
+
+
+@pytest.fixture(scope="module")
+def renewed(tmp_path_factory):
+    """All documents with their output made anew, in one folder, and what their scripts print."""
+    folder = tmp_path_factory.mktemp("guide")
+    prepare(folder)
+    with pytest.MonkeyPatch.context() as patched:
+        # Commands start no processes of their own: the tests share the processors already.
+        patched.setenv("LOKY_MAX_CPU_COUNT", "1")
+        yield folder, {path: run_blocks(path, folder, slow=False) for path in DOCUMENTS}
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=NAMES)
+def test_every_command_prints_what_the_page_shows(renewed, path):
+    assert mask_numbers(renewed[1][path][0]) == mask_numbers(TEXTS[path])
+
+
+def test_scripts_print_what_their_text_says_and_figures_are_drawn(renewed):
+    folder, documents = renewed
+    assert (folder / "pairs.png").read_bytes().startswith(b"\x89PNG")
+    printed = [text for _, scripts in documents.values() for text in scripts]
+    (painted,) = [text for text in printed if "copied from coder" in text]
+    assert len(painted.splitlines()) == 3
+    (reviewed,) = [text for text in printed if text.startswith("F1@50 ")]
+    first, *places = reviewed.splitlines()
+    assert float(re.match("F1@50 ([.0-9]+), worst foam-0[1-6]$", first)[1]) > 0.5
+    assert 0 < len(places) <= 3
+    assert all(
+        re.match(r"(action|boundary|missed) [.0-9]+ s: \w+, seen as \w+$", place)
+        for place in places
+    )
+    assert "None" not in reviewed
+    (shown,) = [text for text in printed if text.startswith("foam-06: ")]
+    assert float(re.fullmatch(r"foam-06: \(1097, 64\), (0\.\d\d)\n", shown)[1]) > 0.85
+
+
+def links(text):
+    return re.findall(r"\]\(([^)\s]*)\)", re.sub(r"```.*?```", "", text, flags=re.S))
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=NAMES)
+def test_every_link_leads_to_a_file_and_a_heading_that_exist(path):
+    for link in links(TEXTS[path]):
+        if link.startswith("https://"):
+            continue
+        name, _, anchor = link.partition("#")
+        target = path.parent / name if name else path
+        assert target.exists(), link
+        if anchor:
+            sections = Page(target.stem, target.read_text("utf-8")).sections
+            assert anchor in [section.anchor for section in sections], link
+
+
+def test_every_picture_is_shown_and_is_one_that_is_made():
+    shown = {(path.parent / link).resolve() for path, text in TEXTS.items() for link in links(text)}
+    drawn = {*WINDOWS, CAPTURE}
+    made = drawn | set(map(dark, drawn)) | set(FIGURES) | OTHERS.keys()
+    lying = {*ROOT.glob("assets/*.png"), *GUIDE.glob("pictures/*")}
+    assert {path.name for path in lying} <= made
+    assert set(ROOT.glob("assets/*.png")) <= shown
+    for path in (GUIDE / "pictures").glob("*-dark.png"):
+        assert path.with_name(path.name.replace("-dark", "")).exists()
+    text = "\n".join(TEXTS.values())
+    for name in FIGURES:
+        assert re.search(rf"^\$ .*--(figure|confusion) {name}", text, re.M), name
+
+
+def test_the_contents_name_the_pages_that_exist():
+    assert {path.stem for path in GUIDE.glob("*.md")} <= set(CONTENTS)
+    assert [page.name for page in read_pages()] == NAMES[1:]
+    assert all(page.title != page.name for page in read_pages())
+
+
+def test_headings_are_named_as_github_names_them():
+    titles = ["Files in and out", "What (it) is: a `run`?", "Setup", "Setup"]
+    assert anchors(map(plain, titles)) == [
+        "files-in-and-out",
+        "what-it-is-a-run",
+        "setup",
+        "setup-1",
+    ]
+    page = Page(
+        "python", "# From Python\nOne.\n\n```sh\n# no heading\n```\n\n## `help` of [it](a.md)\n"
+    )
+    assert [(s.level, s.title, s.anchor) for s in page.sections] == [
+        (1, "From Python", "from-python"),
+        (2, "help of it", "help-of-it"),
+    ]
+    assert page.title == "From Python"
+    assert "# no heading" in page.sections[0].lines
+
+
+def test_a_search_finds_sections_with_all_words_those_named_so_first():
+    pages = (
+        Page(
+            "label",
+            "# Label\nA *video* that is late.\n\n## Snap\n| key | of |\n|---|---|\n| F7 | video |",
+        ),
+        Page("questions", "# Questions\n\n## My video is late\nSee [the clock](label.md).\n"),
+    )
+    assert [(m.section.page, m.section.anchor) for m in search(pages, "Video LATE")] == [
+        ("questions", "my-video-is-late"),
+        ("label", "label"),
+    ]
+    assert search(pages, "f7")[0].excerpt == "F7  video"
+    assert search(pages, "video")[1].excerpt == "A video that is late."
+    assert search(pages, "video tea") == search(pages, " ") == []
+
+
+def test_an_excerpt_shows_the_word_of_a_long_line():
+    page = Page(
+        "label", f"# Label\n{'Much before it. ' * 20}The needle is here. {'Much after it. ' * 20}"
+    )
+    (match,) = search([page], "needle")
+    assert "needle" in match.excerpt
+    assert match.excerpt.startswith("…")
+    assert match.excerpt.endswith("…")
+    assert len(match.excerpt) < 100
+
+
+def test_an_unknown_page_is_refused_with_the_nearest_name():
+    with pytest.raises(InputError, match="no page 'lable'; did you mean 'label'"):
+        read_page("lable")
