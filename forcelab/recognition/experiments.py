@@ -90,6 +90,14 @@ def evaluate_tasks_job(
         If several coders labelled, none was chosen, and no task can be evaluated without.
     InputError
         If what was chosen cannot be evaluated, or no task can.
+
+    Examples
+    --------
+    >>> selection = forcelab.DataSelection(tasks=("foam",), author="Ada")
+    >>> job = forcelab.evaluate_tasks_job(project, settings, selection)
+    >>> _, evaluation = forcelab.finish(job).evaluations[0]
+    >>> evaluation.title
+    'foam'
     """
     selection.check()
     if latency is not None and (not selection.leaves_out or selection.also_from is not None):
@@ -297,6 +305,13 @@ def train_tasks_job(
     ------
     InputError
         If too little is labelled.
+
+    Examples
+    --------
+    >>> selection = forcelab.DataSelection(tasks=("foam",), author="Ada")
+    >>> trained = forcelab.finish(forcelab.train_tasks_job(project, settings, selection, "foam"))
+    >>> [stored.name for stored in project.runs.recognisers()]
+    ['foam']
     """
     tasks = selection.joined_tasks(project)
     dataset = selection.load(project, tasks, settings)
