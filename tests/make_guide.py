@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
 GUIDE = ROOT / "assets" / "guide"
 #: The README and the pages of the guide, in the order in which their commands run.
-DOCUMENTS = (README, *(path for name in CONTENTS if (path := GUIDE / f"{name}.md").is_file()))
+DOCUMENTS = (README, *(GUIDE / f"{name}.md" for name in CONTENTS))
 #: Blocks; what takes long is marked "slow", and is left out where that is not asked for.
 #: A command goes on behind a line that ends with a backslash.
 BLOCK = re.compile(
