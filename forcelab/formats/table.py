@@ -442,7 +442,9 @@ class _Table:
         elif index in roles.left_out:
             why = "as chosen"
         elif index in roles.other_times or index in roles.probabilities:
-            why = "it holds times, too" if index in roles.other_times else "a prediction's probability"
+            why = (
+                "it has times, too" if index in roles.other_times else "a prediction's probability"
+            )
         elif index in self.counters:
             use = "counter"
             if index != roles.counter and not (column.named and is_counter_name(column.name)):

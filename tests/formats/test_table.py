@@ -377,7 +377,7 @@ class TestTime:
     def test_a_second_column_of_stamps_is_no_channel(self, table):
         recording = load(table("time,timestamp,fx\n0,1700000000000,1\n.1,1700000000100,2\n"))
         assert channels(recording) == [("fx", "")]
-        assert recording.remarks == ("Column timestamp was left out: it holds times, too.",)
+        assert recording.remarks == ("Column timestamp was left out: it has times, too.",)
 
     def test_stamps_in_words_that_are_no_iso_8601_are_refused(self, table):
         path = table("time,fx\n31.05.2024 12h,1\n31.05.2024 13h,2\n")
