@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import json
 import os
 import signal
@@ -27,35 +28,33 @@ from forcelab.version import full_version
 __all__ = ["build_parser", "command_modules", "main"]
 
 MANUAL = """\
-forcelab labels and recognises force actions. A demonstration (force channels on one clock) goes
-in; coders label its segments with actions; a recogniser learns the actions from complex-Morlet
-wavelet features; human and predicted timelines come out as pairs.
-
-To begin with:
-  forcelab                                   (opens the window; the last project, if there is one)
-  forcelab demo     sample.forcelab          (thirty simulated demonstrations to try things on)
-  forcelab import   lab.forcelab recordings/*.csv --task stylus --videos
-  forcelab list     lab.forcelab
-  forcelab export   lab.forcelab --out labels --format table
-  forcelab evaluate lab.forcelab --task stylus --stride 10 --figure pairs.svg
-  forcelab train    lab.forcelab --task stylus --stride 10 --out stylus.skops
-  forcelab predict  stylus.skops new.csv
+Label and recognise force actions: coders label the segments of demonstrations, a recogniser
+learns them, and human and predicted timelines come out as pairs.
 """
 
 CLOSING = """\
-Every command with a result has --json; 'forcelab help COMMAND' explains a command.
-Exit status: 0 done; 1 a file or project stands in the way (one sentence says what, where and the
-cure); 2 the command line is wrong.
+to begin with:
+  forcelab                                   (opens the window; the last project, if there is one)
+  forcelab demo     sample.forcelab          (simulated demonstrations to try things on)
+  forcelab import   lab.forcelab recordings/*.csv --task stylus --videos
+  forcelab evaluate lab.forcelab --task stylus --preset best --figure pairs.svg
+
+'forcelab help COMMAND' explains a command. Exit status: 0 done; 1 a file or project stands in
+the way (one sentence says what, where and the cure); 2 the command line is wrong.
 """
 
-#: The commands as the manual lists them; others follow by name.
-ORDER = (
-    *("gui", "demo", "simulate", "import", "labels", "list", "runs", "assign", "note", "agree"),
-    *("attach", "sync", "rename", "remove", "capture", "replay", "evaluate", "train", "predict"),
-    *("review", "why", "export", "plan", "actions", "figures", "measure", "doctor"),
-    *("guide", "install-launcher", "completion"),
-)
-
+#: The commands by what one wants, as the manual lists them; others follow by name.
+GROUPS = {
+    "begin": ("gui", "demo", "guide"),
+    "import and export": ("import", "labels", "attach", "sync", "export"),
+    "label": ("list", "assign", "note", "agree", "rename", "remove", "actions"),
+    "recognise and review": ("evaluate", "train", "predict", "runs", "review", "why", "plan"),
+    "capture": ("capture", "replay"),
+    "simulate and measure": ("simulate", "figures", "measure"),
+    "this machine": ("doctor", "install-launcher", "completion", "manual"),
+}
+#: The heading of the options that every command has.
+GENERAL = "general"
 #: The options that cure errors which cannot know of them.
 CURES = {UnclearAuthorError: "--author", UnclearRateError: "--rate"}
 
@@ -89,14 +88,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as stop:
         print("forcelab: stopped; nothing was left half done.", file=sys.stderr)
         return 128 + (stop.number if isinstance(stop, Interrupted) else signal.SIGINT)
-    except BrokenPipeError:
-        _drop_output()  # the reader (head, less) has seen enough
-        status = 0
     except OSError as error:
-        nameless = "this folder" if isinstance(error, FileNotFoundError) else "the output"
-        print(f"forcelab: {error.filename or nameless}: {error.strerror}.", file=sys.stderr)
+        left = _reader_left(error)
+        if not left:
+            nameless = "this folder" if isinstance(error, FileNotFoundError) else "the output"
+            print(f"forcelab: {error.filename or nameless}: {error.strerror}.", file=sys.stderr)
         _drop_output()
-        return 1
+        return 0 if left else 1
     return status
 
 
@@ -117,7 +115,7 @@ def build_parser(argv: Sequence[str] | None = None) -> Parser:
     Only that command's module is imported: listing a project loads no scikit-learn. Without `argv`
     the parser knows the options of all commands.
     """
-    parser = Parser(prog="forcelab", description=MANUAL, epilog=CLOSING, formatter_class=Formatter)
+    parser = Parser(prog="forcelab", description=MANUAL, epilog=CLOSING, formatter_class=FrontPage)
     parser.add_argument(
         *("-V", "--version"),
         action=_PrintVersion,
@@ -143,13 +141,29 @@ class _PrintVersion(argparse.Action):
         parser.exit()
 
 
+class FrontPage(Formatter):
+    """The help of the whole program, which lists the commands group by group."""
+
+    def _format_action(self, action: argparse.Action) -> str:
+        if not isinstance(action, argparse._SubParsersAction):
+            return super()._format_action(action)
+        left = {command.dest: command.help for command in action._get_subactions()}
+        width = max(map(len, left))
+        lines = []
+        for title, names in (*GROUPS.items(), ("others", tuple(left))):
+            chosen = {name: left.pop(name) for name in names if name in left}
+            lines += [f"  {title}"] * bool(chosen)
+            lines += [f"    {name:<{width}}  {summary}" for name, summary in chosen.items()]
+        return "\n".join(lines) + "\n"
+
+
 def command_modules() -> dict[str, str]:
     """The module of each command, in the order of the manual."""
     modules = {
         info.name.rstrip("_").replace("_", "-"): f"{commands.__name__}.{info.name}"
         for info in iter_modules(commands.__path__)
     }
-    ordered = [name for name in ORDER if name in modules]
+    ordered = [name for names in GROUPS.values() for name in names if name in modules]
     return {name: modules[name] for name in (*ordered, *sorted(modules.keys() - set(ordered)))}
 
 
@@ -172,9 +186,13 @@ def _add_command(
         description=manual.strip(),
         epilog=f"for example:\n{examples.rstrip()}",
         formatter_class=Formatter,
+        add_help=False,
     )
+    parser._positionals.title = "arguments"
     module.add_options(parser)
-    parser.add_argument(
+    group = parser.add_argument_group(GENERAL)
+    group.add_argument("-h", "--help", action="help", help="show this help")
+    group.add_argument(
         "-q", "--quiet", action="store_true", help="show neither progress nor remarks"
     )
     parser.set_defaults(command=module.run)
@@ -231,6 +249,12 @@ def _escaped(error: UnicodeError) -> tuple[str, int]:
     """What to print in place of characters that cannot be, and where to go on."""
     assert isinstance(error, UnicodeEncodeError)
     return json.dumps(error.object[error.start : error.end])[1:-1], error.end
+
+
+def _reader_left(error: OSError) -> bool:
+    """Whether whoever read the output (head, less) has seen enough; Windows says it otherwise."""
+    windows = sys.platform == "win32" and error.errno == errno.EINVAL and error.filename is None
+    return isinstance(error, BrokenPipeError) or windows
 
 
 def _drop_output() -> None:

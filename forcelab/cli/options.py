@@ -6,7 +6,7 @@ import argparse
 import re
 import sys
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
@@ -22,6 +22,8 @@ class UsageError(InputError):
     """An option's value that no file or project could make right; exit status 2."""
 
 
+#: Options, of which a usage does not list more.
+MANY = 5
 PROJECT = "project folder NAME.forcelab"
 
 
@@ -30,6 +32,23 @@ class Formatter(argparse.RawDescriptionHelpFormatter):
 
     def __init__(self, prog: str) -> None:
         super().__init__(prog, max_help_position=30, width=100)
+
+    def add_usage(
+        self,
+        usage: str | None,
+        actions: Iterable[argparse.Action],
+        groups: Iterable[Any],
+        prefix: str | None = None,
+    ) -> None:
+        """Add the usage, which tells of many options only those that must be given."""
+        actions = list(actions)
+        needed = {a for group in groups if group.required for a in group._group_actions}
+        optional = [a for a in actions if a.option_strings and not a.required and a not in needed]
+        if len(optional) > MANY:
+            options = argparse.Action(["options"], "options", nargs=0)
+            actions = [options, *(a for a in actions if a not in optional)]
+            groups = [group for group in groups if group.required]
+        super().add_usage(usage, actions, groups, prefix)
 
     def _split_lines(self, text: str, width: int) -> list[str]:
         """Lines of a help text, which break no name at its hyphen."""
@@ -148,7 +167,7 @@ def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
 
 
-def add_scheduler(parser: argparse.ArgumentParser) -> None:
+def add_scheduler(parser: argparse._ActionsContainer) -> None:
     parser.add_argument(
         "--scheduler",
         metavar="ADDRESS",
@@ -167,7 +186,7 @@ def join_scheduler(address: str | None) -> Iterator[None]:
         print_remark(f"forcelab: {cluster.report()}")
 
 
-def add_column_options(parser: argparse.ArgumentParser) -> None:
+def add_column_options(parser: argparse._ActionsContainer) -> None:
     """Options for the columns of a table: times, counters, signals."""
     parser.add_argument("--time", metavar="COL", help="name or number of the column of times")
     parser.add_argument(

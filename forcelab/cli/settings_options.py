@@ -13,6 +13,7 @@ from forcelab.label_map import MergeMap
 from forcelab.recognition.plugins import VARIABLES, Kind, is_import_path, load_plugin, name_path
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import (
+    FIELD_GROUPS,
     FIELDS,
     WINDOWS_FIELD,
     Settings,
@@ -64,12 +65,16 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
 def add_changes(parser: argparse.ArgumentParser) -> None:
     """Options that change a preset's features, classifier and filters."""
     group = parser.add_argument_group(
-        "settings", "Where not given, the preset's; in brackets that of preset paper."
+        "settings",
+        "What is not chosen below is the preset's; in brackets is that of preset paper.",
     )
     group.add_argument("--preset", metavar="NAME", default="paper", help=_PRESETS)
     paper = Settings()
-    for field in _FIELDS:
-        _add_option(group, field, getattr(paper, field.name))
+    for title, fields in FIELD_GROUPS.items():
+        group = parser.add_argument_group(f"settings: {title.lower()}")
+        for field in (*fields, WINDOWS_FIELD) if title == "Features" else fields:
+            if field in _FIELDS:
+                _add_option(group, field, getattr(paper, field.name))
 
 
 def _add_option(group: argparse._ArgumentGroup, field: SettingField, default: object) -> None:

@@ -48,7 +48,7 @@ SIZE = (1280, 800)
 #: Seconds that a picture waits for everything in it.
 DRAWING_TIMEOUT = 60.0
 #: What asks a program to end; Windows has no SIGHUP.
-SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
+SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 #: Milliseconds after which a signal that came before the event loop is looked at again.
 POLL_MS = 20
 #: Seconds that the process waits, without a window, for threads that have not ended with it.

@@ -33,13 +33,13 @@ from forcelab.signals.wavelets import WAVELETS
 from forcelab.version import full_version
 
 COMMANDS = [
-    "gui", "demo", "simulate", "import", "labels", "list", "runs", "assign", "note", "agree",
-    "attach", "sync", "rename", "remove", "capture", "replay", "evaluate",
-    "train", "predict", "review", "why", "export", "plan", "actions", "figures", "measure",
-    "doctor", "guide", "install-launcher", "completion",
+    "gui", "demo", "guide", "import", "labels", "attach", "sync", "export", "list", "assign",
+    "note", "agree", "rename", "remove", "actions", "evaluate", "train", "predict", "runs",
+    "review", "why", "plan", "capture", "replay", "simulate", "figures", "measure", "doctor",
+    "install-launcher", "completion", "manual",
 ]  # fmt: skip
 #: Commands whose result is no text, or one for other programs already.
-WITHOUT_JSON = ("gui", "completion")
+WITHOUT_JSON = ("gui", "completion", "manual")
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -53,8 +53,35 @@ def test_every_command_has_a_manual_and_json(capsys, command):
 
 def test_the_list_of_commands_is_that_of_the_manual(capsys):
     assert main(["--help"]) == 0
-    listed = capsys.readouterr().out.partition("\ncommands:\n")[2]
-    assert re.findall(r"^    ([\w-]+)(?= |$)", listed, re.M) == COMMANDS
+    listed = capsys.readouterr().out.partition("\ncommands:\n")[2].partition("\n\n")[0]
+    assert re.findall(r"^    ([\w-]+)(?= )", listed, re.M) == COMMANDS
+    assert listed.startswith("  begin\n    gui ")
+
+
+def test_help_groups_options_by_what_they_are_for(forcelab):
+    manual = forcelab("evaluate", "--help").out
+    assert manual.startswith("usage: forcelab evaluate [options] PROJECT\n")
+    groups = dict(re.findall(r"^([a-z: ]+):\n((?:.+\n|\n(?=  ))+)", manual, re.M))
+    for title, option in {
+        "which demonstrations": "--task",
+        "what is tested": "--test-names",
+        "settings": "--preset",
+        "settings: features": "--wavelet",
+        "settings: classifier": "--stride",
+        "settings: timeline": "--threshold",
+        "output": "--figure",
+        "computing": "--jobs",
+        "general": "--quiet",
+    }.items():
+        assert f"  {option}" in groups[title] or f", {option}" in groups[title]
+
+
+def test_a_usage_names_what_must_be_given(forcelab):
+    manual = forcelab("export", "--help").out
+    assert manual.startswith(
+        "usage: forcelab export [options] (--out DIR | --into DATASET) PROJECT\n"
+    )
+    assert forcelab("attach", "--help").out.startswith("usage: forcelab attach [--name NAME] ")
 
 
 def test_the_manual_names_every_choice_there_is(capsys):

@@ -13,6 +13,14 @@ from forcelab.cli.commands.install_launcher import exec_value
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="Linux only")
 
+#: The manual page and the completion of each shell.
+BESIDE = (
+    "man/man1/forcelab.1",
+    "bash-completion/completions/forcelab",
+    "fish/vendor_completions.d/forcelab.fish",
+    "zsh/site-functions/_forcelab",
+)
+
 
 @pytest.fixture(autouse=True)
 def data(tmp_path, monkeypatch):
@@ -56,19 +64,40 @@ def test_a_launcher_is_written_and_taken_back(forcelab, data, monkeypatch, tmp_p
     monkeypatch.setattr("sys.argv", [str(script), "install-launcher"])
     result = forcelab("install-launcher")
     assert (result.status, result.err) == (0, "")
-    assert result.out == f"Wrote\n  {icon_of(data)}\n  {entry_of(data)}\n"
+    files = [icon_of(data), entry_of(data), *(data / path for path in BESIDE)]
+    listed = "".join(f"  {path}\n" for path in files)
+    assert result.out == f"Wrote\n{listed}"
     found = fields(entry_of(data))
     assert (found["Type"], found["Name"], found["Terminal"]) == ("Application", "forcelab", "false")
     assert command_of(found["Exec"]) == [str(script)]
     assert icon_of(data).stem == found["Icon"]
     assert icon_of(data).read_bytes().startswith(b"<svg")
     again = forcelab("install-launcher", "--json")
-    assert again.json == {"written": [str(icon_of(data)), str(entry_of(data))]}
+    assert again.json == {"written": [str(path) for path in files]}
     removed = forcelab("install-launcher", "--remove")
-    assert removed.out == f"Removed\n  {entry_of(data)}\n  {icon_of(data)}\n"
+    assert removed.out == f"Removed\n{listed}"
     assert not [path for path in data.rglob("*") if path.is_file()]
     nothing = forcelab("install-launcher", "--remove")
     assert (nothing.status, nothing.out) == (0, f"There is no launcher in {data}.\n")
+
+
+def test_man_and_fish_find_what_is_installed(forcelab, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.delenv("XDG_DATA_HOME")
+    monkeypatch.delenv("MANPATH", raising=False)
+    program = tmp_path / ".local" / "bin" / "forcelab"  # where pipx puts it
+    program.parent.mkdir(parents=True)
+    program.touch(0o755)
+    monkeypatch.setenv("PATH", f"{program.parent}:{os.environ['PATH']}")
+    assert forcelab("install-launcher").status == 0
+    data = tmp_path / ".local" / "share"
+    for command, answer in {
+        ("man", "-w", "forcelab"): f"{data}/man/man1/forcelab.1\n",
+        ("fish", "-c", "complete -C 'forcelab doc'"): "doctor\tCheck this machine and say",
+    }.items():
+        if shutil.which(command[0]) is not None:
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            assert done.stdout.startswith(answer)
 
 
 def test_what_was_started_without_a_script_is_started_so_again(forcelab, data, monkeypatch):

@@ -40,7 +40,7 @@ from typing import Any, TextIO, TypeVar
 from forcelab.capture.camera import open_cameras
 from forcelab.capture.device import Device
 from forcelab.capture.device_names import AnyDevice, name_stream, parse_devices
-from forcelab.capture.discovery import find_cameras, find_ports
+from forcelab.capture.discovery import LISTS_CAMERAS, find_cameras, find_ports
 from forcelab.capture.lsl import find_streams
 from forcelab.capture.optoforce import sends_raw_counts, uncalibrated_warning
 from forcelab.capture.recorder import Recorder, RecorderState
@@ -71,6 +71,8 @@ from forcelab.recognition.storage import load_recogniser
 from forcelab.text import counted
 
 NOTHING_FOUND = "No serial port and no camera is plugged in, or this user may not see them."
+#: What is said where the system does not tell what cameras there are.
+UNLISTED = "Cameras are not listed on this system; name one by its number, such as --camera 0."
 
 
 def list_devices(arguments: argparse.Namespace) -> None:
@@ -110,7 +112,7 @@ def list_devices(arguments: argparse.Namespace) -> None:
         print(json_text(content))
         return
     if not ports and not streams and not found_cameras:
-        print(NOTHING_FOUND)
+        print(NOTHING_FOUND if LISTS_CAMERAS else UNLISTED)
         return
     rows = [["what to say", "what it seems to be", "serial number", ""]]
     rows += [
@@ -136,6 +138,8 @@ def list_devices(arguments: argparse.Namespace) -> None:
         for camera in found_cameras
     ]
     print(table(rows))
+    if not LISTS_CAMERAS:
+        print(UNLISTED)
     if not all(port.usable for port in ports):
         print("\nPorts that are not yours: sudo usermod -a -G dialout $USER, then log in again.")
     if any(port.device is None for port in ports):
@@ -232,38 +236,41 @@ LOOK, BLOCK = 0.1, 0.02
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("project", metavar="PROJECT", type=Path, nargs="?", help=PROJECT)
-    parser.add_argument(
+    group = parser.add_argument_group("what is recorded")
+    group.add_argument(
         "--device",
         metavar="DEVICE",
         action="append",
         default=[],
         help="such as optoforce:/dev/ttyACM0; may be repeated",
     )
-    parser.add_argument(
+    group.add_argument(
         "--camera",
         metavar="N",
         action="append",
         default=[],
         help="number or device of a camera; may be repeated",
     )
-    add_task(parser, "task of the demonstration")
-    parser.add_argument("--name", metavar="NAME", help="its name (the task and the next number)")
-    parser.add_argument(
+    group = parser.add_argument_group("the demonstration")
+    add_task(group, "task of the demonstration")
+    group.add_argument("--name", metavar="NAME", help="its name (the task and the next number)")
+    group.add_argument(
         "--seconds", metavar="N", type=float, help="how long to record (until Ctrl+C)"
     )
-    parser.add_argument(
+    group = parser.add_argument_group("live recognition")
+    group.add_argument(
         "--recogniser",
         metavar="FILE",
         type=Path,
         help="label the recording live with a recogniser that train wrote; its track is kept",
     )
-    parser.add_argument(
+    group.add_argument(
         "--latency",
         metavar="SECONDS",
         type=float,
         help="delay of labels behind the forces; the longer, the better they are (0.3)",
     )
-    parser.add_argument(
+    group.add_argument(
         "--lsl-out",
         metavar="NAME",
         help="send the labels to the Lab Streaming Layer as well: the stream NAME has the action "

@@ -111,7 +111,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_project(parser)
     parser.epilog = f"{_SCORES}\n\n{parser.epilog}"
     add_settings(parser)
-    parser.add_argument(
+    group = parser.add_argument_group("what is tested")
+    group.add_argument(
         "--train-task",
         metavar="TASK",
         type=name_of,
@@ -119,52 +120,54 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         dest="task",
         help="the same as --task",
     )
-    parser.add_argument(
+    group.add_argument(
         "--test-task", metavar="TASK", type=name_of, help="train on --task, test on this one"
     )
-    parser.add_argument(
+    group.add_argument(
         "--test-names",
         metavar="PATTERN",
         help="test on the demonstrations with such names, as 'bob-*', train on all others of the "
         "task; keeps no run",
     )
-    parser.add_argument(
+    group.add_argument(
         "--folds",
         metavar="K",
         type=int,
         help="leave demonstrations out in K groups, for which K recognisers are trained; 0: one at "
         "a time (0, of more than 20 ten groups)",
     )
-    parser.add_argument(
+    group.add_argument(
         "--adapt",
         action="store_true",
         help="with --test-task or --test-names: match offsets, scales and swapped sensors to the "
         "training demonstrations, without labels; scores with and without; keeps no run",
     )
-    parser.add_argument(
+    group.add_argument(
         "--latency",
         metavar="SECONDS",
         type=float,
         help="as if it came live, each label so long after its force; keeps no run",
     )
-    parser.add_argument(
+    group = parser.add_argument_group("output")
+    group.add_argument(
         "--json", metavar="FILE", type=Path, help="write settings and all scores; - prints them"
     )
-    parser.add_argument(
+    group.add_argument(
         "--figure",
         metavar="FILE",
         type=Path,
         help="draw the timeline pairs (.svg, .pdf or .png); - prints the SVG, and the scores go to "
         "standard error; so with --confusion and --table",
     )
-    parser.add_argument("--confusion", metavar="FILE", type=Path, help="draw the confusion matrix")
-    parser.add_argument(
+    group.add_argument("--confusion", metavar="FILE", type=Path, help="draw the confusion matrix")
+    group.add_argument(
         "--table", metavar="FILE", type=Path, help="write all scores as a table (.csv)"
     )
-    parser.add_argument(
+    group = parser.add_argument_group("computing")
+    group.add_argument(
         "--jobs", metavar="N", type=int, help="processes to share the work (default: all cores)"
     )
-    add_scheduler(parser)
+    add_scheduler(group)
 
 
 def run(arguments: argparse.Namespace) -> None:

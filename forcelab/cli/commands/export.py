@@ -72,11 +72,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         default="csv",
         help="what to write (csv)",
     )
-    add_task(parser, "only this; may be repeated", action="append")
-    parser.add_argument(
-        "--demo", metavar="NAME", action="append", help="only this; may be repeated"
-    )
-    add_author(parser, "only this; may be repeated", action="append")
+    group = parser.add_argument_group("what is written")
+    add_task(group, "only this; may be repeated", action="append")
+    group.add_argument("--demo", metavar="NAME", action="append", help="only this; may be repeated")
+    add_author(group, "only this; may be repeated", action="append")
     add_json(parser)
 
 

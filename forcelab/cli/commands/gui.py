@@ -35,21 +35,23 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "project", metavar="PROJECT", type=Path, nargs="?", help="project folder (the last one)"
     )
-    parser.add_argument("--demo", metavar="NAME", help="demonstration to open (the first)")
-    parser.add_argument(
+    group = parser.add_argument_group("what is shown")
+    group.add_argument("--demo", metavar="NAME", help="demonstration to open (the first)")
+    group.add_argument(
         "--workspace",
         choices=("label", "review", "capture", "tradeoff"),
         default="label",
         help="what to open (label)",
     )
-    parser.add_argument("--at", metavar="SECONDS", type=_seconds, help="where the cursor is")
-    parser.add_argument("--span", metavar="SECONDS", type=_span, help="how much time is visible")
-    parser.add_argument("--size", metavar="WxH", type=_size, help="of the window (1280x800)")
-    parser.add_argument(
+    group.add_argument("--at", metavar="SECONDS", type=_seconds, help="where the cursor is")
+    group.add_argument("--span", metavar="SECONDS", type=_span, help="how much time is visible")
+    group = parser.add_argument_group("the window")
+    group.add_argument("--size", metavar="WxH", type=_size, help="of the window (1280x800)")
+    group.add_argument(
         "--theme", choices=("light", "dark", "system"), help="colours (as chosen in the window)"
     )
-    add_author(parser, "the coder (the last one who labelled in the project)")
-    parser.add_argument(
+    add_author(group, "the coder (the last one who labelled in the project)")
+    group.add_argument(
         "--screenshot",
         metavar="FILE",
         type=Path,

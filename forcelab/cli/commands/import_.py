@@ -62,45 +62,49 @@ from forcelab.text import counted
 def add_options(parser: argparse.ArgumentParser) -> None:
     add_project(parser)
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="recordings")
-    add_task(parser, "task of the demonstrations")
+    group = parser.add_argument_group("demonstrations")
+    add_task(group, "task of the demonstrations")
     add_author(
         parser, "author of the labels in files that name none (default: coder)", default="coder"
     )
-    parser.add_argument(
+    group = parser.add_argument_group("how files are read")
+    group.add_argument(
         "--rate",
         metavar="HZ",
         type=float,
         help="samples a second, where a file has no column of times; "
         "otherwise the rate at which features are computed",
     )
-    parser.add_argument(
+    group.add_argument(
         "--format",
         choices=format_names(),
         help="read the files as this, whatever their content suggests",
     )
-    parser.add_argument(
+    group.add_argument(
         "--calibration",
         metavar="FILE",
         type=Path,
         help="TOML file that turns an OptoForce dump's counts into newtons",
     )
-    parser.add_argument(
+    group.add_argument(
         "--episodes",
         metavar="0-9,12",
         default="",
         help="episodes to read of a LeRobot dataset (all)",
     )
-    add_column_options(parser)
-    parser.add_argument(
+    group = parser.add_argument_group("columns")
+    add_column_options(group)
+    group.add_argument(
         "--label", metavar="COL", action="append", help="name or number of the column of labels"
     )
-    parser.add_argument(
+    group = parser.add_argument_group("what is imported")
+    group.add_argument(
         "--videos",
         action="store_true",
         help="attach videos beside each recording that have its name: pull.mp4 and "
         "pull.left.mp4 to pull.csv",
     )
-    parser.add_argument(
+    group.add_argument(
         "--strict",
         action="store_true",
         help="refuse gaps and repairs, and import all files or none",

@@ -1,7 +1,11 @@
-"""Put forcelab into the menu of applications, for the current user.
+"""Put forcelab into the menu of applications, with completion and manual page.
 
-On Linux: writes a desktop entry and the icon into XDG_DATA_HOME (by default
-~/.local/share). The entry starts the program that wrote it: after a move, write it again.
+On Linux, for the current user: writes a desktop entry and its icon, the manual page, and
+the completion of bash, fish and zsh into XDG_DATA_HOME (by default ~/.local/share). zsh
+has to be told that folder in ~/.zshrc, before compinit:
+  fpath=(~/.local/share/zsh/site-functions $fpath)
+The entry starts the program that wrote it. After a move or an update, write all of it
+again.
 
 for example:
   forcelab install-launcher
@@ -39,14 +43,21 @@ Keywords=force;label;annotation;recognition;
 StartupWMClass=forcelab
 """
 
+#: Where each shell looks for the completion of a command, below the data of a user.
+COMPLETIONS = {
+    "bash": "bash-completion/completions/forcelab",
+    "fish": "fish/vendor_completions.d/forcelab.fish",
+    "zsh": "zsh/site-functions/_forcelab",
+}
+
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--remove", action="store_true", help="remove entry and icon again")
+    parser.add_argument("--remove", action="store_true", help="remove all of it again")
     add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Write the desktop entry and the icon, or remove both."""
+    """Write the desktop entry and what goes with it, or remove all of it."""
     if not sys.platform.startswith("linux"):
         raise InputError(
             "A launcher can be installed on Linux only; elsewhere, make a shortcut to the program "
@@ -56,19 +67,28 @@ def run(arguments: argparse.Namespace) -> None:
     themes = data / "icons" / "hicolor"
     icon = themes / "scalable" / "apps" / "forcelab.svg"
     entry = data / "applications" / "forcelab.desktop"
+    manual = data / "man" / "man1" / "forcelab.1"
+    completions = {shell: data / path for shell, path in COMPLETIONS.items()}
+    files = [icon, entry, manual, *completions.values()]
     if arguments.remove:
-        present = [path for path in (entry, icon) if path.is_file()]
+        present = [path for path in files if path.is_file()]
         for path in present:
             path.unlink()
         outcome = "Removed" if present else f"There is no launcher in {data}."
     else:
-        present = [icon, entry]
+        from forcelab.cli.commands.completion import completion_script  # these two load all
+        from forcelab.cli.commands.manual import manual_page  # commands
+
+        present = files
         for path in present:
             path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(icon, Path(forcelab.gui.__file__).with_name("forcelab.svg").read_bytes())
         os.utime(themes)  # by which desktops notice that their cache of the theme is old
         text = ENTRY.format(command=exec_value(_program()))
         write_atomically(entry, text.encode("utf-8", "surrogateescape"))
+        write_atomically(manual, manual_page().encode())
+        for shell, path in completions.items():
+            write_atomically(path, completion_script(shell).encode())
         outcome = "Wrote"
     content = {"removed" if arguments.remove else "written": [str(path) for path in present]}
     lines = [outcome, *(f"  {printable(str(path))}" for path in present)]

@@ -48,22 +48,24 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "project", metavar="PROJECT", type=Path, nargs="?", help="recognition: folder of a project"
     )
-    add_task(parser, "recognition: only this; may be repeated", action="append")
-    add_author(parser, "recognition: the coder whose labels to use (the one with the most)")
-    parser.add_argument(
+    group = parser.add_argument_group("recognition")
+    add_task(group, "only this; may be repeated", action="append")
+    add_author(group, "the coder whose labels to use (the one with the most)")
+    group.add_argument(
         "--scheduler",
         metavar="ADDRESS",
-        help="recognition: share the work among the workers of the Dask scheduler that runs there",
+        help="share the work among the workers of the Dask scheduler that runs there",
     )
-    parser.add_argument(
+    group.add_argument(
         "--thorough",
         action="store_true",
-        help="recognition: leave out one demonstration at a time, however many there are",
+        help="leave out one demonstration at a time, however many there are",
     )
-    parser.add_argument(
+    group = parser.add_argument_group("output")
+    group.add_argument(
         "--json", metavar="FILE", type=Path, help="write the rows as JSON; - prints them"
     )
-    parser.add_argument(
+    group.add_argument(
         "--figure",
         metavar="FILE",
         type=Path,

@@ -45,10 +45,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", metavar="FILE", type=Path, help="file (-, standard output), or folder for several"
     )
-    parser.add_argument(
+    group = parser.add_argument_group("how recordings are read")
+    group.add_argument(
         "--rate", metavar="HZ", type=float, help="of recordings without a column of times"
     )
-    add_column_options(parser)
+    add_column_options(group)
     parser.add_argument(
         "--format",
         choices=("csv", "audacity"),
