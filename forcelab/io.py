@@ -75,13 +75,23 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     except OSError as error:
         if error.filename is not None and Path(error.filename) not in (temporary, target):
             raise  # another file's trouble, met by the caller inside the block
+        cure = f"; {CLOSE_IT}" if is_open_elsewhere(error) else ""
         raise InputError(
             f"'{path}' cannot be written ({error.strerror or error}); what was there before is "
-            f"untouched."
+            f"untouched{cure}."
         ) from error
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink()
+
+
+#: The cure where a file is open, which keeps Windows from replacing it.
+CLOSE_IT = "close it in other programs, or check who may write there"
+
+
+def is_open_elsewhere(error: OSError) -> bool:
+    """Whether Windows refuses what it does where a program has the file open, or maps it."""
+    return getattr(error, "winerror", None) in {5, 32, 33, 1224}
 
 
 def sync_folder(folder: Path) -> None:

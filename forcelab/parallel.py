@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
@@ -92,9 +93,11 @@ def _call(work: Callable[[ItemT], ResultT], parent: int, item: ItemT) -> ResultT
 @cache
 def _end_with(parent: int) -> None:
     """End this process when its parent has ended, which joblib does not do."""
+    import psutil
 
     def watch() -> None:
-        while os.getppid() == parent:
+        # Windows tells a parent's number also when it has ended.
+        while os.getppid() == parent and (sys.platform != "win32" or psutil.pid_exists(parent)):
             time.sleep(1.0)
         os._exit(1)
 
@@ -113,17 +116,17 @@ def _starting_without_interrupts() -> Iterator[None]:
     if not main or signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         yield
         return
-    masks = hasattr(signal, "pthread_sigmask")
-    if masks:
+    if sys.platform != "win32":
         _start_trackers()
     received: list[int] = []
     handler = signal.signal(signal.SIGINT, lambda number, _: received.append(number))
-    # What a thread has blocked, the processes and threads it starts have blocked as well.
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
+    if sys.platform != "win32":
+        # What a thread has blocked, the processes and threads it starts have blocked as well.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        if masks:
+        if sys.platform != "win32":
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
         signal.signal(signal.SIGINT, handler)
     for number in received[:1]:

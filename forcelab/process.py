@@ -20,7 +20,7 @@ from forcelab.errors import ForcelabError
 from forcelab.jobs import Progress, finish
 from forcelab.parallel import ENDED
 
-#: Priority behind the window, in Unix's levels of niceness.
+#: Priority behind the window, in Unix's levels of niceness; Windows has a class for it.
 NICENESS = 10
 
 
@@ -52,7 +52,11 @@ def _run(
     """The main function of a job's process: run the job and send its progress and outcome."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    if hasattr(os, "nice"):
+    if sys.platform == "win32":
+        import psutil
+
+        psutil.Process().nice(psutil.BELOW_NORMAL_PRIORITY_CLASS)
+    else:
         os.nice(NICENESS)
     _end_with_parent()
     # A receiver that is gone ends the job as well.
@@ -176,7 +180,7 @@ def warm_up(work: Callable[..., object]) -> None:
 
     It takes two seconds in the background. Without a fork server, as on Windows, it does nothing.
     """
-    if _context(work.__module__).get_start_method() != "forkserver":
+    if sys.platform == "win32" or _context(work.__module__).get_start_method() != "forkserver":
         return
     from multiprocessing.forkserver import ensure_running
 
@@ -231,7 +235,7 @@ class _ProcessStart:
                 _end(self._process)
 
     def _start(self) -> None:
-        if hasattr(signal, "pthread_sigmask"):
+        if sys.platform != "win32":
             # Whatever is started from here inherits it: Ctrl+C is for this process alone.
             signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
@@ -282,9 +286,10 @@ def _end(process: Any) -> None:
 def _context(module: str) -> Any:
     """The context that starts processes; never a plain fork, which is unsafe with threads.
 
-    The fork server imports what is heavy and `module`, if it is asked for first.
+    The fork server imports what is heavy and `module`, if it is asked for first. macOS has one too,
+    but its libraries, NumPy's Accelerate among them, do not bear a fork once they are loaded.
     """
-    if "forkserver" not in multiprocessing.get_all_start_methods():
+    if sys.platform == "darwin" or "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([*HEAVY, module])

@@ -130,10 +130,11 @@ def write_recordings(folder: str | PathLike[str]) -> tuple[Path, ...]:
     files = {folder / source.name: source.read_bytes() for source in sources}
     with output_folder(folder):
         for path, content in files.items():
-            if path.exists() and path.read_bytes() != content:
+            if path.exists() and not (path.is_file() and path.read_bytes() == content):
                 raise InputError(f"'{path}' is there already and differs; choose another folder.")
         for path, content in files.items():
-            write_atomically(path, content)
+            if not path.exists():
+                write_atomically(path, content)
     return tuple(files)
 
 
@@ -166,5 +167,5 @@ def _check(path: Path, small: bool) -> None:
     if holds(TASKS, RECOGNISED) or (small and holds(SMALL, SMALL[-1])):
         return
     if holds(SMALL, SMALL[-1]):
-        raise InputError(f"'{path}' is the small sample project; choose another folder for this.")
+        raise InputError(f"'{path}' is the small sample project; choose another folder.")
     raise other

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-FieldKind = Literal["number", "whole", "choice", "flag", "channels", "windows", "merge", "folder"]
+FieldKind = Literal[
+    "number", "whole", "choice", "flag", "channels", "windows", "merge", "folder", "paths"
+]
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,5 +1,6 @@
 """What every test needs: Qt draws off screen, wherever that is, and leaves nothing."""
 
+import atexit
 import gc
 import os
 import shutil
@@ -63,6 +64,7 @@ LSL_CONFIG.write(
     Path(__file__).with_name("lsl_api.cfg").read_text().replace("PROCESS", str(os.getpid()))
 )
 LSL_CONFIG.flush()
+atexit.register(LSL_CONFIG.close)
 os.environ["LSLAPICFG"] = LSL_CONFIG.name
 # A shell lets what it starts in the background ignore Ctrl+C, and so would what tests start.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

@@ -9,16 +9,24 @@ from __future__ import annotations
 
 import json
 import subprocess
+import sys
 import tempfile
 from collections.abc import Iterable
 from importlib.metadata import Distribution, distribution
+from pathlib import Path
+from typing import Any
 
-from floors import ROOT, project
 from packaging.markers import Marker
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 from packaging.utils import canonicalize_name
 
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+ROOT = Path(__file__).resolve().parents[1]
 CONSTRAINTS = ROOT / "assets" / "constraints.txt"
 OLDEST = "3.10"
 #: Extras whose packages are no part of it: other programs, beside which ours is measured.
@@ -29,6 +37,11 @@ HEAD = """\
 # Other versions that pyproject.toml admits work too; figures may then differ in the last digits.
 # Where a package no longer supports Python 3.10, the newest one that does stands beside it.
 """
+
+
+def project() -> dict[str, Any]:
+    """What pyproject.toml says of the package."""
+    return tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 
 
 def requirements() -> list[Requirement]:

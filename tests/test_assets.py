@@ -54,7 +54,8 @@ def test_what_a_package_index_shows_leads_nowhere_but_into_the_web_and_itself(in
     readme = metadata.get_payload()
     assert metadata["Description-Content-Type"] == "text/markdown"
     assert readme.startswith("# forcelab\n")
-    assert "`forcelab guide`" in readme
+    assert readme.index("pipx install forcelab") < readme.index(".ci/setup")
+    assert "`forcelab guide " in readme
     assert "![" not in readme
     links = re.findall(r"\]\(([^)]*)\)", readme)
     assert links
@@ -92,6 +93,15 @@ def test_a_wheel_carries_the_assets_and_finds_them(installed, tmp_path):
     assert sorted(packed) == sorted(carried)
     for path in carried:
         assert (data / path).read_bytes() == (ROOT / "assets" / path).read_bytes()
+
+
+def test_all_that_the_installed_guide_links_to_is_installed(installed):
+    pages = list((installed / "forcelab" / "assets_data" / "guide").glob("*.md"))
+    assert len(pages) > 9
+    for page in pages:
+        text = re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.S)
+        for link in re.findall(r"\]\(([^)#\s]+)", text):
+            assert link.startswith("https://") or (page.parent / link).exists(), (page.name, link)
 
 
 def test_an_asset_in_a_folder_is_found(folder):

@@ -3,6 +3,7 @@
 import pytest
 from make_constraints import CONSTRAINTS, requirements
 from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 LINES = CONSTRAINTS.read_text("utf-8").splitlines()
 PINS = [Requirement(line) for line in LINES if not line.startswith("#")]
@@ -20,6 +21,6 @@ def test_every_package_has_one_exact_version_that_is_admitted(python):
     asked = chosen(requirements())
     assert {"numpy", "PySide6-Essentials", "h5py", "distributed"} <= {item.name for item in asked}
     for item in asked:
-        exact, version = pins[item.name.lower()].split("==")
+        exact, version = pins[canonicalize_name(item.name)].split("==")
         assert not exact
         assert item.specifier.contains(version), item.name

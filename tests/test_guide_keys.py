@@ -1,4 +1,4 @@
-"""A key or a menu in the guide is one of the program."""
+"""Keys, menus and buttons in the guide are those of the program."""
 
 import re
 from pathlib import Path
@@ -7,8 +7,19 @@ import pytest
 
 from forcelab.gui.commands import COMMANDS
 
-GUIDE = Path(__file__).resolve().parents[1] / "assets" / "guide"
+ROOT = Path(__file__).resolve().parents[1]
+GUIDE = ROOT / "assets" / "guide"
 PAGES = sorted(GUIDE.glob("*.md"))
+#: The pages in which what is bold is on the screen, but for words that begin a paragraph.
+SHOWING = (
+    "index",
+    "first-hour-sample",
+    "first-hour-own",
+    "label",
+    "review",
+    "capture",
+    "questions",
+)
 KEYS = {command.text: command.keys for command in COMMANDS}
 MENUS = {f"{command.group} > {command.text}" for command in COMMANDS} | {
     f"{menu} > {entry}"
@@ -22,9 +33,33 @@ TERMINAL = {"Ctrl+C"}
 GESTURES = ("click", "drag", "wheel")
 
 
+def prose(page):
+    """A page's text in one line, without its blocks of code."""
+    return " ".join(re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.S).split())
+
+
+@pytest.fixture(scope="module")
+def shown():
+    """Every text in the sources of the window, without what is filled in."""
+    texts = []
+    for path in (ROOT / "forcelab" / "gui").rglob("*.py"):
+        code = re.sub(r'""".*?"""', "", path.read_text("utf-8"), flags=re.S)
+        code = re.sub(r'"\s*\n\s*f?"', "", re.sub(r"\{[^{}\n]*\}", "", code))
+        texts += re.findall(r'"([^"\n]+)"', code.replace("&", ""))
+    return "\n".join(texts)
+
+
+@pytest.mark.parametrize("page", SHOWING)
+def test_what_is_bold_is_on_the_screen(page, shown):
+    bold = re.findall(r"\*\*([^*]+)\*\*", prose(GUIDE / f"{page}.md"))
+    names = {name for text in bold for name in text.split(" > ") if not text.endswith((".", ":"))}
+    assert names
+    assert {name for name in names if name not in shown} == set()
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_keys_and_menus_of_a_page_are_those_of_the_program(page):
-    text = " ".join(re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.S).split())
+    text = prose(page)
     chords = {key for key in CHORD.findall(text) if not key.endswith(GESTURES)}
     assert chords - {key for keys in KEYS.values() for key in keys} - TERMINAL == set()
     paths = re.findall(r"\*\*(\w+ > [^*]+)\*\*", text)

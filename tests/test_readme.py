@@ -34,6 +34,8 @@ def test_what_the_commands_write_into_a_clone_is_ignored():
     named += re.findall(r"[\w-]+\.forcelab\b", "\n".join(commands))
     assert {"sample.png", "window.png", "ports.json", "tongs.skops", "labels"} <= set(named)
     for name in named:
+        if name.isupper():
+            continue  # such as DIR, which stands for any
         places = (name, f"{name}/")
         assert any(fnmatch(place, rule) for place in places for rule in ignored), name
 

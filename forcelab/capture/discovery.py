@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,8 @@ from forcelab.errors import InputError
 LIST_HINT = "see 'forcelab capture --list' for what there is"
 
 VIDEO_CLASS = Path("/sys/class/video4linux")
+#: Whether this system tells what cameras there are.
+LISTS_CAMERAS = sys.platform == "linux"
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +34,8 @@ class FoundCamera:
 def find_cameras(folder: Path = VIDEO_CLASS) -> tuple[FoundCamera, ...]:
     """The video capture devices of a Linux system, sorted by device.
 
-    Empty elsewhere, and where the system does not list them, as in some containers.
+    Empty on other systems, which tell cameras by their number only (:data:`LISTS_CAMERAS`), and
+    where the system does not list them, as in some containers.
     """
     try:
         entries = sorted(folder.iterdir())
@@ -135,7 +139,9 @@ def relocate_port(known: FoundPort, ports: Iterable[FoundPort]) -> str | None:
         return same[0].path if same else None
     if known.usb:
         return next((p.path for p in present if (p.path, p.usb) == (known.path, known.usb)), None)
-    return known.path if os.path.lexists(known.path) else None
+    if any(port.path == known.path for port in present) or os.path.lexists(known.path):
+        return known.path  # Windows has no file of a port; an emulated one is in no list
+    return None
 
 
 def _identify(port: Any) -> FoundPort:
@@ -149,7 +155,8 @@ def _identify(port: Any) -> FoundPort:
         description,
         port.serial_number or None,
         usb,
-        os.access(path, os.R_OK | os.W_OK),
+        # Windows keeps ports from nobody, and has no file of one that could be asked.
+        sys.platform == "win32" or os.access(path, os.R_OK | os.W_OK),
     )
 
 

@@ -9,6 +9,7 @@ import contextlib
 import math
 import os
 import select
+import sys
 import tempfile
 import threading
 import time
@@ -112,6 +113,9 @@ def ground_truth(
     return GroundTruth(times, device_times, values(device_times).astype(np.float64), intact)
 
 
+#: Whether this system has what virtual devices need.
+SUPPORTED = sys.platform == "linux"
+POLLIN, POLLHUP = (getattr(select, name, 0) for name in ("POLLIN", "POLLHUP"))
 #: Seconds between two deliveries: USB hands over what has gathered, not byte after byte.
 BURST = 0.004
 #: Bytes that wait for a reader that does not read; what comes after them is lost.
@@ -138,10 +142,11 @@ class VirtualPort(Closable):
         `burst` seconds lie between two deliveries; where it `waits`, the device's time begins only
         when its port is opened.
         """
-        if not hasattr(os, "openpty"):
+        if not SUPPORTED:
+            # Windows has no pseudo-terminals, and those of macOS cannot be waited for by poll().
             raise InputError(
-                "A virtual device needs a pseudo-terminal, which this system does not have; "
-                "use Linux or macOS."
+                "A virtual device needs the pseudo-terminals of Linux; play the demonstration in "
+                "Capture as replay:PROJECT?demonstration=NAME, which needs none."
             )
         #: The port's name; while none was given, only from opening on.
         self.path = path or Path("ttyACM0")
@@ -157,7 +162,7 @@ class VirtualPort(Closable):
         self._held_until = 0.0
         self._backlog = b""
         self._master: int | None = None
-        self._poll = select.poll()
+        self._poll: Any = None
         self._requests: SimpleQueue[tuple[Callable[[], None], threading.Event]] = SimpleQueue()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"virtual {self.path.name}")
@@ -232,10 +237,10 @@ class VirtualPort(Closable):
 
     def _plug(self) -> None:
         """Make the pseudo-terminal and give it its name."""
+        if self._master is not None or sys.platform != "linux":
+            return
         import tty
 
-        if self._master is not None:
-            return
         master, slave = os.openpty()
         try:
             tty.setraw(slave)
@@ -250,7 +255,7 @@ class VirtualPort(Closable):
         finally:
             # Without it the master sees whether the port is open.
             os.close(slave)
-        self._master = master
+        self._master, self._poll = master, select.poll()
         self._poll.register(master, select.POLLIN)
 
     def _unplug(self) -> None:
@@ -258,7 +263,6 @@ class VirtualPort(Closable):
         if self._master is None:
             return
         self.path.unlink(missing_ok=True)
-        self._poll.unregister(self._master)
         os.close(self._master)
         self._master, self._backlog = None, b""
 
@@ -269,7 +273,7 @@ class VirtualPort(Closable):
             now = time.monotonic()
             self._serve_requests()
             events = self._poll_events(0.0)
-            has_listener = self._master is not None and not events & select.POLLHUP
+            has_listener = self._master is not None and not events & POLLHUP
             since = min(since, now) if has_listener else math.inf
             if not self._started and (not self._waits or now - since >= OPENING):
                 self._started = True
@@ -303,7 +307,7 @@ class VirtualPort(Closable):
         """Answer what is asked until the next delivery."""
         while (left := until - time.monotonic()) > 0:
             events = self._poll_events(left)
-            if self._master is None or not events & select.POLLIN:
+            if self._master is None or not events & POLLIN:
                 # Nothing was asked, or the reader left, which is an event again and again.
                 self._closing.wait(max(until - time.monotonic(), 0.0))
                 return

@@ -18,6 +18,7 @@ import json
 import math
 import os
 import struct
+import sys
 import tempfile
 import threading
 import time
@@ -508,12 +509,27 @@ def is_being_written(path: Path) -> bool:
         return False
 
 
+#: The byte that is locked in place of a whole file under Windows, which keeps others from reading
+#: what is locked; few journals get as long.
+_LOCKED_BYTE = 2**31 - 2
+
+
 def _lock(file: FileIO) -> bool:
     """Lock a file until it is closed, or the process ends; False if another process holds it."""
-    try:
-        import fcntl
-    except ImportError:  # Windows, where no other process can remove an open file anyway
+    if sys.platform == "win32":
+        import msvcrt
+
+        place = file.tell()
+        file.seek(_LOCKED_BYTE)
+        try:
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        except OSError:
+            return False
+        finally:
+            file.seek(place)
         return True
+    import fcntl
+
     try:
         fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:

@@ -23,6 +23,7 @@ from forcelab.capture.journal import (
     read_journal,
 )
 from forcelab.errors import InputError
+from forcelab.formats.output_folder import file_names
 from forcelab.project import AddResult, Project
 from forcelab.project.records import NewDemonstration
 from forcelab.version import __version__
@@ -262,9 +263,10 @@ def create_journal(
 def _free_stem(folder: Path, name: str) -> str:
     """What the files of a recording are called: its name where that is free and a file's."""
     stem = re.sub(r"[^\w .,()+-]", "_", name).strip(" .")[:80] or "recording"
-    existing = {path.name for path in folder.iterdir()}
+    (stem,) = file_names([stem])
+    existing = {path.name.casefold() for path in folder.iterdir()}
     number, free = 1, stem
-    while any(other.startswith(f"{free}.") for other in existing):
+    while any(other.startswith(f"{free.casefold()}.") for other in existing):
         number += 1
         free = f"{stem} ({number})"
     return free

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import sys
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
@@ -155,24 +156,25 @@ def _read_all(port: serial.Serial, timeout: float) -> bytes:
 
 def _terminal_errors() -> tuple[type[Exception], ...]:
     """What terminals raise where there are any; pyserial lets some of it through."""
-    try:
-        import termios
-    except ImportError:
+    if sys.platform == "win32":
         return ()
+    import termios
+
     return (termios.error,)
 
 
 def open_error(path: str, error: Exception) -> str:
     """Why a port cannot be opened, and the cure."""
     number = error.errno if isinstance(error, OSError) else error.args[0]
-    if number == errno.ENOENT:
+    # Under Windows pyserial only quotes the error; a port that is open is refused to all others.
+    if number == errno.ENOENT or "FileNotFoundError(" in str(error):
         return f"There is no port {path}; plug the device in, and {LIST_HINT}."
     if number in {errno.EACCES, errno.EPERM}:
         return (
             f"You may not open {path}; become a member of the group that owns it "
             f"(sudo usermod -a -G dialout $USER) and log in again."
         )
-    if number in BUSY:
+    if number in BUSY or "PermissionError(" in str(error):
         return f"The port {path} is in use by another program; close that first."
     return f"The port {path} cannot be opened ({error}); is it a serial port?"
 

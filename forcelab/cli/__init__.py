@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import json
 import os
 import signal
@@ -87,14 +88,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as stop:
         print("forcelab: stopped; nothing was left half done.", file=sys.stderr)
         return 128 + (stop.number if isinstance(stop, Interrupted) else signal.SIGINT)
-    except BrokenPipeError:
-        _drop_output()  # the reader (head, less) has seen enough
-        status = 0
     except OSError as error:
-        nameless = "this folder" if isinstance(error, FileNotFoundError) else "the output"
-        print(f"forcelab: {error.filename or nameless}: {error.strerror}.", file=sys.stderr)
+        left = _reader_left(error)
+        if not left:
+            nameless = "this folder" if isinstance(error, FileNotFoundError) else "the output"
+            print(f"forcelab: {error.filename or nameless}: {error.strerror}.", file=sys.stderr)
         _drop_output()
-        return 1
+        return 0 if left else 1
     return status
 
 
@@ -255,6 +255,12 @@ def _escaped(error: UnicodeError) -> tuple[str, int]:
     """What to print in place of characters that cannot be, and where to go on."""
     assert isinstance(error, UnicodeEncodeError)
     return json.dumps(error.object[error.start : error.end])[1:-1], error.end
+
+
+def _reader_left(error: OSError) -> bool:
+    """Whether whoever read the output (head, less) has seen enough; Windows says it otherwise."""
+    windows = sys.platform == "win32" and error.errno == errno.EINVAL and error.filename is None
+    return isinstance(error, BrokenPipeError) or windows
 
 
 def _drop_output() -> None:

@@ -8,8 +8,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-#: What else ends a program besides Ctrl+C; Windows has no SIGHUP.
-SIGNALS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+#: What else ends a program besides Ctrl+C. Windows has no SIGHUP; there it is SIGBREAK when the
+#: console is closed.
+SIGNALS = [
+    getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)
+]
 
 
 class Interrupted(KeyboardInterrupt):

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
@@ -51,6 +52,7 @@ ROOM, MOST_TIMES = 2**26, 100
 #: Reading may take a gigabyte and this many times the file's size, and this many seconds of
 #: computing and one more for this many of its bytes.
 _TIMES_SIZE, _SECONDS, _BYTES_A_SECOND = 32, 30, 10**6
+_MEMORY = Path("/proc/self/statm")
 
 
 ResultT = TypeVar("ResultT")
@@ -717,15 +719,17 @@ def use_tree(
 
 def _set_bounds(size: int) -> None:
     """Let this process take a gigabyte and half a minute, and what a file of that size needs."""
-    try:
-        import resource
-    except ImportError:  # Windows has no such limits
+    if sys.platform == "win32":  # it has no such limits
         return
-    with suppress(OSError, ValueError):
-        pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
-        memory = pages * resource.getpagesize() + 2**30 + _TIMES_SIZE * size
-        seconds = math.ceil(time.process_time()) + _SECONDS + size // _BYTES_A_SECOND
-        for bound, limit in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, seconds)):
+    import resource
+
+    seconds = math.ceil(time.process_time()) + _SECONDS + size // _BYTES_A_SECOND
+    limits = {resource.RLIMIT_CPU: seconds}
+    with suppress(OSError, ValueError):  # macOS does not tell, nor keep to a bound on memory
+        pages = int(_MEMORY.read_text("ascii").split()[0])
+        limits[resource.RLIMIT_AS] = pages * resource.getpagesize() + 2**30 + _TIMES_SIZE * size
+    for bound, limit in limits.items():
+        with suppress(OSError, ValueError):
             _, hard = resource.getrlimit(bound)
             if hard == resource.RLIM_INFINITY or limit < hard:
                 resource.setrlimit(bound, (limit, hard))

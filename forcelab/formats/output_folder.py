@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -13,6 +14,8 @@ from forcelab.project import Project
 
 #: What no file's name may have under Windows.
 REFUSED = '<>:"/\\|?*'
+#: Names of devices there, whatever ending follows: what is written to such a file is lost.
+DEVICES = re.compile(r"(CON|PRN|AUX|NUL|CONIN\$|CONOUT\$|(COM|LPT)[0-9¹²³]) *(\.|$)", re.IGNORECASE)
 #: Nor characters of these kinds: control, half a pair, and none at all.
 NO_NAME = ("Cc", "Cs", "Cn")
 
@@ -61,6 +64,7 @@ def file_names(names: Sequence[str]) -> list[str]:
     for name in names:
         base = "".join("_" if c in REFUSED or category(c) in NO_NAME else c for c in name)
         base = base.strip(" .") or "_"
+        base = f"_{base}" if DEVICES.match(base) else base
         # Bytes, not characters, are what a file system limits, to 255.
         base = base.encode()[:200].decode(errors="ignore")
         free, number = base, 1

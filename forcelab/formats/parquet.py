@@ -370,7 +370,7 @@ def _values(array: Any) -> NDArray[Any] | list[str]:
         integers = pa.int32() if types.is_time32(kind) else pa.int64()
         ticks = array.cast(integers).fill_null(0).to_numpy(zero_copy_only=False)
         times = ticks.astype(f"timedelta64[{kind.unit}]")
-        times[array.is_null().to_numpy(zero_copy_only=False)] = np.timedelta64("NaT")
+        times[array.is_null().to_numpy(zero_copy_only=False)] = np.timedelta64("NaT", kind.unit)
         return np.asarray(times)
     if types.is_boolean(kind):
         array = array.cast(pa.uint8())

@@ -41,14 +41,14 @@ from forcelab.io import write_atomically
 from forcelab.runtime import collect_garbage, collect_garbage_rarely, switch_threads_often
 from forcelab.version import __version__
 
-__all__ = ["quiet_qt", "run"]
+__all__ = ["quiet_qt", "run", "run_guide"]
 
 #: Width and height of the window in pixels, unless others are requested.
 SIZE = (1280, 800)
 #: Seconds that a picture waits for everything in it.
 DRAWING_TIMEOUT = 60.0
 #: What asks a program to end; Windows has no SIGHUP.
-SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
+SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 #: Milliseconds after which a signal that came before the event loop is looked at again.
 POLL_MS = 20
 #: Seconds that the process waits, without a window, for threads that have not ended with it.
@@ -63,15 +63,7 @@ def run(options: LaunchOptions) -> int:
     With a screenshot it draws that and ends: InputError if what it is to show does not exist, or
     the file cannot be written. Qt must be known to start (:mod:`forcelab.gui.qt_check`).
     """
-    running = QApplication.instance()
-    application = running if isinstance(running, QApplication) else QApplication(sys.argv[:1])
-    application.setApplicationName("forcelab")
-    application.setApplicationDisplayName("forcelab")
-    application.setApplicationVersion(__version__)
-    application.setDesktopFileName("forcelab")  # by which Wayland finds the entry and its icon
-    application.setWindowIcon(QIcon(str(Path(__file__).with_name("forcelab.svg"))))
-    theme.use_theme(application, options.theme or THEME.value)
-    theme.use_text_size(application, TEXT_SIZE.value)
+    application = _application(options.theme or THEME.value)
     if options.screenshot is not None:
         quiet_qt()
         draw(Window(options.author, remembering=False), options, options.screenshot)
@@ -90,6 +82,36 @@ def run(options: LaunchOptions) -> int:
         window.show()
         window.begin(options)
         return shut_down(window, int(application.exec()))
+
+
+def run_guide(page: str) -> int:
+    """Show the guide, at a page, until its window is closed; returns the exit status."""
+    from forcelab.gui.guide import GuideWindow
+
+    application = _application(THEME.value)
+    with quit_on_signals(application) as windows:
+        guide = GuideWindow()
+        windows.append(guide)
+        theme.apply_to_application(guide)
+        guide.open(page)
+        guide.show()
+        status = int(application.exec())
+        shiboken6.delete(guide)
+        return status
+
+
+def _application(choice: str) -> QApplication:
+    """The application, in a theme and with the coder's size of text."""
+    running = QApplication.instance()
+    application = running if isinstance(running, QApplication) else QApplication(sys.argv[:1])
+    application.setApplicationName("forcelab")
+    application.setApplicationDisplayName("forcelab")
+    application.setApplicationVersion(__version__)
+    application.setDesktopFileName("forcelab")  # by which Wayland finds the entry and its icon
+    application.setWindowIcon(QIcon(str(Path(__file__).with_name("forcelab.svg"))))
+    theme.use_theme(application, choice)
+    theme.use_text_size(application, TEXT_SIZE.value)
+    return application
 
 
 @contextmanager

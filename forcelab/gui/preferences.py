@@ -24,6 +24,7 @@ __all__ = [
     "THEME",
     "Preference",
     "choice",
+    "paths",
 ]
 
 ValueT = TypeVar("ValueT")
@@ -107,6 +108,11 @@ def _folder(key: str, default: Callable[[], Path], label: str, tip: str) -> Pref
         return Path(stored) if stored and settings.is_folder(Path(stored)) else default()
 
     return Preference(SettingField(key, "folder", label, tip), default, read)
+
+
+def paths(key: str, label: str, tip: str) -> Preference[tuple[str, ...]]:
+    """Import paths, by default none."""
+    return Preference(SettingField(key, "paths", label, tip), tuple, lambda: settings.strings(key))
 
 
 #: It belongs to a project, and is kept by the document and with :func:`settings.remember_coder`.

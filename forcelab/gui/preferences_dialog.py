@@ -34,6 +34,7 @@ from forcelab.gui.layout import (
     scroll_area,
     search_field,
     set_enabled_with_reason,
+    toned_label,
 )
 from forcelab.gui.preferences import (
     CODER,
@@ -47,10 +48,17 @@ from forcelab.gui.preferences import (
 )
 from forcelab.gui.project_actions import ProjectActions
 from forcelab.gui.review.trainer import Trainer
-from forcelab.gui.review.training_preferences import AUTOMATIC, PRESET
+from forcelab.gui.review.training_preferences import (
+    AUTOMATIC,
+    OWN_CODE,
+    PRESET,
+    name_own_code,
+    own_code_trouble,
+)
 from forcelab.gui.setting_editors import Editor, editor_for
 from forcelab.gui.shortcuts import Keys
 from forcelab.gui.text import contains_words, escape_ampersands
+from forcelab.recognition.plugins import Kind
 
 
 class Row(QWidget):
@@ -66,12 +74,12 @@ class Row(QWidget):
         aligned = isinstance(control, QPushButton)  # which is no wider than its text
         left = Qt.AlignmentFlag.AlignLeft if aligned else Qt.AlignmentFlag(0)
         self._line.addWidget(control, 1, left)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(3)
-        column.addWidget(name)
-        column.addLayout(self._line)
-        column.addWidget(muted_label(tip))
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.setSpacing(3)
+        self._column.addWidget(name)
+        self._column.addLayout(self._line)
+        self._column.addWidget(muted_label(tip))
 
     @property
     def words(self) -> str:
@@ -126,6 +134,23 @@ class PreferenceRow(Row):
     def reset(self) -> None:
         if not self._obstacle():
             self.preference.reset()
+
+
+class OwnCodeRow(PreferenceRow):
+    """Import paths of one kind of code, and below them what is wrong with one."""
+
+    def __init__(self, kind: Kind) -> None:
+        self._kind = kind
+        super().__init__(OWN_CODE[kind])
+        self.trouble = toned_label("trouble")
+        self.trouble.hide()
+        self._column.addWidget(self.trouble)
+        self.preference.changed.connect(self._check)
+
+    def _check(self) -> None:
+        name_own_code()
+        self.trouble.setText(own_code_trouble(self._kind))
+        self.trouble.setVisible(bool(self.trouble.text()))
 
 
 class TaskSettingsRow(Row):
@@ -327,6 +352,7 @@ class PreferencesDialog(QDialog):
             PreferenceRow(automatic, obstacle=self._no_project),
             PreferenceRow(PRESET),
             TaskSettingsRow(trainer, self._no_project),
+            *(OwnCodeRow(kind) for kind in OWN_CODE),
         ]
 
     def _make_buttons(self) -> QDialogButtonBox:

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QFileDialog,
     QHBoxLayout,
+    QLineEdit,
     QPushButton,
     QWidget,
 )
@@ -120,7 +121,9 @@ class ChoiceEditor(Editor):
         return str(self.box.currentData())
 
     def _show(self, value: Any) -> None:
-        self.box.setCurrentIndex(max(self.box.findData(value), 0))
+        if self.box.findData(value) < 0:  # such as code of one's own that is not here
+            self.box.addItem(str(value), value)
+        self.box.setCurrentIndex(self.box.findData(value))
 
 
 class FlagEditor(Editor):
@@ -172,11 +175,33 @@ class FolderEditor(Editor):
             self.changed.emit()
 
 
+class PathsEditor(Editor):
+    """Import paths with commas between."""
+
+    def __init__(self, field: SettingField) -> None:
+        super().__init__(field)
+        self.line = QLineEdit()
+        self.line.setAccessibleName(field.label)
+        self.line.editingFinished.connect(self.changed)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self.line)
+        self.setFocusProxy(self.line)
+
+    def value(self) -> tuple[str, ...]:
+        parts = (part.strip() for part in self.line.text().split(","))
+        return tuple(part for part in parts if part)
+
+    def _show(self, value: Any) -> None:
+        self.line.setText(", ".join(value))
+
+
 def editor_for(field: SettingField) -> Editor:
-    """The editor of a number, a choice, a flag or a folder."""
+    """The editor of a number, a choice, a flag, a folder or import paths."""
     kinds: dict[str, Callable[[SettingField], Editor]] = {
         "choice": ChoiceEditor,
         "flag": FlagEditor,
         "folder": FolderEditor,
+        "paths": PathsEditor,
     }
     return kinds.get(field.kind, NumberEditor)(field)

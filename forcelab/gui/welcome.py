@@ -72,6 +72,7 @@ class Welcome(QWidget):
     importing = Signal()
     opening = Signal()
     creating = Signal()
+    reading = Signal()
     sampling = Signal()
     cancelled = Signal()
     chosen = Signal(object)
@@ -110,6 +111,12 @@ class Welcome(QWidget):
                 "An empty one, to record into or to import into later.",
                 self.creating.emit,
                 "plus",
+            ),
+            self._button(
+                "Read the guide",
+                "It begins with the first hour, step by step.",
+                self.reading.emit,
+                "book",
             ),
         ):
             ways.addWidget(button)

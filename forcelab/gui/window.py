@@ -296,6 +296,7 @@ class Window(DockedWindow):
         self._welcome.opening.connect(opening.ask_open)
         self._welcome.creating.connect(opening.ask_new)
         self._welcome.importing.connect(opening.ask_import)
+        self._welcome.reading.connect(self._show_guide)
         if self._remembering:
             self._hints = HintBar(document)
             self.label.setMenuWidget(self._hints)

@@ -9,8 +9,9 @@ import sqlite3
 import threading
 from collections.abc import Callable, Iterator
 from datetime import datetime
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Final
+from urllib.parse import quote
 
 from forcelab.errors import InputError, StoreBusyError
 from forcelab.project.files import (
@@ -154,6 +155,7 @@ class WalSync:
 
 _SETTINGS = (
     "PRAGMA synchronous = FULL",  # with WAL: one fsync a commit, and a commit survives a power cut
+    "PRAGMA fullfsync = ON",  # macOS alone: else its disk may keep a commit in its cache
     "PRAGMA foreign_keys = ON",
     "PRAGMA trusted_schema = OFF",
     "PRAGMA cell_size_check = ON",
@@ -183,7 +185,7 @@ def probe(folder: Path) -> None:
     # "immutable" reads the file as it lies there: no locks, no journal, nothing made beside it.
     file = folder / FILE
     try:
-        uri = file.absolute().as_uri() + "?mode=ro&immutable=1"
+        uri = store_uri(file.absolute(), "ro&immutable=1")
         with contextlib.closing(sqlite3.connect(uri, uri=True)) as connection:
             application_id, version, pages, page_size = (
                 pragma(connection, name)
@@ -260,8 +262,17 @@ def _copied(file: sqlite3.Connection) -> sqlite3.Connection:
 
 def _connect(folder: Path, mode: str, timeout: float) -> sqlite3.Connection:
     """Connect to the file without ever making one."""
-    uri = f"{(folder / FILE).absolute().as_uri()}?mode={mode}"
+    uri = store_uri((folder / FILE).absolute(), mode)
     return sqlite3.connect(uri, uri=True, timeout=timeout, isolation_level=None)
+
+
+def store_uri(file: PurePath, mode: str) -> str:
+    """The address of an absolute path for SQLite, which takes no machine's name before the path.
+
+    ``Path.as_uri`` puts one there for a folder that Windows finds in the network.
+    """
+    path = quote(os.fsencode(file.as_posix()), safe="/:")
+    return f"file://{'' if path.startswith('/') else '/'}{path}?mode={mode}"
 
 
 def _ready(connection: sqlite3.Connection, folder: Path) -> sqlite3.Connection:

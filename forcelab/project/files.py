@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.io import sync_folder
+from forcelab.io import CLOSE_IT, is_open_elsewhere, sync_folder
 
 #: Folders of a project: one folder a demonstration, one file a recogniser.
 DEMONSTRATIONS, RECOGNISERS = "demonstrations", "recognisers"
@@ -68,6 +68,7 @@ def file_errors(sentence: str) -> Iterator[None]:
     except OSError as error:
         file = f" ('{error.filename}')" if error.filename else ""
         cure = next((f"; {cure}" for numbers, cure in _CURES if error.errno in numbers), "")
+        cure = f"; {CLOSE_IT}" if is_open_elsewhere(error) else cure
         raise InputError(f"{sentence}: {error.strerror or error}{file}{cure}.") from error
 
 

@@ -47,8 +47,11 @@ _REGISTERING: dict[Kind, str] = {
     "features": "forcelab.register_features",
 }
 
-#: What was named in this process; a function that was imported or registered stands beside it.
+#: What was named in this process; a function that was registered stands beside it.
 _named: dict[Kind, dict[str, Callable[..., Any] | None]] = {"classifier": {}, "features": {}}
+_imported: dict[str, Callable[..., Any]] = {}
+#: What the window's preferences name, which can be taken back.
+_preferred: dict[Kind, tuple[str, ...]] = {"classifier": (), "features": ()}
 
 
 def is_import_path(name: object) -> bool:
@@ -143,9 +146,14 @@ def name_path(kind: Kind, path: str) -> str:
     return found
 
 
+def prefer(kind: Kind, paths: Iterable[str]) -> None:
+    """Take it that the user's preferences name these paths, and no longer what they did before."""
+    _preferred[kind] = tuple(filter(is_import_path, paths))
+
+
 def known_paths(kind: Kind) -> dict[str, str]:
     """What each path that may be imported is called: those of packages by their entry points."""
-    named = (*filter(is_import_path, _environment(kind)), *_named[kind])
+    named = (*filter(is_import_path, _environment(kind)), *_named[kind], *_preferred[kind])
     return installed(kind) | {path: path for path in named if path not in installed(kind)}
 
 
@@ -168,15 +176,15 @@ def load_plugin(kind: Kind, path: str) -> Callable[..., Any]:
     InputError
         If nobody named it here, and it was not imported then; or it cannot be imported.
     """
-    if (function := _named[kind].get(path)) is not None:
-        return function
     if path not in known_paths(kind):
-        verb = "is" if kind == "classifier" else "are"
+        verb, runs = ("is", "runs") if kind == "classifier" else ("are", "run")
         raise InputError(
-            f"The {kind} {verb} '{path}', which {verb} not part of forcelab, and no file may say "
-            f"what is run here; if you trust that code, name it yourself, by "
-            f"{VARIABLES[kind]}={path} in the environment or {_REGISTERING[kind]} in a script."
+            f"The {kind} '{path}' {verb} code from outside forcelab, which {runs} only where its "
+            f"user names it: if you trust it, set {VARIABLES[kind]}={path}, name it in the "
+            f"window's preferences, or call {_REGISTERING[kind]} in a script."
         )
+    if (function := _named[kind].get(path) or _imported.get(path)) is not None:
+        return function
     module, _, attributes = path.partition(":")
     with naming_plugin(path, "cannot be loaded", "install its package or start in its folder"):
         _find_here(path)
@@ -185,8 +193,8 @@ def load_plugin(kind: Kind, path: str) -> Callable[..., Any]:
             found = getattr(found, attribute)
         if not callable(found):
             raise TypeError("it is no function")
-    _named[kind][path] = found
-    return cast("Callable[..., Any]", found)
+    _imported[path] = cast("Callable[..., Any]", found)
+    return _imported[path]
 
 
 def _find_here(path: str) -> None:

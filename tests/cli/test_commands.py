@@ -28,14 +28,15 @@ from forcelab.project import Project
 from forcelab.project.runs import RunStore
 from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.settings import CLASSIFIERS
+from forcelab.resources import asset
 from forcelab.signals.wavelets import WAVELETS
 from forcelab.version import full_version
 
 COMMANDS = [
-    "gui", "demo", "import", "labels", "attach", "sync", "export", "list", "assign", "note",
-    "agree", "rename", "remove", "actions", "evaluate", "train", "predict", "runs", "review", "why",
-    "plan", "capture", "replay", "simulate", "figures", "measure", "doctor", "install-launcher",
-    "completion", "manual",
+    "gui", "demo", "guide", "import", "labels", "attach", "sync", "export", "list", "assign",
+    "note", "agree", "rename", "remove", "actions", "evaluate", "train", "predict", "runs",
+    "review", "why", "plan", "capture", "replay", "simulate", "figures", "measure", "doctor",
+    "install-launcher", "completion", "manual",
 ]  # fmt: skip
 #: Commands whose result is no text, or one for other programs already.
 WITHOUT_JSON = ("gui", "completion", "manual")
@@ -312,6 +313,8 @@ def test_doctor_tries_everything_and_finds_this_machine_well(forcelab):
     assert findings["video MPEG-4 (mp4v)"]["found"] == "writes and reads"
     assert {"python", "numpy", "fonts", "sqlite"} <= set(findings)
     assert str(log_file()) in findings["log file"]["found"]
+    versions = findings["versions of the guide's figures"]
+    assert versions["found"].startswith(f"{asset('constraints.txt')} (")
 
 
 def test_doctor_names_what_is_missing_and_the_cure(forcelab, monkeypatch):
@@ -325,6 +328,7 @@ def test_doctor_names_what_is_missing_and_the_cure(forcelab, monkeypatch):
     assert findings["pyserial"]["found"] == "missing"
     assert "pip install pyserial" in findings["pyserial"]["cure"]
     assert "cv2" in findings["video"]["found"]
+    assert "(those of numpy, scipy, " in findings["versions of the guide's figures"]["found"]
     assert "Qt platform" in findings
 
 

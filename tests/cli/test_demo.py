@@ -88,6 +88,7 @@ def test_the_example_recordings_are_imported_by_the_command_that_it_proposes(
     assert "6 new" in forcelab("import", project, *names, option, task).out
     assert len(forcelab("demo", "--files", "my recordings", "--json").json["files"]) == 6
     assert "not allowed with" in forcelab("demo", "--small", "--files", "x").wrong_word
+    assert "leave out 'y.forcelab'" in forcelab("demo", "y.forcelab", "--files", "x").wrong_word
 
 
 def test_it_lies_in_the_current_folder_where_no_other_is_named(forcelab, tmp_path, monkeypatch):

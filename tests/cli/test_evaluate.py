@@ -3,6 +3,7 @@
 import csv
 import errno
 import json
+from pathlib import Path
 
 import pytest
 from factories import FAST_OPTIONS, SYNTHETIC_ACTIONS
@@ -358,7 +359,7 @@ def test_scores_are_told_though_the_disk_is_full(forcelab, project, tmp_path, mo
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("forcelab.io.os.replace", full)
+    monkeypatch.setattr(Path, "replace", full)
     name = tmp_path / {"--figure": "f.svg", "--table": "t.csv", "--json": "j.json"}[option]
     result = forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS, option, name)
     assert result.status == 1

@@ -40,6 +40,7 @@ def new_process(monkeypatch):
 
     def forget():
         monkeypatch.setattr(plugins, "_named", {"classifier": {}, "features": {}})
+        monkeypatch.setattr(plugins, "_imported", {})
         sys.modules.pop(LAB, None)
         Path("imported").unlink(missing_ok=True)
 
@@ -78,11 +79,11 @@ def test_a_classifier_of_ones_own_is_evaluated_trained_and_used_again(
     # In another process the path is named by the environment, or nothing of it is imported.
     new_process()
     refused = forcelab("predict", "own.skops", recording)
-    assert f"The classifier is '{own}', which is not part of forcelab" in refused.sentence
+    assert f"The classifier '{own}' is code from outside forcelab" in refused.sentence
     assert forcelab("review", project, "--limit", "1").status == 0  # what the run kept is text
     where = (run.result["tracks"][0]["demonstration"], "--at", "2")
     why = forcelab("why", project, *where)
-    assert f"name it yourself, by FORCELAB_CLASSIFIERS={own} in" in why.sentence
+    assert f"if you trust it, set FORCELAB_CLASSIFIERS={own}, " in why.sentence
     assert not Path("imported").exists()
     monkeypatch.setenv("FORCELAB_CLASSIFIERS", own)
     assert forcelab("predict", "own.skops", recording).out == labels
@@ -118,7 +119,7 @@ def test_features_of_ones_own_are_evaluated_and_asked_for_again(
     assert "train with windows beside" in forcelab("why", project, *where, *last).sentence
     new_process()
     refused = forcelab("why", project, *where, *first).sentence
-    assert f"The features are '{own}', which are not part of forcelab" in refused
+    assert f"The features '{own}' are code from outside forcelab" in refused
     assert not Path("imported").exists()
     monkeypatch.setenv("FORCELAB_FEATURES", own)
     again = forcelab("why", project, *where, *first).out

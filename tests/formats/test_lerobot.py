@@ -324,7 +324,9 @@ def test_labels_go_nowhere_but_into_a_dataset_outside_of_projects(tmp_path, caps
     changed_info(folder, data_path="x" * 300)
     shutil.move(project, tmp_path / "study.forcelab")
     assert export(tmp_path / "study.forcelab", folder) == 1
-    assert "was not changed: File name too long" in capsys.readouterr().err
+    # From Python 3.14 on a path that is too long is one where there is nothing.
+    why = "is missing" if sys.version_info >= (3, 14) else "was not changed: File name too long"
+    assert why in capsys.readouterr().err
     for options in (["--format", "lerobot", "--out"], ["--format", "csv", "--into"]):
         assert main(["export", str(tmp_path), *options, str(folder)]) == 2
 

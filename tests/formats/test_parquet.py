@@ -138,7 +138,10 @@ def test_vectors_and_structures_are_split_and_pictures_left_out(tmp_path):
         "timestamp": np.arange(60) / 30,
         "observation.state": pa.array([None if i == 7 else v for i, v in enumerate(vectors)]),
         "fixed": pa.FixedSizeListArray.from_arrays(pa.array(values.ravel()), 3),
-        "pose": pa.array([{"x": float(v), "deep": {"y": 1.5}} for v in values[:, 0]]),
+        "pose": pa.array(
+            [{"x": float(v), "deep": {"y": 1.5}} for v in values[:, 0]],
+            pa.struct({"x": pa.float64(), "deep": pa.struct({"y": pa.float64()})}),
+        ),
         "picture": pa.array([{"bytes": b"\x89PNG", "path": None}] * 60),
         "many": pa.array([[0.0] * 65] * 60),
     }

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import QApplication, QCommandLinkButton, QLineEdit
 from window_helpers import answer_dialog, named
 
 from forcelab.gui import settings
+from forcelab.gui.guide import GuideWindow
 from forcelab.gui.import_dialog import ImportDialog
 from forcelab.gui.label.hints import HintBar
 from forcelab.gui.launch_options import LaunchOptions
@@ -90,6 +91,7 @@ def test_the_sample_waits_to_be_labelled_with_hints_and_has_a_review(
     monkeypatch.setattr(generate, "perform_job", perform_grips)
     monkeypatch.setattr(rendering, "render", render_placeholder)
     monkeypatch.setattr("forcelab.sample.TASKS", ("LEGO", "foam"))
+    monkeypatch.setattr("forcelab.sample.SMALL", ("foam",))
     # With these it is trained within seconds; a process of low priority may wait for minutes.
     monkeypatch.setattr("forcelab.process.run_in_process", lambda work, *given: work(*given))
     training_preferences.remember(place, "foam", BAYES_SETTINGS)
@@ -296,3 +298,10 @@ def test_what_is_dropped_on_the_page_goes_the_same_way(window, recordings, until
     window.opening.ask_import(tuple(recordings.iterdir()))
     assert proposed == ["pulls.forcelab"]
     assert window.document.project is None
+
+
+def test_the_first_page_leads_to_the_guide(window):
+    way(window, "Read the guide").click()
+    guide = window.findChild(GuideWindow)
+    assert guide.isVisible()
+    assert guide.place == "index"

@@ -1,5 +1,6 @@
 """Preferences: their values, and the dialog in which they are found, changed and reset."""
 
+import sys
 import time
 
 import pytest
@@ -14,12 +15,14 @@ from PySide6.QtWidgets import (
     QDockWidget,
     QDoubleSpinBox,
     QFileDialog,
+    QLineEdit,
     QListWidget,
     QPushButton,
     QTreeWidget,
 )
 from window_helpers import PATIENCE, named, stored_rows
 
+from forcelab.errors import InputError
 from forcelab.gui import preferences, settings, theme
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.preferences import (
@@ -33,9 +36,10 @@ from forcelab.gui.preferences import (
 from forcelab.gui.preferences_dialog import PreferencesDialog
 from forcelab.gui.project_actions import sample_place
 from forcelab.gui.review.settings_dialog import SettingsDialog
-from forcelab.gui.review.training_preferences import PRESET, PRESET_TEXTS
+from forcelab.gui.review.training_preferences import PRESET, PRESET_TEXTS, name_own_code
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.window import Window
+from forcelab.recognition import plugins
 from forcelab.recognition.presets import PRESETS
 
 
@@ -316,6 +320,36 @@ def test_a_task_without_settings_of_its_own_follows_the_preset(window, dialog):
     assert button.text() == "foam: paper…"
     click(reset_of(dialog, "Preset of new tasks"))
     assert trainer.settings == PRESETS["paper"]
+
+
+def test_code_of_ones_own_is_named_and_what_is_wrong_with_it_said(dialog, tmp_path, monkeypatch):
+    (tmp_path / "lab_of_preferences.py").write_text("def make():\n    pass\n")
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.chdir(tmp_path)
+    dialog.show_page("Training")
+    line = named(dialog, QLineEdit, "Your own classifiers")
+
+    def trouble():
+        return line.parentWidget().parentWidget().trouble.text()
+
+    def write(text):
+        line.setText(text)
+        QTest.keyClick(line, Qt.Key.Key_Return)
+
+    write("lab_of_preferences:make, lab_of_preferences")
+    assert trouble() == "'lab_of_preferences' is no import path; write it as MODULE:FUNCTION."
+    assert [*plugins.known_paths("classifier")] == ["lab_of_preferences:make"]
+    write("lab_of_preferences:make, lab_of_preferences:no")
+    assert "'lab_of_preferences:no' cannot be loaded (AttributeError" in trouble()
+    write("lab_of_preferences:make")
+    assert trouble() == ""
+    plugins.prefer("classifier", ())
+    name_own_code()  # as in another start
+    assert plugins.load_plugin("classifier", "lab_of_preferences:make")() is None
+    click(reset_of(dialog, "Your own classifiers"))
+    assert plugins.known_paths("classifier") == {}
+    with pytest.raises(InputError, match="code from outside forcelab"):
+        plugins.load_plugin("classifier", "lab_of_preferences:make")
 
 
 def test_recent_projects_are_removed_and_the_sample_goes_elsewhere(

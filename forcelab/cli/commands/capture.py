@@ -40,7 +40,7 @@ from typing import Any, TextIO, TypeVar
 from forcelab.capture.camera import open_cameras
 from forcelab.capture.device import Device
 from forcelab.capture.device_names import AnyDevice, name_stream, parse_devices
-from forcelab.capture.discovery import find_cameras, find_ports
+from forcelab.capture.discovery import LISTS_CAMERAS, find_cameras, find_ports
 from forcelab.capture.lsl import find_streams
 from forcelab.capture.optoforce import sends_raw_counts, uncalibrated_warning
 from forcelab.capture.recorder import Recorder, RecorderState
@@ -71,6 +71,8 @@ from forcelab.recognition.storage import load_recogniser
 from forcelab.text import counted
 
 NOTHING_FOUND = "No serial port and no camera is plugged in, or this user may not see them."
+#: What is said where the system does not tell what cameras there are.
+UNLISTED = "Cameras are not listed on this system; name one by its number, such as --camera 0."
 
 
 def list_devices(arguments: argparse.Namespace) -> None:
@@ -110,7 +112,7 @@ def list_devices(arguments: argparse.Namespace) -> None:
         print(json_text(content))
         return
     if not ports and not streams and not found_cameras:
-        print(NOTHING_FOUND)
+        print(NOTHING_FOUND if LISTS_CAMERAS else UNLISTED)
         return
     rows = [["what to say", "what it seems to be", "serial number", ""]]
     rows += [
@@ -136,6 +138,8 @@ def list_devices(arguments: argparse.Namespace) -> None:
         for camera in found_cameras
     ]
     print(table(rows))
+    if not LISTS_CAMERAS:
+        print(UNLISTED)
     if not all(port.usable for port in ports):
         print("\nPorts that are not yours: sudo usermod -a -G dialout $USER, then log in again.")
     if any(port.device is None for port in ports):

@@ -20,7 +20,7 @@ from pathlib import Path
 
 from joblib import cpu_count
 
-from forcelab.cli.options import add_json, path_of
+from forcelab.cli.options import UsageError, add_json, path_of
 from forcelab.cli.output import print_result, progress_bar
 from forcelab.jobs import finish
 from forcelab.project import Project
@@ -41,7 +41,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         type=path_of,
         nargs="?",
-        default=Path("sample.forcelab"),
         help="project folder to make (default: sample.forcelab)",
     )
     kind = parser.add_mutually_exclusive_group()
@@ -60,6 +59,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Make the sample project or write the example recordings, and tell what there is."""
     if arguments.files is not None:
+        if arguments.folder is not None:
+            raise UsageError(f"--files makes no project; leave out '{arguments.folder}'.")
         _write_recordings(arguments)
     else:
         _make_project(arguments)
@@ -80,7 +81,7 @@ def _write_recordings(arguments: argparse.Namespace) -> None:
 
 
 def _make_project(arguments: argparse.Namespace) -> None:
-    path: Path = arguments.folder
+    path: Path = arguments.folder or Path("sample.forcelab")
     with progress_bar() as watch:
         created = finish(make_sample_job(path, cpu_count(), small=arguments.small), watch)
     with Project.open(path) as project:

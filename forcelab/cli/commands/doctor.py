@@ -11,8 +11,10 @@ from __future__ import annotations
 
 import argparse
 import platform
+import re
 import sqlite3
 import sys
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
@@ -39,6 +41,8 @@ NEEDED = (
     "pyserial",
     "shtab",
 )
+#: Seconds of a step from which a clock is too coarse to tell when samples came.
+COARSE = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,10 +84,11 @@ def _checks() -> Iterator[Check]:
     for name, extra in PACKAGES.items():
         version = _version(name)
         yield Check(name, version or f"not installed (only the extra {extra} needs it)")
-    yield from _run_check("exact versions", _constraints)
+    yield from _run_check("versions", _constraints)
     yield from _run_check("Qt", _qt)
     yield from _run_check("video", _codecs)
     yield from _run_check("devices", _devices)
+    yield from _run_check("system", _limits)
 
 
 def _run_check(subject: str, check: Callable[[], Iterator[Check]]) -> Iterator[Check]:
@@ -109,9 +114,12 @@ def _cure(name: str) -> str:
 
 
 def _constraints() -> Iterator[Check]:
-    """Where the versions are that make the figures of the guide."""
-    place = f"{asset('constraints.txt')} (for pip install -c, to get the guide's figures)"
-    yield Check("exact versions", place)
+    """Which file names the versions that make the guide's figures, and what differs from them."""
+    path = asset("constraints.txt")
+    pins = set(re.findall(r"^(\S+)==([^;\s]+)", path.read_text("utf-8"), re.MULTILINE))
+    others = [name for name in NEEDED if (name.lower(), _version(name)) not in pins]
+    here = f"those of {', '.join(others)} differ" if others else "as installed"
+    yield Check("versions of the guide's figures", f"{path} ({here})")
 
 
 def _qt() -> Iterator[Check]:
@@ -147,17 +155,43 @@ def _codecs() -> Iterator[Check]:
 
 def _devices() -> Iterator[Check]:
     """Cameras and serial ports, and whether this user may use them."""
-    from forcelab.capture.discovery import find_cameras, find_ports
+    from forcelab.capture.discovery import LISTS_CAMERAS, find_cameras, find_ports
 
     cameras = find_cameras()
     for camera in cameras:
         cure = "" if camera.usable else "sudo usermod -aG video $USER, then log in again"
         yield Check(f"camera {camera.device}", camera.name, camera.usable, cure)
     if not cameras:
-        yield Check("cameras", "none plugged in")
+        cure = "" if LISTS_CAMERAS else "name one by its number, such as --camera 0"
+        yield Check("cameras", "none plugged in" if LISTS_CAMERAS else "not listed here", cure=cure)
     ports = find_ports()
     for port in ports:
         cure = "" if port.usable else "sudo usermod -aG dialout $USER, then log in again"
         yield Check(f"serial port {port.path}", port.description, port.usable, cure)
     if not ports:
         yield Check("serial ports", "none plugged in")
+
+
+def _limits() -> Iterator[Check]:
+    """What this system cannot do, and what to do instead."""
+    from forcelab.capture.emulator import SUPPORTED
+
+    step = time.get_clock_info("monotonic").resolution
+    if step > COARSE:
+        yield Check(
+            "clock",
+            f"has steps of {1e3 * step:.1f} ms, and so have the times of recorded samples",
+            cure="use Python 3.13 or later to record",
+        )
+    if not SUPPORTED:
+        yield Check(
+            "replay",
+            "not available; needs the pseudo-terminals of Linux",
+            cure="connect to replay:PROJECT?demonstration=NAME in Capture",
+        )
+    if not sys.platform.startswith("linux"):
+        yield Check(
+            "install-launcher",
+            "not available; for Linux only",
+            cure="make a shortcut to the program 'forcelab'",
+        )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import median_low
 from typing import Any
 
@@ -51,6 +51,7 @@ from forcelab.gui.text import escape_ampersands, thousands
 from forcelab.gui.widgets import combo_box
 from forcelab.label_map import MergeMap
 from forcelab.recognition.dataset import DataSelection
+from forcelab.recognition.plugins import known_paths
 from forcelab.recognition.presets import PRESETS, preset
 from forcelab.recognition.settings import FIELD_GROUPS, FIELDS, Settings, applies
 from forcelab.setting_field import SettingField
@@ -115,7 +116,7 @@ def settings_summary(settings: Settings, facts: TrainingFacts) -> str:
         elif field.kind == "merge":
             text = ", ".join(f"{source} → {target}" for source, target in value.items())
         elif field.kind == "choice":
-            text = dict(field.options)[value]
+            text = own_options(field).get(value, value)
         elif field.kind == "flag":
             text = "✓" if value else ""
         else:
@@ -446,7 +447,24 @@ def _editor_for(field: SettingField, facts: TrainingFacts) -> Editor:
         return ChannelsEditor(field, facts)
     if field.kind == "merge":
         return MergeEditor(field, facts)
+    if field.kind == "choice":
+        return editor_for(replace(field, options=tuple(own_options(field).items())))
     return editor_for(field)
+
+
+def own_options(field: SettingField) -> dict[str, str]:
+    """The values of a choice and what they are called, code of one's own among them.
+
+    Features of one's own stand alone or beside each of the others.
+    """
+    options = dict(field.options)
+    if field.name == "classifier":
+        return options | known_paths("classifier")
+    if field.name == "features":
+        for path, name in known_paths("features").items():
+            beside = {f"{value}+{path}": f"{text} + {name}" for value, text in field.options}
+            options |= {path: name, **beside}
+    return options
 
 
 SUMMARY_PAGE, FORM_PAGE = 0, 1
@@ -590,9 +608,13 @@ class SettingsDialog(QDialog):
 
     def _cost(self, settings: Settings) -> str:
         features, steps = self.facts.cost(settings)
+        text = f"{features} features"
+        if settings.own_features:  # how many there are only their code knows
+            own = " and ".join(settings.own_features)
+            text = f"{text} and those of {own}" if features else f"The features of {own}"
         if not steps:
-            return f"{features} features; nothing is labelled yet."
-        return f"{features} features, {thousands(steps)} labelled time steps to train on"
+            return f"{text}; nothing is labelled yet."
+        return f"{text}, {thousands(steps)} labelled time steps to train on"
 
 
 def change_settings(trainer: Trainer, parent: QWidget, field: str = "") -> None:

@@ -240,6 +240,7 @@ class Trainer(QObject):
         backend: Backend | None = None,
     ) -> None:
         super().__init__(parent)
+        training_preferences.name_own_code()
         self.document = document
         self._path: Path | None = None
         self._reset_task()

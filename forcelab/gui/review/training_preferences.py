@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from forcelab.errors import InputError
 from forcelab.gui import settings
-from forcelab.gui.preferences import choice
+from forcelab.gui.preferences import Preference, choice, paths
+from forcelab.recognition import plugins
 from forcelab.setting_field import SettingField
 
 if TYPE_CHECKING:
@@ -55,6 +56,40 @@ AUTOMATIC = SettingField(
     "Train automatically",
     "This project is trained again five seconds after the last edit.",
 )
+
+
+#: Code of one's own, by its kind.
+OWN_CODE: dict[plugins.Kind, Preference[tuple[str, ...]]] = {
+    "classifier": paths(
+        "training/classifiers",
+        "Your own classifiers",
+        "Import paths such as mylab.models:make_forest, with commas between. The settings of a "
+        "task offer them, and forcelab runs their code.",
+    ),
+    "features": paths(
+        "training/features",
+        "Your own features",
+        "Import paths such as mylab.signals:band_energy, with commas between.",
+    ),
+}
+
+
+def name_own_code() -> None:
+    """Let settings use what the preferences name; nothing is imported before it is used."""
+    for kind, preference in OWN_CODE.items():
+        plugins.prefer(kind, preference.value)
+
+
+def own_code_trouble(kind: plugins.Kind) -> str:
+    """What is wrong with what the preferences name, which is imported; empty if nothing is."""
+    for path in OWN_CODE[kind].value:
+        if not plugins.is_import_path(path):
+            return f"'{path}' is no import path; write it as MODULE:FUNCTION."
+        try:
+            plugins.load_plugin(kind, path)
+        except InputError as error:
+            return str(error)
+    return ""
 
 
 def recall_settings(project: Path, task: str) -> Settings:

@@ -96,6 +96,33 @@ def test_what_does_not_apply_is_hidden(dialog):
     assert not is_row_visible(dialog, "seed")
 
 
+def test_code_of_ones_own_is_in_the_lists(facts, show, monkeypatch):
+    monkeypatch.setenv("FORCELAB_CLASSIFIERS", "mylab.models:make_forest")
+    monkeypatch.setenv("FORCELAB_FEATURES", "mylab.signals:energy")
+    dialog = show(SettingsDialog(preset("best"), facts))
+    dialog.change.click()
+    for name, text in (
+        ("classifier", "mylab.models:make_forest"),
+        ("features", "Level, slope and strength in windows + mylab.signals:energy"),
+    ):
+        box = dialog.form.editors[name].box
+        box.setCurrentIndex(box.findText(text))
+    assert dialog.chosen.classifier == "mylab.models:make_forest"
+    assert dialog.chosen.features == "windows+mylab.signals:energy"
+    assert is_row_visible(dialog, "amplitude")
+    assert "and those of mylab.signals:energy, " in dialog.cost.text()  # not imported for this
+    assert "Classifier: mylab.models:make_forest\n" in dialog.summary.text()
+    box = dialog.form.editors["features"].box
+    box.setCurrentIndex(box.findData("mylab.signals:energy"))
+    assert not is_row_visible(dialog, "amplitude")
+    assert dialog.cost.text().startswith("The features of mylab.signals:energy, ")
+
+
+def test_settings_with_code_that_nobody_named_here_stay_as_they_are(facts):
+    settings = Settings(classifier="mylab.models:make_forest", features="mylab.signals:energy")
+    assert SettingsDialog(settings, facts).chosen == settings
+
+
 def test_a_filter_can_be_switched_off_and_on_again(dialog):
     dialog.change.click()
     threshold = dialog.form.editors["threshold"]
