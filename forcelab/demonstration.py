@@ -237,7 +237,8 @@ class Demonstration:
     def plot(self, *tracks: Any) -> Drawing:
         """Its channels over time, below the `tracks` of those who labelled it.
 
-        ``project.tracks.of(demonstration.id)`` are those of a stored one.
+        ``project.tracks.of(demonstration.id)`` are those of a stored one. With
+        :func:`forcelab.plot` the actions get the colours that a project gives them.
         """
         drawing: Drawing = call_above("plot", self, tracks)
         return drawing

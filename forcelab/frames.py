@@ -148,13 +148,13 @@ def samples_frame(
     blocks: dict[str, list[NDArray[Any]]] = {name: [] for name in (*first, *channels, *authors)}
     for recording, used in parts:
         times, of_author = np.asarray(recording.times), {t.author: t for t in used}
-        own = {c.name: i for i, c in enumerate(recording.channels)}
+        column_of = {c.name: i for i, c in enumerate(recording.channels)}
         for name in ("task", "demonstration") if len(first) > 1 else ():
             value = recording.task if name == "task" else recording.name
             blocks[name].append(np.full(len(times), value, object))
         blocks["time"].append(times)
         for name in channels:
-            i = own.get(name)
+            i = column_of.get(name)
             blocks[name].append(
                 np.full(len(times), np.nan) if i is None else recording.signals[:, i]
             )

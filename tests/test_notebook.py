@@ -62,7 +62,9 @@ def test_a_run_and_its_evaluation_are_drawn_as_the_command_line_draws_them(path,
     with forcelab.Project.open(path) as project:
         run = forcelab.latest_run(project)
         job = forcelab.evaluate_tasks_job(project, run.settings, FOAM_SELECTION)
-        evaluation = forcelab.finish(job).evaluations[0][1]
+        evaluated = forcelab.finish(job)
+    evaluation = evaluated.evaluations[0][1]
+    assert evaluated._repr_html_() == evaluation._repr_html_()
     drawn = file.read_text("utf-8")
     assert "#104060" in drawn  # the project's colours
     assert run.plot()._repr_svg_() in drawn
@@ -148,6 +150,6 @@ def test_a_day_in_a_notebook(path, tmp_path):
     for picture in ("bump.svg", "pairs.svg"):
         assert (folder / picture).read_text("utf-8").startswith("<?xml")
     with forcelab.Project.open(folder) as project:
-        (last,) = project.runs.summaries()[1:]
+        *_, last = project.runs.summaries()
         assert last.settings["classifier"] == "notebook_day:small_tree"
         assert project.demonstrations.tasks() == ("foam", "pull")

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, replace
 
 from forcelab.errors import InputError, UnclearAuthorError
 from forcelab.jobs import Progress, job
+from forcelab.notebook import html_title
 from forcelab.parallel import run_job
 from forcelab.project import LabelsUsed, Project, Provenance
 from forcelab.recognition.cross_validation import (
@@ -36,6 +37,11 @@ class TaskEvaluations:
     joined: bool  # whether one evaluation was asked for, not one a task
     #: A sentence for each task that could not be evaluated, and on an idle merge map
     remarks: tuple[str, ...]
+
+    def _repr_html_(self) -> str:
+        """As notebooks show it: each evaluation, and what is worth a look."""
+        shown = [evaluation._repr_html_() for _, evaluation in self.evaluations]
+        return "".join([*shown, *(html_title("", remark) for remark in self.remarks)])
 
 
 @dataclass(frozen=True)
