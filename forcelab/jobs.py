@@ -107,7 +107,6 @@ class Job(Generator[ProgressT, None, ResultT]):
                 f"forcelab.finish({self._name}(...)) runs it and gives its result.",
                 RuntimeWarning,
                 stacklevel=2,
-                source=self,
             )
 
 
