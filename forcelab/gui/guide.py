@@ -9,6 +9,8 @@ from pathlib import Path
 from PySide6.QtCore import (
     QByteArray,
     QEvent,
+    QModelIndex,
+    QPersistentModelIndex,
     QRegularExpression,
     QSignalBlocker,
     QSize,
@@ -23,10 +25,12 @@ from PySide6.QtGui import (
     QDesktopServices,
     QFont,
     QFontDatabase,
+    QFontMetrics,
     QFontMetricsF,
     QHideEvent,
     QImageReader,
     QKeySequence,
+    QPainter,
     QPalette,
     QResizeEvent,
     QShortcut,
@@ -51,6 +55,9 @@ from PySide6.QtWidgets import (
     QListWidgetItem,
     QSplitter,
     QStackedWidget,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
     QTextBrowser,
     QTextEdit,
     QToolButton,
@@ -76,7 +83,7 @@ HEADINGS, CODE = {1: 1.7, 2: 1.3, 3: 1.1}, 0.92
 #: Code is made smaller, to this at least, if its lines fit then.
 SMALLEST_CODE = 0.74
 #: The longest line, in average characters; and the margin around a page, in pixels.
-LINE, MARGIN = 104, 24
+LINE, MARGIN = 116, 24
 #: Milliseconds after a change of size until pictures have the new width.
 RESIZE_MS = 80
 
@@ -86,16 +93,27 @@ def read_markdown(document: QTextDocument, page: Page) -> None:
     document.setMarkdown(page.text, FEATURES)
     for table in document.rootFrame().childFrames():
         if isinstance(table, QTextTable):
-            corner = table.cellAt(0, 0)
-            start, end = corner.firstCursorPosition(), corner.lastCursorPosition()
-            if start.block() != end.block() and not start.block().text():
-                start.deleteChar()  # Qt's reader lays an empty line into a table behind code
+            _mend_table(table)
     headings = [block for block in blocks(document) if block.blockFormat().headingLevel()]
     for block, name in zip(headings, anchors(b.text() for b in headings), strict=True):
         named = QTextCharFormat()
         named.setAnchor(True)
         named.setAnchorNames([name])
         _select(block).mergeCharFormat(named)
+
+
+def _mend_table(table: QTextTable) -> None:
+    """Undo what Qt's reader does to a table.
+
+    It joins empty cells to the one before them, and behind code lays an empty line into the first.
+    """
+    for row in range(table.rows()):
+        for column in range(table.columns()):
+            if table.cellAt(row, column).columnSpan() > 1:
+                table.splitCell(row, column, 1, 1)
+    start, end = table.cellAt(0, 0).firstCursorPosition(), table.cellAt(0, 0).lastCursorPosition()
+    if start.block() != end.block() and not start.block().text():
+        start.deleteChar()
 
 
 def blocks(document: QTextDocument) -> Iterator[QTextBlock]:
@@ -164,9 +182,6 @@ class _Styler:
         document = self._document
         document.setDocumentMargin(MARGIN)
         document.setIndentWidth(1.5 * self._line)
-        option = document.defaultTextOption()
-        option.setWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
-        document.setDefaultTextOption(option)
         code: list[tuple[QTextBlock, QTextBlock]] = []
         tables: dict[int, QTextTable] = {}
         for block in blocks(document):
@@ -304,8 +319,9 @@ class PageView(QTextBrowser):
         super().__init__()
         self.setOpenLinks(False)
         self.setAccessibleName("Page of the guide")
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)  # the width stays
         self.setFrameShape(QTextBrowser.Shape.NoFrame)
+        self.setWordWrapMode(QTextOption.WrapMode.WordWrap)
         self._page: Page | None = None
         self._resized = QTimer(self, singleShot=True, interval=RESIZE_MS)
         self._resized.timeout.connect(self.dress)
@@ -329,9 +345,9 @@ class PageView(QTextBrowser):
         document.setDefaultFont(self.font())
         read_markdown(document, self._page)
         _Styler(document, self.font(), width - 2 * MARGIN).style()
-        self.setDocument(document)  # which deletes the one before
         self.setLineWrapMode(QTextEdit.LineWrapMode.FixedPixelWidth)
         self.setLineWrapColumnOrWidth(width)
+        self.setDocument(document)  # which deletes the one before
         if above:
             block = document.findBlockByNumber(top)
             box = document.documentLayout().blockBoundingRect(block)
@@ -391,8 +407,46 @@ class _Visit:
     scrolled: int = -1  # pixels; below 0 the anchor counts
 
 
-#: What items of contents and search lead to.
-PLACE = Qt.ItemDataRole.UserRole
+#: What items of contents and search lead to, and the line in which something was found.
+PLACE, EXCERPT = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1
+
+
+class _ResultPainter(QStyledItemDelegate):
+    """Paints what was found: the heading, and below it two lines of the text."""
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> None:
+        self.initStyleOption(option, index)
+        style = option.widget.style()
+        style.drawPrimitive(QStyle.PrimitiveElement.PE_PanelItemViewItem, option, painter)
+        chosen = bool(option.state & QStyle.StateFlag.State_Selected)
+        ink, muted = QPalette.ColorRole.Text, QPalette.ColorRole.PlaceholderText
+        if chosen:
+            ink = muted = QPalette.ColorRole.HighlightedText
+        room = option.rect.adjusted(8, 4, -8, -4)
+        bold = QFont(option.font)
+        bold.setBold(True)
+        metrics = QFontMetrics(bold)
+        title = metrics.elidedText(option.text, Qt.TextElideMode.ElideRight, room.width())
+        painter.save()
+        painter.setFont(bold)
+        painter.setPen(option.palette.color(ink))
+        painter.drawText(room, Qt.AlignmentFlag.AlignTop, title)
+        painter.setFont(option.font)
+        painter.setPen(option.palette.color(muted))
+        below = room.adjusted(0, metrics.height(), 0, 0)
+        below.setHeight(2 * option.fontMetrics.height())
+        painter.drawText(below, Qt.TextFlag.TextWordWrap, index.data(EXCERPT))
+        painter.restore()
+
+    def sizeHint(
+        self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
+    ) -> QSize:
+        return QSize(0, 3 * option.fontMetrics.height() + 10)
 
 
 class GuideWindow(QWidget):
@@ -416,6 +470,8 @@ class GuideWindow(QWidget):
         self.search = search_field("Search the guide", "Search the guide")
         self.search.textChanged.connect(self._search)
         self.search.returnPressed.connect(self._open_first)
+        down = QShortcut(QKeySequence(Qt.Key.Key_Down), self.search, self._open_first)
+        down.setContext(Qt.ShortcutContext.WidgetShortcut)
         self.contents, self.results = QTreeWidget(), QListWidget()
         self.back, self.forward = (
             self._step_button("back", "Back", QKeySequence.StandardKey.Back, -1),
@@ -524,10 +580,10 @@ class GuideWindow(QWidget):
 
     def _make_results(self) -> None:
         self.results.setAccessibleName("Found in the guide")
-        self.results.setWordWrap(True)
+        self.results.setItemDelegate(_ResultPainter(self.results))
+        self.results.setUniformItemSizes(True)
         self.results.setFrameShape(QListWidget.Shape.NoFrame)
         self.results.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.results.setSpacing(2)
         _make_clear(self.results)
         self.results.currentItemChanged.connect(self._open_result)
 
@@ -585,8 +641,10 @@ class GuideWindow(QWidget):
             for match in search(tuple(self._pages.values()), query):
                 section = match.section
                 page = self._pages[section.page].title
-                title = page if section.level == 1 else f"{page} › {section.title}"
-                item = QListWidgetItem(f"{title}\n{match.excerpt}")
+                title = page if section.level == 1 else f"{section.title} · {page}"
+                item = QListWidgetItem(title)
+                item.setData(EXCERPT, match.excerpt)
+                item.setData(Qt.ItemDataRole.AccessibleTextRole, f"{title}: {match.excerpt}")
                 anchor = "" if section.level == 1 else f"#{section.anchor}"
                 item.setData(PLACE, f"{section.page}{anchor}")
                 self.results.addItem(item)
