@@ -93,8 +93,8 @@ def run_guide(page: str) -> int:
         guide = GuideWindow()
         windows.append(guide)
         theme.apply_to_application(guide)
-        guide.open(page)
         guide.show()
+        guide.open(page)
         status = int(application.exec())
         shiboken6.delete(guide)
         return status

@@ -17,7 +17,6 @@ from PySide6.QtCore import (
     Qt,
     QTimer,
     QUrl,
-    Signal,
 )
 from PySide6.QtGui import (
     QBrush,
@@ -323,6 +322,8 @@ class PageView(QTextBrowser):
         self.setFrameShape(QTextBrowser.Shape.NoFrame)
         self.setWordWrapMode(QTextOption.WrapMode.WordWrap)
         self._page: Page | None = None
+        self._words = ""  # that are marked
+        self._looks: tuple[object, ...] = ()  # of the document that is shown
         self._resized = QTimer(self, singleShot=True, interval=RESIZE_MS)
         self._resized.timeout.connect(self.dress)
         theme.themes().changed.connect(self._resized.start)
@@ -334,12 +335,14 @@ class PageView(QTextBrowser):
 
     def dress(self) -> None:
         """Show the page as theme, text size and width ask for, without leaving its place."""
-        if self._page is None:
-            return
-        top = self.cursorForPosition(self.viewport().rect().topLeft()).blockNumber()
-        above = self.verticalScrollBar().value() > 0
         wide = self.fontMetrics().averageCharWidth() * LINE
         width = min(self.viewport().width(), wide + 2 * MARGIN)
+        looks = (self._page, width, self.font().toString(), theme.colours())
+        if self._page is None or looks == self._looks:
+            return
+        self._looks = looks
+        top = self.cursorForPosition(self.viewport().rect().topLeft()).blockNumber()
+        above = self.verticalScrollBar().value() > 0
         document = QTextDocument(self)
         document.setUndoRedoEnabled(False)
         document.setDefaultFont(self.font())
@@ -352,9 +355,11 @@ class PageView(QTextBrowser):
             block = document.findBlockByNumber(top)
             box = document.documentLayout().blockBoundingRect(block)
             self.verticalScrollBar().setValue(round(box.top()))
+        self.mark_words(self._words)
 
     def mark_words(self, query: str) -> None:
         """Mark where the words that were searched for are."""
+        self._words = query
         found: list[QTextEdit.ExtraSelection] = []
         ground = QColor(theme.colours().warning)
         ground.setAlphaF(0.3)
@@ -449,13 +454,20 @@ class _ResultPainter(QStyledItemDelegate):
         return QSize(0, 3 * option.fontMetrics.height() + 10)
 
 
+class _EntryPainter(QStyledItemDelegate):
+    """Paints the contents, with some room between the lines."""
+
+    def sizeHint(
+        self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
+    ) -> QSize:
+        return QSize(0, round(1.5 * option.fontMetrics.height()))
+
+
 class GuideWindow(QWidget):
-    """The guide; it stays open beside the window. Emits `page_shown` with a page's name.
+    """The guide, which stays open beside the window.
 
     Unless `remembering`, size and place are neither used nor stored.
     """
-
-    page_shown = Signal(str)
 
     def __init__(self, parent: QWidget | None = None, *, remembering: bool = True) -> None:
         super().__init__(parent, Qt.WindowType.Window)
@@ -497,6 +509,7 @@ class GuideWindow(QWidget):
             QShortcut(QKeySequence(keys), self, act)
         theme.themes().changed.connect(self._dress)
         self._restore()
+        self.view.setFocus()
 
     def sizeHint(self) -> QSize:
         metrics = self.fontMetrics()
@@ -557,16 +570,15 @@ class GuideWindow(QWidget):
         tree = self.contents
         tree.setHeaderHidden(True)
         tree.setIndentation(14)
+        tree.setItemDelegate(_EntryPainter(tree))
         tree.setAccessibleName("Contents")
         tree.setFrameShape(QTreeWidget.Shape.NoFrame)
         _make_clear(tree)
-        height = round(1.5 * self.fontMetrics().height())
 
         def entry(title: str, place: str) -> QTreeWidgetItem:
             item = self._entries[place] = QTreeWidgetItem([title])
             item.setData(0, PLACE, place)
             item.setToolTip(0, title)
-            item.setSizeHint(0, QSize(0, height))
             return item
 
         for page in self._pages.values():
@@ -604,7 +616,6 @@ class GuideWindow(QWidget):
         self.back.setEnabled(index > 0)
         self.forward.setEnabled(index + 1 < len(self._visits))
         self._choose_in_contents(self.place)
-        self.page_shown.emit(page.name)
 
     def _step(self, step: int) -> None:
         """Go back or forward."""

@@ -155,6 +155,19 @@ def test_in_the_dark_theme_ground_and_pictures_are_dark(app, guide, until):
     assert pixels(dark)[:, 300:].mean() < 75
 
 
+def test_the_text_grows_with_the_text_size_and_keeps_its_place_and_marks(app, guide, until):
+    theme.apply_to_application(guide)
+    guide.search.setText("late")
+    guide.open("label#the-keys")
+    before = guide.view.document().defaultFont().pointSizeF()
+    theme.use_text_size(app, 150)
+    until(lambda: guide.view.document().defaultFont().pointSizeF() > 1.4 * before)
+    theme.use_text_size(app, 100)
+    heading = guide.view.cursorRect(guide.view.document().find("The keys"))
+    assert 0 <= heading.top() < 60
+    assert [mark.cursor.selectedText() for mark in guide.view.extraSelections()] == ["late"]
+
+
 def test_the_cells_of_a_table_are_those_of_the_page(app):
     text = "```\nx\n```\n\n| key | does | more |\n|---|---|---|\n| a | b | c |\n| d | | |\n"
     document = QTextDocument()
