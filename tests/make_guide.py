@@ -40,6 +40,7 @@ WINDOWS = {
     "zoomed.png": "PROJECT --demo stylus-1-02 --at 3.2 --span 0.4",
     "review.png": "PROJECT --workspace review --demo stylus-1-01 --at 1.9 --span 2 --size 1440x900",
     "coders.png": "PROJECT --workspace coders --demo stylus-1-01 --at 1.9 --span 2 --size 1440x900",
+    "why.png": "PROJECT --workspace why --demo stylus-1-01 --at 1.9 --span 2 --size 1440x900",
     "first-page.png": "--size 900x560",
     "import.png": "PROJECT --dialog import assets/foam-01.csv assets/foam-02.csv --size 720x640",
     "export.png": "PROJECT --dialog export --size 720x220",
