@@ -20,7 +20,6 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from forcelab.cli.files import output_file, refuse_terminal
 from forcelab.cli.interrupts import uninterrupted
 from forcelab.cli.options import UsageError, add_author
 from forcelab.cli.output import STANDARD_OUTPUT, printable
@@ -88,8 +87,11 @@ def run(arguments: argparse.Namespace) -> int:
         dialog=dialog,
         files=tuple(map(Path, files)),
     )
-    if start.screenshot == STANDARD_OUTPUT:
-        refuse_terminal()
+    # Only for a picture: it loads what reads recordings.
+    if start.screenshot is not None:
+        from forcelab.cli.files import check_outputs, output_file
+
+        check_outputs([start.screenshot], [start.project], binary=True)
     if not has_display() and start.screenshot is None:
         raise InputError(
             "There is no display to open a window on; start forcelab on a desktop, or draw a "
