@@ -49,6 +49,16 @@ def finish(
         Yields progress, returns the result.
     watch : callable, optional
         Called with each progress.
+
+    Examples
+    --------
+    >>> job = forcelab.leave_one_out_job(labelled, settings)
+    >>> job
+    <leave_one_out_job, not started: forcelab.finish(job) runs it and gives its result>
+    >>> steps = []
+    >>> evaluation = forcelab.finish(job, steps.append)
+    >>> steps[0].text
+    'features'
     """
     result: list[ResultT] = []
 
