@@ -121,9 +121,10 @@ def register_features(function: Callable[[NDArray[np.float64], float], Any]) -> 
     Examples
     --------
     >>> import forcelab
-    >>> import numpy as np
-    >>> name = forcelab.register_features(np.diff)  # doctest: +SKIP
-    >>> forcelab.preset("best").replace(features=f"windows+{name}")  # doctest: +SKIP
+    >>> def energy(signals, rate):
+    ...     return signals**2
+    >>> name = forcelab.register_features(energy)
+    >>> settings = forcelab.preset("best").replace(features=f"windows+{name}")
     """
     return _register("features", function)
 
