@@ -29,6 +29,7 @@ from forcelab.gui.figures.text import NAMES
 from forcelab.gui.layout import page_layout, set_enabled_with_reason
 from forcelab.gui.review.agreement_details import IntervalRow, IntervalTable, sentence_label
 from forcelab.gui.review.reviewed_run import blind_demonstrations
+from forcelab.gui.shortcuts import key_name
 from forcelab.gui.text import escape_ampersands, settle_name
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.labels import Interval
@@ -183,8 +184,9 @@ class _KeyedButtons:
     def name(self, button: QPushButton, text: str, full_text: str = "") -> None:
         """Write a button's text, which may be cut from a whole one, and its key on it."""
         verb = next(verb for verb in self._verbs if verb.button is button)
-        modifier = {SHIFT: "⇧", CTRL: "Ctrl+"}.get(verb.modifiers, "")
-        button.setText(escape_ampersands(f"{text}  [{modifier}{chr(verb.key)}]"))
+        key = chr(verb.key)
+        key = {SHIFT: f"⇧{key}", CTRL: key_name(f"Ctrl+{key}")}.get(verb.modifiers, key)
+        button.setText(escape_ampersands(f"{text}  [{key}]"))
         button.setAccessibleName(full_text or text)
         button.setToolTip(full_text or text)
 
