@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from forcelab.frames import samples_frame as samples_frame
     from forcelab.frames import scores_frame as scores_frame
     from forcelab.frames import segments_frame as segments_frame
+    from forcelab.gui.figures.plots import plot as plot
     from forcelab.jobs import finish as finish
     from forcelab.label_map import MergeMap as MergeMap
     from forcelab.labels import Segment as Segment
@@ -126,6 +127,7 @@ _HOMES = {
     "load_run": ("review.run_result", "load_run"),
     "make_sample_job": ("sample", "make_sample_job"),
     "perform_job": ("simulation.tasks", "perform_job"),
+    "plot": ("gui.figures.plots", "plot"),
     "prepare_examples": ("recognition.examples", "prepare_examples"),
     "preset": ("recognition.presets", "preset"),
     "read": ("formats", "read"),

@@ -8,14 +8,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from forcelab.above import Drawing, call_above
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
-from forcelab.text import unknown_word
+from forcelab.notebook import html_picture, html_title
+from forcelab.text import counted, unknown_word
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -191,8 +193,8 @@ class Demonstration:
     ) -> Demonstration:
         """A demonstration of the columns of a data frame, or of a dictionary of arrays.
 
-        Columns are understood as by :func:`forcelab.read_frame`, which gives their labels as well;
-        what that repairs is refused here.
+        Columns are understood as by :func:`forcelab.read_frame`, which gives their labels as well.
+        What that repairs is refused here, and what it remarks on is a warning.
 
         Parameters
         ----------
@@ -213,12 +215,28 @@ class Demonstration:
             If there is no column of times and no rate, no column of numbers, or times do not
             increase.
         """
-        import forcelab  # by whose names the rooms above can be called from here
-
-        options = forcelab.ReadOptions(
-            task=task, time=time, rate=rate, leave_out=tuple(leave_out), strict=True
+        made: Demonstration = call_above(
+            "demonstration_from_frame", frame, name, task, time, rate, tuple(leave_out)
         )
-        return forcelab.read_frame(frame, name, options).demonstration
+        return made
+
+    def plot(self, *tracks: Any) -> Drawing:
+        """Its channels over time, below the `tracks` of those who labelled it.
+
+        ``project.tracks.of(demonstration.id)`` are those of a stored one.
+        """
+        drawing: Drawing = call_above("plot", self, tracks)
+        return drawing
+
+    def _repr_html_(self) -> str:
+        """As notebooks show it: the main facts in a line, and its channels."""
+        names = ", ".join(f"{c.name} ({c.unit})" if c.unit else c.name for c in self.channels)
+        facts = [self.task] if self.task else []
+        facts += [f"{self.duration:.2f} s at {self.rate:.6g} Hz", names]
+        facts += [counted(len(self.gaps), "gap")] if self.gaps else []
+        facts += [counted(len(self.videos), "video")] if self.videos else []
+        title = html_title(self.name, "; ".join(facts))
+        return title + html_picture(lambda: self.plot()._repr_svg_())
 
     @property
     def video(self) -> VideoReference | None:

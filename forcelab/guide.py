@@ -137,8 +137,7 @@ def read_page(name: str) -> Page:
 
 def read_pages() -> tuple[Page, ...]:
     """Read all pages, in reading order."""
-    folder = picture_folder().parent
-    return tuple(read_page(name) for name in CONTENTS if (folder / f"{name}.md").is_file())
+    return tuple(map(read_page, CONTENTS))
 
 
 def picture_folder() -> Path:

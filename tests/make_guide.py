@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
 GUIDE = ROOT / "assets" / "guide"
 #: The README and the pages of the guide, in the order in which their commands run.
-DOCUMENTS = (README, *(path for name in CONTENTS if (path := GUIDE / f"{name}.md").is_file()))
+DOCUMENTS = (README, *(GUIDE / f"{name}.md" for name in CONTENTS))
 #: Blocks; what takes long is marked "slow", and is left out where that is not asked for.
 #: A command goes on behind a line that ends with a backslash.
 BLOCK = re.compile(
@@ -33,11 +33,19 @@ BLOCK = re.compile(
     r"|```python\n(?P<script>.*?)```",
     re.S,
 )
-#: Pictures of the window by name, each drawn in the light and the dark theme (``NAME-dark.png``).
+#: Pictures of the window and its dialogs by name, each drawn in the light and the dark theme
+#: (``NAME-dark.png``); of the sample project but for the first page.
 WINDOWS = {
-    "window.png": "--demo stylus-1-02 --at 3",
-    "zoomed.png": "--demo stylus-1-02 --at 3.2 --span 0.4",
-    "review.png": "--workspace review --demo stylus-1-01 --at 1.9 --span 2 --size 1440x900",
+    "window.png": "PROJECT --demo stylus-1-02 --at 3",
+    "zoomed.png": "PROJECT --demo stylus-1-02 --at 3.2 --span 0.4",
+    "review.png": "PROJECT --workspace review --demo stylus-1-01 --at 1.9 --span 2 --size 1440x900",
+    "coders.png": "PROJECT --workspace coders --demo stylus-1-01 --at 1.9 --span 2 --size 1440x900",
+    "first-page.png": "--size 900x560",
+    "import.png": "PROJECT --dialog import assets/foam-01.csv assets/foam-02.csv --size 720x640",
+    "export.png": "PROJECT --dialog export --size 720x220",
+    "synchronise.png": "PROJECT --demo stylus-1-05 --dialog synchronise --size 760x600",
+    "settings.png": "PROJECT --workspace review --demo stylus-1-01 --dialog settings",
+    "keys.png": "PROJECT --demo stylus-1-02 --dialog keys --size 1200x820",
 }
 #: Drawn while something is recorded.
 CAPTURE = "capture.png"
@@ -101,9 +109,11 @@ def draw_windows(project: Path, folder: Path, names: Iterable[str]) -> None:
         for theme, path in (("light", folder / name), ("dark", folder / dark(name))):
             words = ["tests.make_capture_picture", str(project), str(path), theme]
             if name != CAPTURE:
-                words = ["forcelab", "gui", str(project), "--author", "Ines", "--theme", theme]
-                words += [*WINDOWS[name].split(), "--screenshot", str(path)]
-            subprocess.run([sys.executable, "-m", *words], cwd=ROOT, check=True)
+                options = WINDOWS[name].replace("PROJECT", f"{project} --author Ines").split()
+                words = ["forcelab", "gui", *options, "--theme", theme, "--screenshot", str(path)]
+            # The first page names the home folder.
+            home = {**os.environ, "HOME": "/home/ines"}
+            subprocess.run([sys.executable, "-m", *words], cwd=ROOT, env=home, check=True)
             reduce_colours(path)
 
 

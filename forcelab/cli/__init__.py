@@ -9,7 +9,7 @@ import os
 import signal
 import sys
 from codecs import register_error
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 from importlib import import_module
 from importlib.abc import InspectLoader
 from importlib.util import find_spec
@@ -147,13 +147,12 @@ class FrontPage(Formatter):
     def _format_action(self, action: argparse.Action) -> str:
         if not isinstance(action, argparse._SubParsersAction):
             return super()._format_action(action)
-        left = {command.dest: command.help for command in action._get_subactions()}
-        width = max(map(len, left))
+        summaries = {command.dest: command.help for command in action._get_subactions()}
+        width = max(map(len, summaries))
         lines = []
-        for title, names in (*GROUPS.items(), ("others", tuple(left))):
-            chosen = {name: left.pop(name) for name in names if name in left}
-            lines += [f"  {title}"] * bool(chosen)
-            lines += [f"    {name:<{width}}  {summary}" for name, summary in chosen.items()]
+        for title, names in grouped(summaries):
+            lines.append(f"  {title}")
+            lines += [f"    {name:<{width}}  {summaries[name]}" for name in names]
         return "\n".join(lines) + "\n"
 
 
@@ -163,8 +162,15 @@ def command_modules() -> dict[str, str]:
         info.name.rstrip("_").replace("_", "-"): f"{commands.__name__}.{info.name}"
         for info in iter_modules(commands.__path__)
     }
-    ordered = [name for names in GROUPS.values() for name in names if name in modules]
-    return {name: modules[name] for name in (*ordered, *sorted(modules.keys() - set(ordered)))}
+    return {name: modules[name] for _, names in grouped(modules) for name in names}
+
+
+def grouped(names: Collection[str]) -> Iterator[tuple[str, list[str]]]:
+    """The titles of groups, and which of the named commands stand in each."""
+    listed = {name for group in GROUPS.values() for name in group}
+    for title, group in (*GROUPS.items(), ("others", sorted(set(names) - listed))):
+        if present := [name for name in group if name in names]:
+            yield title, present
 
 
 def _summary(module: str) -> str:

@@ -9,8 +9,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
 
+from forcelab.above import Drawing
 from forcelab.cli.options import UsageError
 from forcelab.cli.output import STANDARD_OUTPUT
 from forcelab.demonstration import Demonstration
@@ -20,10 +20,6 @@ from forcelab.formats.output_folder import stay_out_of_projects
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.signatures import is_bag_folder
 from forcelab.project import Project
-
-if TYPE_CHECKING:
-    from forcelab.gui.figures.figure import Figure
-
 
 #: What stands for standard input where a recording is read.
 STANDARD_INPUT = Path("-")
@@ -99,7 +95,7 @@ def check_figure(path: Path) -> None:
         check_suffix(path)
 
 
-def save_figure(figure: Figure, path: Path) -> None:
+def save_figure(figure: Drawing, path: Path) -> None:
     """Save a figure; what goes to standard output is SVG."""
     with output_file(path, ".svg") as file:
         figure.save(file)

@@ -16,6 +16,7 @@ from typing import Any
 from forcelab.io import write_atomically
 from forcelab.jobs import Progress
 from forcelab.text import duration_text
+from forcelab.text import percent as percent  # noqa: PLC0414 - commands print by it too
 
 #: What stands for standard output where a file is written.
 STANDARD_OUTPUT = Path("-")
@@ -43,11 +44,6 @@ def table(rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> str:
 def printable(name: str) -> str:
     """A name in one line, without characters that would steer a terminal."""
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in name)
-
-
-def percent(share: float | None) -> str:
-    """A fraction in percent with one decimal; a dash where there is none."""
-    return "-" if share is None else f"{100 * share:.1f}"
 
 
 def json_text(value: Any) -> str:

@@ -6,6 +6,7 @@ and its first values.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.table import BodyReader, make_recording
@@ -88,6 +90,22 @@ def read_frame(
         },
     )
     return make_recording(name, layout, roles, reader.finish(), options, beside=False)
+
+
+def demonstration_from_frame(
+    frame: DataFrame | Mapping[str, ArrayLike],
+    name: str,
+    task: str,
+    time: str | None,
+    rate: float | None,
+    leave_out: tuple[str, ...],
+) -> Demonstration:
+    """As :meth:`Demonstration.from_frame`, which calls it."""
+    options = ReadOptions(task=task, time=time, rate=rate, leave_out=leave_out, strict=True)
+    recording = read_frame(frame, name, options)
+    for remark in recording.remarks:
+        warnings.warn(f"{name}: {remark}", stacklevel=4)  # where from_frame was called
+    return recording.demonstration
 
 
 def _columns(

@@ -407,7 +407,7 @@ def _pad_rows(table: list[list[str]], dialect: Dialect) -> NDArray[np.bool_]:
 
 
 #: Why a column is left out that counts although its name does not say so.
-_GUESSED_NOTE = "by its steps counting samples; if it is a signal, import it as one (--signal)"
+_GUESSED_NOTE = "its steps count samples; if it is a signal, import it as one (--signal)"
 
 
 class _Table:
@@ -440,21 +440,23 @@ class _Table:
         elif words is not None and words.empty and not column.named:
             pass  # what a separator at the end of each row makes
         elif index in roles.left_out:
-            why = "not wanted"
+            why = "as chosen"
         elif index in roles.other_times or index in roles.probabilities:
-            why = "times too" if index in roles.other_times else "a prediction's probability"
+            why = (
+                "it has times, too" if index in roles.other_times else "a prediction's probability"
+            )
         elif index in self.counters:
             use = "counter"
             if index != roles.counter and not (column.named and is_counter_name(column.name)):
                 why = _GUESSED_NOTE
             elif index != self.counter:  # of which a remark says that it places the rows
-                why = "counting samples"
+                why = "it counts the samples"
         elif words is not None:
             why = "empty" if words.empty else "words, not numbers"
         elif is_index(column, self.layout.cells(index)) and continues_name(
             self.body.values[index], column
         ):
-            why = "counting rows only"
+            why = "it only counts the rows"
         else:
             use = "signal"
         return use, why

@@ -248,4 +248,33 @@ def _image(window: Window, options: LaunchOptions, path: Path) -> QPixmap:
     if errors and not opened:  # what else is said, as of a crash, is in the picture
         raise InputError(errors[0])
     settle(window, DRAWING_TIMEOUT)
-    return window.grab()
+    return _dialog_image(window, options) if options.dialog else window.grab()
+
+
+def _dialog_image(window: Window, options: LaunchOptions) -> QPixmap:
+    """A dialog of the window when it is complete; InputError if it cannot be opened now."""
+    images: list[QPixmap] = []
+    errors: list[InputError] = []
+
+    def draw_dialog() -> None:
+        shown = [widget for widget in QApplication.topLevelWidgets() if widget.isVisible()]
+        dialog = next((widget for widget in shown if widget is not window), None)
+        if dialog is None:
+            errors.append(InputError(f"The dialog '{options.dialog}' cannot be opened here."))
+            return
+        if options.size is not None:
+            dialog.resize(*options.size)
+        try:
+            settle(window, DRAWING_TIMEOUT)
+            images.append(dialog.grab())
+        except InputError as error:  # not through Qt, which would print it and go on
+            errors.append(error)
+        dialog.close()
+
+    QTimer.singleShot(0, draw_dialog)
+    window.open_dialog(options.dialog, options.files)
+    while not images and not errors:  # those that the window does not wait for
+        QApplication.processEvents()
+    if errors:
+        raise errors[0]
+    return images[0]

@@ -159,9 +159,11 @@ def count_finished(rows: Iterable[DemonstrationRow]) -> int:
 def find_next(
     rows: Sequence[DemonstrationRow], opened: str, fits: Callable[[DemonstrationRow], bool]
 ) -> DemonstrationRow | None:
-    """The next row that fits after the open one, cyclically."""
+    """The next row that fits after the open one, cyclically; first of the open one's task."""
     at = next((i for i, row in enumerate(rows) if row.info.id == opened), -1)
-    others = (*rows[at + 1 :], *rows[: max(at, 0)])
+    others = [*rows[at + 1 :], *rows[: max(at, 0)]]
+    if at >= 0:
+        others.sort(key=lambda row: row.info.task != rows[at].info.task)
     return next(filter(fits, others), None)
 
 

@@ -63,7 +63,7 @@ from PySide6.QtWidgets import (
 from forcelab.gui import settings, theme
 from forcelab.gui.icons import icon
 from forcelab.gui.layout import PageOrPlaceholder, resize_on_screen, search_field
-from forcelab.guide import CONTENTS, Page, anchors, picture_folder, read_pages, search, word_pattern
+from forcelab.guide import Page, anchors, picture_folder, read_pages, search, word_pattern
 
 __all__ = ["GuideWindow", "fragments", "is_code", "read_markdown"]
 
@@ -537,7 +537,7 @@ class GuideWindow(QWidget):
         """Show a visited place."""
         self._at = index
         visit = self._visits[index]
-        page = self._pages.get(visit.page) or self._pages[CONTENTS[0]]
+        page = self._pages[visit.page]
         self.view.show_page(page)
         self.view.mark_words(self.search.text())
         if visit.scrolled >= 0:

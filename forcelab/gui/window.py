@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from functools import partial
+from pathlib import Path
 from threading import Thread
 
 from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
@@ -26,6 +27,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.errors import InputError
 from forcelab.formats.signatures import is_bag_folder
 from forcelab.gui import dialogs, settings, theme
 from forcelab.gui.author_choice import AuthorChoice
@@ -39,7 +41,7 @@ from forcelab.gui.key_events import application
 from forcelab.gui.label import commands
 from forcelab.gui.label.hints import HintBar
 from forcelab.gui.label.workspace import LabelWorkspace
-from forcelab.gui.launch_options import LaunchOptions
+from forcelab.gui.launch_options import DIALOGS, REVIEW_PAGES, LaunchOptions
 from forcelab.gui.layout import Dock, DockedWindow
 from forcelab.gui.menus import RecentProjects, ShownTracks, fill_menus, follow_tabs
 from forcelab.gui.obstacles import Obstacles
@@ -157,14 +159,26 @@ class Window(DockedWindow):
         return True
 
     def show_workspace(self, name: str) -> None:
-        """Bring a workspace to the front: ``"label"``, ``"review"`` or ``"capture"``.
-
-        ``"tradeoff"``, which was one of them, is a page of the review.
-        """
-        page = name == "tradeoff"
+        """Bring a workspace to the front, or a page of the review (:data:`REVIEW_PAGES`)."""
+        page = name in REVIEW_PAGES
         self._tabs.setCurrentIndex(WORKSPACES.index("review" if page else name))
         if page:
-            self.review.workspace.show_list("tradeoff")
+            self.review.workspace.show_list(name)
+
+    def open_dialog(self, name: str, files: Sequence[Path] = ()) -> None:
+        """Open one of :data:`DIALOGS`, that of import with these files.
+
+        Raises InputError if that cannot be done now.
+        """
+        command = DIALOGS[name]
+        if obstacle := self.obstacles(command):
+            raise InputError(obstacle)
+        if name == "import":
+            self.opening.ask_import(files)
+        elif name == "settings":
+            self.review.workspace.bar.open_settings()
+        else:
+            self.commands[command].trigger()
 
     def restore_layout(self) -> None:
         """Restore the layout of the last time."""

@@ -22,7 +22,7 @@ from forcelab.project.database import Database, content_errors
 from forcelab.project.records import segments_from_text, utc_now
 from forcelab.project.tracks import NUMBER, RENAMED, TrackStore
 from forcelab.text import counted, listed, natural_order, unknown_word
-from forcelab.vocabulary import MOST_ACTIONS, Action, Vocabulary
+from forcelab.vocabulary import MOST_ACTIONS, Action, Vocabulary, joined
 
 #: A sentence names so many tasks or coders, and only counts further ones.
 MOST_NAMED = 5
@@ -100,6 +100,17 @@ class ActionStore:
     def vocabulary(self, task: str) -> Vocabulary:
         """The actions of a task; empty if there is none."""
         return self.vocabularies().get(task, Vocabulary())
+
+    def joint_vocabulary(
+        self, tasks: Iterable[str], test_task: str | None, *, apart: bool
+    ) -> Vocabulary:
+        """The actions of several tasks as :func:`forcelab.vocabulary.joined` makes them.
+
+        Those of a task that is tested on come first, so that its tracks look as when they are
+        labelled.
+        """
+        ordered = dict.fromkeys([*([] if test_task is None else [test_task]), *tasks])
+        return joined({task: self.vocabulary(task) for task in ordered}, apart=apart)
 
     def vocabularies(self) -> dict[str, Vocabulary]:
         """Every vocabulary by task."""

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import contextlib
+import sqlite3
+from collections import Counter
 from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
 
 from forcelab.errors import InputError
+from forcelab.labels import is_model
+from forcelab.notebook import html_table, html_title
 from forcelab.project import files
 from forcelab.project.actions import ActionStore
 from forcelab.project.coding import CodingStore
@@ -15,8 +19,10 @@ from forcelab.project.database import FILE, Database
 from forcelab.project.demonstrations import DemonstrationStore
 from forcelab.project.files import DEMONSTRATIONS, RECOGNISERS
 from forcelab.project.media import MediaStore
+from forcelab.project.records import DemonstrationInfo
 from forcelab.project.runs import RunStore
 from forcelab.project.tracks import TrackStore
+from forcelab.text import counted
 
 #: Seconds to wait while another process writes.
 BUSY_TIMEOUT = 5.0
@@ -181,6 +187,27 @@ class Project:
         """Close the store; nothing more can be read."""
         self._db.close()
 
+    def __repr__(self) -> str:
+        return f"Project('{self.path}')"
+
+    def _repr_html_(self) -> str:
+        """As notebooks show it: a row for each task."""
+        tasks: dict[str, list[DemonstrationInfo]] = {}
+        try:
+            infos, runs = self.demonstrations.infos(), len(self.runs.summaries())
+        except sqlite3.ProgrammingError:
+            return html_title(self.path.stem, "closed")
+        for info in infos:
+            tasks.setdefault(info.task, []).append(info)
+        rows = []
+        for task, of_task in tasks.items():
+            coders = Counter(coder for info in of_task for coder in _coders(info))
+            labelled = ", ".join(f"{coder} ({number})" for coder, number in coders.items())
+            minutes = sum(info.duration for info in of_task) / 60
+            rows.append([task or "no task", len(of_task), f"{minutes:.1f}", labelled])
+        title = html_title(self.path.stem, counted(runs, "run"))
+        return title + html_table(["task", "demonstrations", "minutes", "labelled by"], rows)
+
     def __enter__(self) -> Project:
         return self
 
@@ -225,3 +252,8 @@ class Project:
                     for path in files.leftovers(parent, self._db.demonstration_ids()):
                         files.remove(path)
         self.runs.clear_uncommitted()
+
+
+def _coders(info: DemonstrationInfo) -> list[str]:
+    """The people who labelled anything of a demonstration."""
+    return [name for name, seconds in info.labelled.items() if seconds and not is_model(name)]

@@ -198,7 +198,7 @@ class ForceActionClassifier(_OfDemonstrations):
     def score(
         self, demonstrations: Sequence[Demonstration], tracks: Sequence[Track | Segments]
     ) -> float:
-        """The share of the labelled samples that are right, 0 to 1, as :func:`leave_one_out` has.
+        """The share of the labelled samples that are right, 0 to 1, as an evaluation has it.
 
         What is predicted as unlabelled is wrong; what the human left unlabelled does not count.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Generator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 from forcelab.errors import InputError, UnclearAuthorError
 from forcelab.jobs import Progress, job
@@ -136,6 +136,8 @@ def evaluate_tasks_job(
                 unclear = unclear or error
             refusals.append(f"Task '{tasks[0]}' was left out: {error}")
             continue
+        vocabulary = project.actions.joint_vocabulary(tasks, settled.test_task, apart=settled.apart)
+        evaluation = replace(evaluation, vocabulary=vocabulary)
         evaluations.append((tasks, evaluation))
         spelt.update(*(part.spellings for part in datasets))
         mixed += dataset_unit_remarks(datasets, settings)

@@ -51,7 +51,9 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segments
+from forcelab.notebook import html_table, html_title
 from forcelab.runs import Runs, sample_ends, stretches
+from forcelab.text import percent
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -494,6 +496,18 @@ class Scores:
     boundary_labelled_ms: dict[str, float | None]
     confusion: list[list[int]]
     events: Events
+
+    def _repr_html_(self) -> str:
+        """As notebooks show it: the main scores in percent, and the median boundary error."""
+        median = self.boundary_labelled_ms["median"]
+        rows = {
+            "accuracy": percent(self.accuracy),
+            "coverage": percent(self.coverage),
+            "edit": percent(self.edit),
+            **{f"F1@{overlap}": percent(f1) for overlap, f1 in self.f1.items()},
+            "boundary, median ms": "-" if median is None else f"{median:.0f}",
+        }
+        return html_title(self.name) + html_table((), rows.items())
 
     def to_json(self) -> dict[str, Any]:
         """Only dictionaries, lists, strings, numbers and None, under the names above."""

@@ -11,14 +11,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.above import Drawing, call_above
 from forcelab.demonstration import Demonstration
 from forcelab.labels import Segment, Segments, from_codes
-from forcelab.recognition.intervals import Intervals, score_intervals
+from forcelab.notebook import html_picture, html_table, html_title
+from forcelab.recognition.intervals import Intervals, look_up, score_intervals
 from forcelab.recognition.metrics import Counts, Scores, count, pool
 from forcelab.recognition.probabilities import ProbabilityTrace, Reliability
 from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.settings import Settings
 from forcelab.resources import versions
+from forcelab.text import percent
+from forcelab.vocabulary import Vocabulary
 
 #: The stages of prediction that every run has scores of.
 STAGES = ("raw", "filtered")
@@ -169,6 +173,8 @@ class Evaluation:
         Run time of ``features``, ``fit``, ``predict`` and ``filter``, each summed over folds.
     remarks : tuple of str
         What was left out, a sentence each.
+    vocabulary : Vocabulary
+        How a project draws the actions; empty where there is none.
     """
 
     title: str
@@ -180,6 +186,24 @@ class Evaluation:
     trained_on: tuple[str, ...]
     seconds: dict[str, float]
     remarks: tuple[str, ...] = ()
+    vocabulary: Vocabulary = field(default_factory=Vocabulary, repr=False)
+
+    def plot(self) -> Drawing:
+        """The timeline pairs of what was tested, as ``forcelab evaluate --figure`` draws them."""
+        drawing: Drawing = call_above("plot", self)
+        return drawing
+
+    def _repr_html_(self) -> str:
+        """As notebooks show it: the scores after the filters, and the timeline pairs."""
+        pooled, each = self.scores("filtered")
+        rows = [(scores.name, scores.to_json()) for scores in each]
+        table = scores_html(rows, pooled.to_json(), self.intervals("filtered"))
+        settings = f"{self.settings.preset}, {self.settings.classifier}"
+        return (
+            html_title(self.title, settings)
+            + table
+            + html_picture(lambda: self.plot()._repr_svg_())
+        )
 
     @property
     def reliability(self) -> Reliability | None:
@@ -252,6 +276,25 @@ class Evaluation:
                 "intervals": self.intervals(kind).to_json(),
             }
         return result
+
+
+#: The scores that a notebook shows, and what their columns are called.
+SHOWN = {"accuracy": "accuracy", "coverage": "coverage", "edit": "edit", "f1.50": "F1@50"}
+
+
+def scores_html(
+    each: Sequence[tuple[str, Mapping[str, Any]]], pooled: Mapping[str, Any], ranges: Intervals
+) -> str:
+    """A table of scores in percent as notebooks show it, as they are in ``--json``."""
+    rows = [
+        [name, *(percent(look_up(record, metric)) for metric in SHOWN)]
+        for name, record in [*each, ("pooled", pooled)]
+    ]
+    if not ranges.reason:
+        intervals = (ranges[metric] for metric in SHOWN)
+        texts = ["-" if i is None else f"{percent(i[0])}–{percent(i[1])}" for i in intervals]
+        rows.append(["95 % interval", *texts])
+    return html_table(["demonstration", *(f"{name} %" for name in SHOWN.values())], rows)
 
 
 #: Share of the time steps that had an action before the filters; less is no timeline.

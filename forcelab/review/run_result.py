@@ -8,12 +8,15 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime
 from typing import Any
 
+from forcelab.above import Drawing, call_above
 from forcelab.errors import InputError
 from forcelab.formats.samples import Prediction
+from forcelab.notebook import html_picture, html_title
 from forcelab.project import LabelsUsed, Project, StoredRun
-from forcelab.recognition.results import STAGES, DemonstrationResult
+from forcelab.recognition.intervals import Intervals
+from forcelab.recognition.results import STAGES, DemonstrationResult, scores_html
 from forcelab.recognition.settings import Settings
-from forcelab.vocabulary import Vocabulary, joined
+from forcelab.vocabulary import Vocabulary
 
 #: The kind of the runs that can be reviewed; ``forcelab evaluate`` and the window make them.
 KIND = "evaluate"
@@ -63,6 +66,8 @@ class RunResult:
     reliability : mapping
         ``"brier"``, ``"ece"`` and ``"bins"``, as ``forcelab evaluate --json`` prints them; empty
         where there were no probabilities.
+    vocabulary : Vocabulary
+        The actions of the tasks, with their colours, as they were when the run was loaded.
     """
 
     number: int
@@ -84,6 +89,24 @@ class RunResult:
     removed: int = 0
     folds: int = 0
     reliability: Mapping[str, Any] = field(default_factory=dict, repr=False)
+    vocabulary: Vocabulary = field(default_factory=Vocabulary, repr=False)
+
+    def plot(self) -> Drawing:
+        """The timeline pairs of what was tested, as ``forcelab evaluate --figure`` draws them."""
+        drawing: Drawing = call_above("plot", self)
+        return drawing
+
+    def _repr_html_(self) -> str:
+        """As notebooks show it: the scores after the filters, and the timeline pairs."""
+        stage = self.scores.get("filtered", {})
+        each = [(result.name, result.scores.get("filtered", {})) for result in self.tested]
+        ranges = Intervals.from_json(stage.get("intervals", {"reason": "none are stored"}))
+        labels = f"{self.settings.preset}, {self.settings.classifier}; labels of {self.author}"
+        return (
+            html_title(f"Run {self.number}, {self.title}", f"{labels}; {self.time:%Y-%m-%d}")
+            + scores_html(each, stage.get("pooled", {}), ranges)
+            + html_picture(lambda: self.plot()._repr_svg_())
+        )
 
     @property
     def proposer(self) -> str:
@@ -225,6 +248,7 @@ def _run_result(project: Project, run: StoredRun) -> RunResult:
             f"{removed} of the {len(result['tracks'])} demonstrations that were tested were "
             f"removed from the project since; the scores are those of all."
         )
+    apart = bool(run.choice.get("apart", False))
     return RunResult(
         number=run.id,
         time=run.time,
@@ -232,7 +256,7 @@ def _run_result(project: Project, run: StoredRun) -> RunResult:
         tasks=run.tasks,
         test_task=run.test_task,
         author=run.labels[0].author if run.labels else str(run.choice.get("author") or ""),
-        apart=bool(run.choice.get("apart", False)),
+        apart=apart,
         settings=Settings.from_json(result["settings"]),
         actions=tuple(result["labels"]),
         labels=run.labels,
@@ -245,6 +269,7 @@ def _run_result(project: Project, run: StoredRun) -> RunResult:
         removed=removed,
         folds=int(run.choice.get("folds") or 0),
         reliability=result.get("reliability", {}),
+        vocabulary=project.actions.joint_vocabulary(run.tasks, run.test_task, apart=apart),
     )
 
 
@@ -256,11 +281,9 @@ def _is_id(plain: Mapping[str, Any]) -> bool:
 def action_styles(project: Project, run: RunResult) -> Vocabulary:
     """All actions of a run, each with its colour and texture in the tasks' vocabularies.
 
-    The task that is tested comes first, so that its tracks look as when they are labelled. Two
-    actions of the same style, from two tasks, keep the colour and differ in texture; so do those
-    that are kept apart by their task, like ``grab_hard`` and ``grab_soft``.
+    Two actions of the same style, from two tasks, keep the colour and differ in texture; so do
+    those that are kept apart by their task, like ``grab_hard`` and ``grab_soft``.
     """
-    tasks = dict.fromkeys(([run.test_task] if run.test_task else []) + [*run.tasks])
-    vocabulary = joined({task: project.actions.vocabulary(task) for task in tasks}, apart=run.apart)
+    vocabulary = project.actions.joint_vocabulary(run.tasks, run.test_task, apart=run.apart)
     keyless = Vocabulary(tuple(replace(action, key="") for action in vocabulary))
     return keyless.with_actions(*run.actions)

@@ -69,6 +69,24 @@ def test_a_picture_has_the_size_and_theme_asked_for_and_leaves_no_settings(
     assert not (tmp_path / "settings.ini").exists()
 
 
+def test_a_dialog_is_drawn_whether_the_window_waits_for_it_or_not(forcelab, project, tmp_path):
+    for name in ("keys", "preferences"):
+        out = tmp_path / f"{name}.png"
+        words = ["gui", project, "--theme", "dark", "--size", "500x300", "--dialog", name]
+        assert forcelab(*words, "--screenshot", out).status == 0
+        assert looks_of(out) == (500, 300, False)
+
+
+def test_a_dialog_that_cannot_be_opened_is_refused_with_the_reason(forcelab, project, tmp_path):
+    picture = ["--screenshot", tmp_path / "a.png"]
+    refused = forcelab("gui", project, "--dialog", "synchronise", *picture)
+    assert "There is no video to synchronise here." in refused.sentence
+    unknown = forcelab("gui", project, "--dialog", "key", *picture)
+    assert "There is no dialog 'key'; did you mean 'keys'?" in unknown.wrong_word
+    assert "add --screenshot" in forcelab("gui", project, "--dialog", "keys").wrong_word
+    assert not (tmp_path / "a.png").exists()
+
+
 def test_from_a_shell_without_a_display_a_picture_at_200_percent_has_twice_the_pixels(
     project, tmp_path
 ):

@@ -10,9 +10,9 @@ FORCE = np.array([0.5, -1.0, np.nan, 2.0, 1.0, 0.0])
 
 
 def test_a_dictionary_of_arrays_is_a_demonstration_at_its_own_times():
-    made = Demonstration.from_frame(
-        {"time_ms": 1000 * STEPS, "fx (N)": FORCE, "torque": FORCE * 2}, "pull", task="foam"
-    )
+    columns = {"time_ms": 1000 * STEPS, "fx (N)": FORCE, "torque": FORCE * 2}
+    with pytest.warns(UserWarning, match="pull: 2 samples are missing"):
+        made = Demonstration.from_frame(columns, "pull", task="foam")
     np.testing.assert_allclose(made.times, STEPS, atol=1e-12)
     assert [(c.name, c.unit) for c in made.channels] == [("fx", "N"), ("torque", "")]
     assert (made.name, made.task) == ("pull", "foam")
@@ -55,7 +55,7 @@ def test_pandas_columns_of_every_kind_are_understood():
 
 def test_an_index_is_a_column_unless_it_only_tells_where_rows_stood():
     pandas = pytest.importorskip("pandas")
-    frame = pandas.DataFrame({"time": STEPS, "fx": FORCE})
+    frame = pandas.DataFrame({"time": STEPS, "fx": STEPS**2})
     part = Demonstration.from_frame(frame[frame.time > 0.005].drop(index=3), "pull")
     assert [channel.name for channel in part.channels] == ["fx"]
     assert len(part.times) == 4

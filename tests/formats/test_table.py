@@ -153,7 +153,7 @@ class TestDialects:
         pandas = ",time,fx\n0,0.0,5\n1,0.1,6\n2,0.2,7\n"
         recording = load(table(pandas))
         assert channels(recording) == [("fx", "")]
-        assert "Column 1 was left out: counting rows only." in recording.remarks
+        assert "Column 1 was left out: it only counts the rows." in recording.remarks
         r = '"time" "fx"\n"1" 0.0 5\n"2" 0.1 6\n"3" 0.2 7\n'
         assert load(table(r)).demonstration == recording.demonstration
 
@@ -377,7 +377,7 @@ class TestTime:
     def test_a_second_column_of_stamps_is_no_channel(self, table):
         recording = load(table("time,timestamp,fx\n0,1700000000000,1\n.1,1700000000100,2\n"))
         assert channels(recording) == [("fx", "")]
-        assert recording.remarks == ("Column timestamp was left out: times too.",)
+        assert recording.remarks == ("Column timestamp was left out: it has times, too.",)
 
     def test_stamps_in_words_that_are_no_iso_8601_are_refused(self, table):
         path = table("time,fx\n31.05.2024 12h,1\n31.05.2024 13h,2\n")
@@ -640,7 +640,7 @@ COUNTS = (65_400 + NUMBERS) % 65_536
 def test_beside_stamps_a_counter_is_left_out_and_said(counter_table):
     recording = load(counter_table(COUNTS, times=NUMBERS / 200))
     assert [c.name for c in recording.demonstration.channels] == ["Daumen_x"]
-    assert "Column Paket was left out: counting samples." in recording.remarks
+    assert "Column Paket was left out: it counts the samples." in recording.remarks
 
 
 def test_without_stamps_it_places_the_rows_so_that_what_was_lost_is_a_gap(counter_table):
@@ -774,7 +774,7 @@ def test_columns_that_are_not_wanted_become_no_channels(counter_table):
     for wish, left in (("taster", "Daumen_x"), ("3", "Taster")):
         recording = load(path, leave_out=(wish,))
         assert [c.name for c in recording.demonstration.channels] == [left]
-        assert any("was left out: not wanted" in remark for remark in recording.remarks)
+        assert any("was left out: as chosen" in remark for remark in recording.remarks)
     with pytest.raises(InputError, match="no column 'Daumenx' of values; name one of"):
         load(path, leave_out=("Daumenx",))
 

@@ -353,6 +353,14 @@ def test_the_next_one_to_label_is_found_wherever_it_is(listing, document):
     assert listing.obstacles()["next_to_label"]() == sentence
 
 
+def test_a_task_is_finished_before_another_is_begun(listing, document):
+    open_named(document, "pen-10")  # the last one in the list
+    listing.done_and_next()
+    assert opened(document) == "pen-2"
+    listing.done_and_next()
+    assert opened(document) == LONG
+
+
 def test_going_on_by_a_key_with_ctrl_chooses_that_one_alone(listing, document):
     open_named(document, "block")
     screen = listing.window().windowHandle()

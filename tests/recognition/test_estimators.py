@@ -21,7 +21,7 @@ from forcelab import ForceActionClassifier, ForceFeatures
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Track, is_model
-from forcelab.recognition.cross_validation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.examples import prepare_examples
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
@@ -72,11 +72,11 @@ def test_probabilities_are_of_the_samples_where_decisions_lie_farther_apart(thre
 def test_scores_of_left_out_demonstrations_are_those_of_an_evaluation(three, recordings, tracks):
     classifier = ForceActionClassifier(**QUICK)
     scores = cross_val_score(classifier, recordings, tracks, cv=LeaveOneOut())
-    _, each = finish(leave_one_out(three, PAPER.replace(**QUICK))).scores("filtered")
+    _, each = finish(leave_one_out_job(three, PAPER.replace(**QUICK))).scores("filtered")
     np.testing.assert_array_equal(scores, [one.accuracy for one in each])
     assert 0.3 < scores.min() < scores.max() < 1.0
     predicted = cross_val_predict(classifier, recordings, tracks, cv=3)
-    evaluation = finish(leave_one_out(three, PAPER.replace(**QUICK)))
+    evaluation = finish(leave_one_out_job(three, PAPER.replace(**QUICK)))
     for track, item in zip(predicted, evaluation.tested, strict=True):
         assert track.segments == item.result.stages["filtered"]
 

@@ -18,7 +18,7 @@ from skops import io as skops_io
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.recognition import plugins
-from forcelab.recognition.cross_validation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.estimators import ForceFeatures
 from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.presets import preset
@@ -113,7 +113,7 @@ def forest():
 def test_a_classifier_of_ones_own_is_fitted_and_scored_as_any_other(three):
     own = QUICK.replace(classifier=plugins.register_classifier(gaussian))
     theirs = QUICK.replace(classifier="naive-bayes")
-    found, expected = (finish(leave_one_out(three, settings)) for settings in (own, theirs))
+    found, expected = (finish(leave_one_out_job(three, settings)) for settings in (own, theirs))
     for a, b in zip(found.tested, expected.tested, strict=True):
         np.testing.assert_array_equal(a.filtered, b.filtered)
     # Of windows it gets standardised features and is calibrated, as others are.

@@ -28,7 +28,6 @@ from __future__ import annotations
 import argparse
 import csv
 import io
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -53,13 +52,11 @@ from forcelab.frames import score_rows
 from forcelab.io import write_atomically
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.experiments import TaskEvaluations, evaluate_tasks_job
 from forcelab.recognition.intervals import METHOD, METRICS, Intervals
 from forcelab.recognition.metrics import Scores
 from forcelab.recognition.results import Evaluation
 from forcelab.text import counted
-from forcelab.vocabulary import Vocabulary, joined
 
 #: The columns before the metrics.
 FIRST = ("evaluation", "stage", "row", "demonstration")
@@ -205,14 +202,13 @@ def run(arguments: argparse.Namespace) -> None:
             project, settings, choice, jobs, probability_trace=certainty, latency=arguments.latency
         )
         evaluated = finish(job, watch)
-        vocabularies = project.actions.vocabularies()
     pairs, matrices = (
         _file_for_each(evaluated, path) for path in (arguments.figure, arguments.confusion)
     )
     # Names made from the tasks are known only now.
     _check_outputs(arguments, [*pairs, *matrices])
     try:
-        _draw_pairs(evaluated, choice, vocabularies, pairs)
+        _draw_pairs(evaluated, pairs)
         _draw_confusion(evaluated, matrices)
         if arguments.table is not None:
             with output_file(arguments.table, ".csv") as file:
@@ -359,43 +355,10 @@ def _file_for_each(evaluated: TaskEvaluations, path: Path | None) -> list[Path]:
     return [path.with_name(name + path.suffix) for name in names]
 
 
-def _draw_pairs(
-    evaluated: TaskEvaluations,
-    choice: DataSelection,
-    vocabularies: Mapping[str, Vocabulary],
-    files: list[Path],
-) -> None:
+def _draw_pairs(evaluated: TaskEvaluations, files: list[Path]) -> None:
     """Draw the timeline pairs in the colours that they have in the window."""
-    if not files:
-        return
-    from forcelab.gui.figures.pairs import Pair, TimelinePairs
-
-    for (tasks, evaluation), file in zip(evaluated.evaluations, files, strict=True):
-        results = [item.result for item in evaluation.tested]
-        _, each = evaluation.scores("filtered")
-        tested = () if choice.test_task is None else (choice.test_task,)
-        task_vocabularies = {
-            task: vocabularies[task] for task in (*tested, *tasks) if task in vocabularies
-        }
-        pairs = tuple(
-            Pair(
-                result.name,
-                result.human,
-                result.predicted,
-                result.start,
-                result.end,
-                note=f"{percent(scores.accuracy)} %",
-            )
-            for result, scores in zip(results, each, strict=True)
-        )
-        figure = TimelinePairs(
-            evaluation.title,
-            pairs,
-            joined(task_vocabularies, apart=choice.apart).with_actions(*evaluation.actions),
-            evaluation.actions,
-            note_key="At the right: accuracy after the filters.",
-        )
-        save_figure(figure, file)
+    for (_, evaluation), file in zip(evaluated.evaluations, files, strict=True) if files else ():
+        save_figure(evaluation.plot(), file)
 
 
 def _draw_confusion(evaluated: TaskEvaluations, files: list[Path]) -> None:

@@ -7,6 +7,7 @@ once it is complete, and quits.
 for example:
   forcelab gui lab.forcelab --demo pull-03 --at 2.5
   forcelab gui lab.forcelab --workspace review --theme light --screenshot review.png
+  forcelab gui lab.forcelab --dialog import pull.csv --screenshot import.png
 """
 
 from __future__ import annotations
@@ -19,13 +20,13 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from forcelab.cli.files import output_file, refuse_terminal
 from forcelab.cli.interrupts import uninterrupted
-from forcelab.cli.options import add_author
+from forcelab.cli.options import UsageError, add_author
 from forcelab.cli.output import STANDARD_OUTPUT, printable
 from forcelab.errors import InputError
-from forcelab.gui.launch_options import LaunchOptions
+from forcelab.gui.launch_options import DIALOGS, REVIEW_PAGES, LaunchOptions
 from forcelab.gui.qt_check import has_display, require_qt
+from forcelab.text import unknown_word
 
 #: Pixels a side that a window may have at most.
 LARGEST = 8192
@@ -39,9 +40,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--demo", metavar="NAME", help="demonstration to open (the first)")
     group.add_argument(
         "--workspace",
-        choices=("label", "review", "capture", "tradeoff"),
+        metavar="NAME",
+        choices=("label", "review", "capture", *REVIEW_PAGES),
         default="label",
-        help="what to open (label)",
+        help=f"label (the default), review, capture; or of the review {', '.join(REVIEW_PAGES)}",
     )
     group.add_argument("--at", metavar="SECONDS", type=_seconds, help="where the cursor is")
     group.add_argument("--span", metavar="SECONDS", type=_span, help="how much time is visible")
@@ -57,10 +59,21 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="draw the window into this .png; - is standard output",
     )
+    parser.add_argument(
+        "--dialog",
+        metavar=("NAME", "FILE"),
+        nargs="+",
+        help=f"with --screenshot: draw a dialog, {', '.join(DIALOGS)}; import shows FILE",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Open the window, or draw it into a file and tell its name."""
+    dialog, *files = arguments.dialog or ("",)
+    if dialog and dialog not in DIALOGS:
+        raise UsageError(unknown_word("dialog", dialog, DIALOGS))
+    if dialog and arguments.screenshot is None:
+        raise UsageError("--dialog draws a picture; add --screenshot FILE.png.")
     start = LaunchOptions(
         project=arguments.project,
         demonstration=arguments.demo or "",
@@ -71,9 +84,14 @@ def run(arguments: argparse.Namespace) -> int:
         theme=arguments.theme or "",
         author=arguments.author or "",
         screenshot=arguments.screenshot,
+        dialog=dialog,
+        files=tuple(map(Path, files)),
     )
-    if start.screenshot == STANDARD_OUTPUT:
-        refuse_terminal()
+    # Only for a picture: it loads what reads recordings.
+    if start.screenshot is not None:
+        from forcelab.cli.files import check_outputs, output_file
+
+        check_outputs([start.screenshot], [start.project], binary=True)
     if not has_display() and start.screenshot is None:
         raise InputError(
             "There is no display to open a window on; start forcelab on a desktop, or draw a "

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from datetime import date
 from itertools import pairwise
 
-from forcelab.cli import GENERAL, GROUPS, MANUAL, build_parser
+from forcelab.cli import GENERAL, MANUAL, build_parser, grouped
 from forcelab.cli.options import Parser
 from forcelab.version import __version__
 
@@ -41,18 +41,18 @@ def manual_page() -> str:
     """The manual page of all commands as roff, written in the macros of man."""
     parser = build_parser()
     (commands,) = (a for a in parser._actions if isinstance(a, argparse._SubParsersAction))
-    left: dict[str, Parser] = dict(commands.choices)
+    parsers: dict[str, Parser] = commands.choices
     lines = [
         f'.TH FORCELAB 1 {date.today()} "forcelab {__version__}" "User Commands"',
         *(".SH NAME", r"forcelab \- label and recognise force actions"),
         *(".SH SYNOPSIS", *_verbatim("forcelab [PROJECT]\nforcelab COMMAND [options] ...")),
         *(".SH DESCRIPTION", *_text(MANUAL)),
-        *(".SH OPTIONS", "Of every command:", *_options(left["list"], only=GENERAL)),
+        *(".SH OPTIONS", "Of every command:", *_options(parsers["list"], only=GENERAL)),
     ]
-    for title, names in (*GROUPS.items(), ("others", tuple(left))):
-        chosen = {name: left.pop(name) for name in names if name in left}
-        lines += [f'.SH "{title.upper()}"'] * bool(chosen)
-        for name, command in chosen.items():
+    for title, names in grouped(parsers):
+        lines.append(f'.SH "{title.upper()}"')
+        for name in names:
+            command = parsers[name]
             lines += [f".SS {_escaped(name)}", *_verbatim(_usage(command))]
             lines += [*_text(command.description or ""), *_options(command), *_text(command.epilog)]
     lines.append('.SH "EXIT STATUS"')

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 
 from PySide6.QtCore import QBuffer, QIODevice, QMarginsF, QRectF, QSize, QSizeF
@@ -67,7 +68,7 @@ def check_suffix(path: Path) -> None:
 
 
 class Figure(ABC):
-    """A drawing of a fixed size, painted alike on screen and into files."""
+    """A drawing of a fixed size, painted alike on screen, in notebooks and into files."""
 
     title: str
     theme: Theme
@@ -115,11 +116,17 @@ class Figure(ABC):
             self.draw(painter)
         return image
 
-    def save(self, path: Path) -> None:
+    def _repr_svg_(self) -> str:
+        """The figure as notebooks show it."""
+        document = self._svg().decode()
+        return document[document.index("<svg") :]
+
+    def save(self, path: str | PathLike[str]) -> None:
         """Write the figure as SVG, PDF or PNG (at twice the size), by the suffix, atomically.
 
         Another suffix, an unwritable file or a system without fonts is an InputError.
         """
+        path = Path(path)
         check_suffix(path)
         encode = {".svg": self._svg, ".pdf": self._pdf, ".png": self._png}[path.suffix.lower()]
         text.ensure_application()
@@ -127,6 +134,7 @@ class Figure(ABC):
 
     def _svg(self) -> bytes:
         """The figure as an SVG document; its text stays text."""
+        text.ensure_application()
         wide, high = _rounded_up(self.size)
         buffer = _buffer()
         generator = QSvgGenerator()
