@@ -129,6 +129,10 @@ def save_recogniser(recogniser: Recogniser, path: str | PathLike[str]) -> None:
     ------
     InputError
         If the file cannot be written, or the recogniser could not be loaded again.
+
+    Examples
+    --------
+    >>> forcelab.save_recogniser(forcelab.train(labelled, settings), "foam.skops")
     """
     write_atomically(Path(path), dump(recogniser))
 
@@ -141,6 +145,12 @@ def load_recogniser(path: str | PathLike[str]) -> Recogniser:
     InputError
         If the file is none of ours, damaged, from a newer version, or holds a type that no
         recogniser needs; nothing of it has been run then.
+
+    Examples
+    --------
+    >>> forcelab.save_recogniser(forcelab.train(labelled, settings), "foam.skops")
+    >>> forcelab.load_recogniser("foam.skops").actions
+    ('still', 'grab', 'hold', 'release')
     """
     path = Path(path)
     if not path.is_file():
