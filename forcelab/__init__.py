@@ -6,6 +6,9 @@ found in the module that is named for it. They are loaded when they are first us
 Most scripts open a :class:`Project`, or :func:`read` a file. What has a name that ends in ``_job``
 gives a generator of its progress; :func:`finish` runs it to the end and gives its result. All else
 gives its result at once.
+
+In the examples ``project`` is an open project, ``labelled`` what Ada labelled in it (from
+:func:`load_dataset`), ``settings`` those of a quick recogniser and ``run`` the latest evaluation.
 """
 
 from __future__ import annotations

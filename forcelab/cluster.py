@@ -177,6 +177,11 @@ def join_cluster(address: str) -> Iterator[Cluster]:
     InputError
         If the package distributed is missing, no scheduler answers there, it has no worker, or a
         worker has another version of forcelab.
+
+    Examples
+    --------
+    >>> with forcelab.join_cluster("tcp://scheduler:8786") as cluster:  # doctest: +SKIP
+    ...     forcelab.finish(forcelab.leave_one_out_job(labelled, settings))
     """
     distributed = load_extra("distributed", "cluster", "A cluster")
     with _muted("distributed", "distributed.client"), _connect(address, distributed) as client:

@@ -43,6 +43,11 @@ class Channel:
         Not empty, unique within its demonstration, such as ``"fx1"``.
     unit : str
         Such as ``"N"``; empty where it is not known.
+
+    Examples
+    --------
+    >>> forcelab.Channel("fx1", "N")
+    Channel(name='fx1', unit='N')
     """
 
     name: str
@@ -120,6 +125,15 @@ class Demonstration:
     Notes
     -----
     Two demonstrations are equal when their content is (see :attr:`id`), whatever they are called.
+
+    Examples
+    --------
+    >>> demonstration = project.demonstrations.load("foam 01")
+    >>> demonstration.signals.shape, round(demonstration.duration, 2)
+    ((469, 6), 4.69)
+    >>> columns = {"time": [0.0, 0.01, 0.025], "fx (N)": [0.1, 0.4, 0.3]}
+    >>> forcelab.Demonstration.from_frame(columns, "pull").channels
+    (Channel(name='fx', unit='N'),)
     """
 
     name: str
@@ -223,7 +237,8 @@ class Demonstration:
     def plot(self, *tracks: Any) -> Drawing:
         """Its channels over time, below the `tracks` of those who labelled it.
 
-        ``project.tracks.of(demonstration.id)`` are those of a stored one.
+        ``project.tracks.of(demonstration.id)`` are those of a stored one. With
+        :func:`forcelab.plot` the actions get the colours that a project gives them.
         """
         drawing: Drawing = call_above("plot", self, tracks)
         return drawing

@@ -18,6 +18,14 @@ class ForcelabError(Exception):
     """Something the user can mend; its text is one complete sentence.
 
     The command line prints the sentence and ends with exit status 1; the window shows it once.
+
+    Examples
+    --------
+    >>> try:
+    ...     project.demonstrations.load("nobody")
+    ... except forcelab.ForcelabError as error:
+    ...     print(error)
+    There is no demonstration 'nobody'...
     """
 
 
@@ -28,6 +36,14 @@ class InputError(ForcelabError):
     ----------
     files : tuple of Path
         Which of several files cannot be used, where that is known.
+
+    Examples
+    --------
+    >>> try:
+    ...     forcelab.Segment(2.0, 1.0, "grab")
+    ... except forcelab.InputError as error:
+    ...     print(error)
+    A segment must end after it starts; 'grab' goes from 2.0 s to 1.0 s.
     """
 
     files: tuple[Path, ...] = ()

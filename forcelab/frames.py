@@ -62,6 +62,12 @@ def segments_frame(
     ------
     InputError
         If the project has no such task or author.
+
+    Examples
+    --------
+    >>> frame = forcelab.segments_frame(project, task="foam", author="Ada")
+    >>> list(frame["action"])[:3]
+    ['still', 'grab', 'hold']
     """
     rows: list[tuple[str, str, str, float, float, str, str | None, bool]] = []
     for of_task, name, track, origins in _tracks(source, task, author):
@@ -112,6 +118,13 @@ def samples_frame(
     InputError
         If there is no such task, demonstration or author, or a channel is called like another
         column.
+
+    Examples
+    --------
+    >>> id_ = project.demonstrations.id_of("foam 01")
+    >>> frame = forcelab.samples_frame(project.demonstrations.load(id_), project.tracks.of(id_))
+    >>> list(frame)
+    ['time', 'fx1', 'fy1', 'fz1', 'fx2', 'fy2', 'fz2', 'labels of Ada', 'labels of Bo']
     """
     if isinstance(source, Project):
         _check(source, task, author)
@@ -135,13 +148,13 @@ def samples_frame(
     blocks: dict[str, list[NDArray[Any]]] = {name: [] for name in (*first, *channels, *authors)}
     for recording, used in parts:
         times, of_author = np.asarray(recording.times), {t.author: t for t in used}
-        own = {c.name: i for i, c in enumerate(recording.channels)}
+        column_of = {c.name: i for i, c in enumerate(recording.channels)}
         for name in ("task", "demonstration") if len(first) > 1 else ():
             value = recording.task if name == "task" else recording.name
             blocks[name].append(np.full(len(times), value, object))
         blocks["time"].append(times)
         for name in channels:
-            i = own.get(name)
+            i = column_of.get(name)
             blocks[name].append(
                 np.full(len(times), np.nan) if i is None else recording.signals[:, i]
             )
@@ -169,6 +182,12 @@ def scores_frame(result: Evaluation | RunResult) -> DataFrame:
         ``"pooled"``, and ``"lower"`` and ``"upper"`` end of the 95 % interval of the pooled
         scores), ``demonstration`` (its name, empty in the other rows), and a column each score,
         such as ``accuracy`` and ``f1.50``: fractions, ms and s, NaN where not defined.
+
+    Examples
+    --------
+    >>> frame = forcelab.scores_frame(run)
+    >>> list(frame["row"])[:6]
+    ['demonstration', 'demonstration', 'demonstration', 'pooled', 'lower', 'upper']
     """
     rows = [(stage, row, name, *values) for stage, row, name, values in score_rows(result)]
     types: tuple[type, ...] = (object, object, object, *(float for _ in METRICS))
@@ -217,6 +236,12 @@ def runs_frame(project: Project) -> DataFrame:
         demonstrations), ``accuracy``, ``edit`` and ``f1.50`` (pooled, after the filters; fractions,
         NaN where nothing was tested), and ``recogniser`` (its id in the project; empty where none
         was trained).
+
+    Examples
+    --------
+    >>> frame = forcelab.runs_frame(project)
+    >>> frame["title"][0], frame["classifier"][0]
+    ('foam', 'naive-bayes')
     """
     with project.snapshot():
         runs, uses = project.runs.summaries(), project.runs.uses()

@@ -49,6 +49,16 @@ def finish(
         Yields progress, returns the result.
     watch : callable, optional
         Called with each progress.
+
+    Examples
+    --------
+    >>> job = forcelab.leave_one_out_job(labelled, settings)
+    >>> job
+    <leave_one_out_job, not started: forcelab.finish(job) runs it and gives its result>
+    >>> steps = []
+    >>> evaluation = forcelab.finish(job, steps.append)
+    >>> steps[0].text
+    'features'
     """
     result: list[ResultT] = []
 
@@ -97,7 +107,6 @@ class Job(Generator[ProgressT, None, ResultT]):
                 f"forcelab.finish({self._name}(...)) runs it and gives its result.",
                 RuntimeWarning,
                 stacklevel=2,
-                source=self,
             )
 
 

@@ -29,6 +29,12 @@ class MergeMap:
     ------
     InputError
         If a name is blank, or an action is merged into one that is itself merged into another.
+
+    Examples
+    --------
+    >>> merge = forcelab.MergeMap({"grap_pen": "grab", "grab_pen": "grab"})
+    >>> settings.replace(merge=merge).merge.items()
+    (('grab_pen', 'grab'), ('grap_pen', 'grab'))
     """
 
     _pairs: tuple[tuple[str, str], ...]

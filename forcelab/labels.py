@@ -72,6 +72,11 @@ class Segment:
     ------
     InputError
         If the segment is empty, runs backwards or names no action.
+
+    Examples
+    --------
+    >>> forcelab.Segment(0.5, 2.0, "grab").duration
+    1.5
     """
 
     start: float
@@ -247,6 +252,13 @@ class Track:
     ------
     InputError
         If segments overlap or the author is unknown.
+
+    Examples
+    --------
+    >>> segments = (forcelab.Segment(2.0, 3.0, "hold"), forcelab.Segment(0.0, 2.0, "grab"))
+    >>> track = forcelab.Track("Ada", segments)
+    >>> track.actions, track.labelled
+    (('grab', 'hold'), 3.0)
     """
 
     author: str
@@ -328,6 +340,12 @@ def from_codes(
         ``to_codes(from_codes(codes, ...), ...)`` equals `codes`, always. The other way round is
         exact for segments whose edges lie on samples, that cross no gap, and whose touching
         neighbours differ.
+
+    Examples
+    --------
+    >>> codes, times = np.array([-1, 0, 0, 1]), np.array([0.0, 0.1, 0.2, 0.3])
+    >>> [segment.action for segment in forcelab.segments_from_codes(codes, times, ["grab", "hold"])]
+    ['grab', 'hold']
     """
     runs = stretches(np.asarray(codes, dtype=np.int64), times, sample_ends(times))
     return tuple(

@@ -19,8 +19,9 @@ def html_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def html_title(title: str, more: str = "") -> str:
-    """A title, and what else stands in its line."""
-    return f"<p><strong>{escape(title)}</strong> {escape(more)}</p>"
+    """A title, and what else stands in its line; one of the two may be empty."""
+    bold = f"<strong>{escape(title)}</strong> " if title else ""
+    return f"<p>{bold}{escape(more)}</p>"
 
 
 def html_picture(draw: Callable[[], str]) -> str:

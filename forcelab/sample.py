@@ -69,6 +69,13 @@ def make_sample_job(
     ------
     InputError
         If something else is there, or the disk is full; nothing is left behind then.
+
+    Examples
+    --------
+    >>> job = forcelab.make_sample_job("sample.forcelab")
+    >>> forcelab.finish(job)  # doctest: +SKIP
+    True
+    >>> job.close()  # not made after all: it takes a minute
     """
     path = Path(path)
     if not Project.vacant(path):

@@ -70,6 +70,11 @@ def glossary() -> tuple[Entry, ...]:
     ------
     InputError
         If the file is missing or anything but a list of complete entries.
+
+    Examples
+    --------
+    >>> [entry.action for entry in forcelab.glossary()][:3]
+    ['still', 'grab', 'hold']
     """
     return tuple(_entry(action, table) for action, table in read_toml(FILE).items())
 

@@ -119,6 +119,12 @@ class Vocabulary:
     ------
     InputError
         If two actions share a name, a key, or colour and texture.
+
+    Examples
+    --------
+    >>> vocabulary = forcelab.Vocabulary().with_actions("grab", "hold")
+    >>> [(action.name, action.key) for action in vocabulary]
+    [('grab', '1'), ('hold', '2')]
     """
 
     actions: tuple[Action, ...] = ()

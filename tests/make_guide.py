@@ -2,7 +2,7 @@
 
 Start it as ``python tests/make_guide.py``.
 Also renews their pictures. ``python tests/make_guide.py PROJECT [PICTURE...]`` renews no more than
-pictures of the window, of a sample project in which all commands have run.
+pictures of the window, of a sample project in which all commands have run and F5 trained.
 """
 
 from __future__ import annotations
@@ -20,6 +20,10 @@ import cv2
 import numpy as np
 
 from forcelab.guide import CONTENTS
+from forcelab.jobs import finish
+from forcelab.recognition.dataset import DataSelection
+from forcelab.recognition.presets import preset
+from forcelab.review.training import review_job
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
@@ -40,6 +44,7 @@ WINDOWS = {
     "zoomed.png": "PROJECT --demo stylus-1-02 --at 3.2 --span 0.4",
     "review.png": "PROJECT --workspace review --demo stylus-1-01 --at 1.9 --span 2 --size 1440x900",
     "coders.png": "PROJECT --workspace coders --demo stylus-1-01 --at 1.9 --span 2 --size 1440x900",
+    "why.png": "PROJECT --workspace why --demo stylus-1-01 --at 1.9 --span 2 --size 1440x900",
     "first-page.png": "--size 900x560",
     "import.png": "PROJECT --dialog import assets/foam-01.csv assets/foam-02.csv --size 720x640",
     "export.png": "PROJECT --dialog export --size 720x220",
@@ -103,6 +108,12 @@ def dark(name: str) -> str:
     return name.replace(".png", "-dark.png")
 
 
+def train(project: Path) -> None:
+    """Train as F5 does in a new project; the pictures show this run."""
+    selection = DataSelection(tasks=("stylus",), author="Ines")
+    finish(review_job(project, preset("ensemble"), selection, "stylus"))
+
+
 def draw_windows(project: Path, folder: Path, names: Iterable[str]) -> None:
     """Draw the named pictures of the window, as :data:`WINDOWS` says, in both themes."""
     for name in names:
@@ -154,6 +165,7 @@ def main(project: str = "", *names: str) -> None:
         prepare(folder)
         for document in DOCUMENTS:
             document.write_text(run_blocks(document, folder, slow=True)[0], "utf-8")
+        train(folder / "sample.forcelab")
         draw_windows(folder / "sample.forcelab", pictures, (*WINDOWS, CAPTURE))
         for figure in FIGURES:
             shutil.copy(folder / figure, pictures)

@@ -28,7 +28,7 @@ MENUS = {f"{command.group} > {command.text}" for command in COMMANDS} | {
 }
 CHORD = re.compile(r"(?<![\w+])(?:(?:Ctrl|Shift|Alt)\+)+(?:\w+|[-=+,.])|\bF\d{1,2}\b(?!@)")
 #: What a terminal knows, and not the window.
-TERMINAL = {"Ctrl+C"}
+TERMINAL = {"Ctrl+C", "Ctrl+Break"}
 #: What the mouse does while such a key is held.
 GESTURES = ("click", "drag", "wheel")
 

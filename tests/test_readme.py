@@ -17,6 +17,10 @@ def test_ci_runs_the_readme_command_for_tests():
     assert (ROOT / ".ci" / "run").stat().st_mode & 0o111
 
 
+def test_the_readme_is_short_as_the_guide_has_the_rest():
+    assert len(TEXT.splitlines()) < 250
+
+
 def test_the_example_recordings_are_what_the_generator_makes():
     found = {path.name: path.read_text("utf-8") for path in Path(ASSETS).glob("*.csv")}
     assert found == assets()

@@ -1,11 +1,14 @@
 """The version says of a checkout which commit it is, whatever git does."""
 
+import shutil
 import subprocess
 
 import pytest
 
 from forcelab import version
 from forcelab.resources import versions
+
+needs_git = pytest.mark.skipif(shutil.which("git") is None, reason="needs git")
 
 
 @pytest.fixture
@@ -17,6 +20,7 @@ def checkout(tmp_path, monkeypatch):
     version.full_version.cache_clear()
 
 
+@needs_git
 def test_a_checkout_names_its_commit_and_whether_files_were_changed(checkout, monkeypatch):
     def git(*words):
         who = ["-c", "user.name=Ada", "-c", "user.email=ada@lab"]
@@ -41,7 +45,7 @@ def test_an_installed_package_has_the_version_alone(checkout):
     assert version.full_version() == version.__version__
 
 
-@pytest.mark.parametrize("missing", ["git", "commit"])
+@pytest.mark.parametrize("missing", ["git", pytest.param("commit", marks=needs_git)])
 def test_without_git_or_without_a_commit_it_is_still_told_that_this_is_a_checkout(
     checkout, monkeypatch, missing
 ):

@@ -130,6 +130,9 @@ def build_parser(argv: Sequence[str] | None = None) -> Parser:
             _add_command(subparsers, name, import_module(module))
         else:
             subparsers.add_parser(name, help=_summary(module), add_help=False)
+    if argv is None:  # what is made of it is not for a terminal
+        for each in (parser, *subparsers.choices.values()):
+            each.color = False
     return parser
 
 

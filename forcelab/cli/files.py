@@ -110,6 +110,8 @@ def demonstrations_in(
     """
     for source in sources:
         if source == STANDARD_INPUT and not source.exists():
+            if sys.stdin is None:
+                raise UsageError("Standard input ('-') is closed; pipe a recording into it.")
             with TemporaryDirectory(prefix="forcelab-") as folder:
                 file = Path(folder) / "standard-input"
                 with file.open("wb") as stream:

@@ -70,6 +70,8 @@ _NO_CHOICE = re.compile(r"invalid choice: '(.*)' \(choose from (.*)\)")
 class Parser(argparse.ArgumentParser):
     """Says in one sentence what is wrong, where a dozen lines of usage would bury it."""
 
+    color: bool  #: whether the help has colours on a terminal, from Python 3.14 on
+
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """The arguments, and the words that mean nothing.
 

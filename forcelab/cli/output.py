@@ -141,7 +141,7 @@ class _Bar:
         bar = "█" * full + "·" * (WIDTH - full)
         bar += f" {progress.done}/{progress.total}{self._time_left(now - self._begun)}"
         words = printable(f"{self._title} {progress.text}".strip())
-        room = _terminal_width() - len(bar) - 2
+        room = max(_terminal_width() - len(bar) - 2, 1)
         show_line(f"{words if len(words) <= room else words[: room - 1] + '…'} {bar}")
 
     def _time_left(self, passed: float) -> str:

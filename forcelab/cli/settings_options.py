@@ -136,7 +136,9 @@ def _value(field: SettingField, text: Any) -> Any:
         return tuple(name.strip() for name in text.split(","))
     for kind in VARIABLES:
         if field.name == kind:
-            return "+".join(_named(kind, part) for part in text.split("+"))
+            known = dict(field.options)  # which no package can take the place of
+            parts = text.split("+")
+            return "+".join(part if part in known else _named(kind, part) for part in parts)
     if field.default is None:
         return text
     if text == "off":

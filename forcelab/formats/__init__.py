@@ -260,6 +260,12 @@ def read(path: str | os.PathLike[str], options: ReadOptions | None = None) -> li
     ------
     InputError
         If the file cannot be read. The sentence is one line and names the file.
+
+    Examples
+    --------
+    >>> (recording,) = forcelab.read("pull.csv")
+    >>> recording.demonstration.name, recording.tracks[0].actions
+    ('pull', ('grab',))
     """
     path, options = Path(path), options or ReadOptions()
     format_ = identify(path) if options.format is None else _named_format(path, options.format)

@@ -58,6 +58,13 @@ def read_frame(
     InputError
         If there is no column of times and no rate, no column of numbers, or one does not hold what
         its name says.
+
+    Examples
+    --------
+    >>> columns = {"t": [0.0, 0.01, 0.02], "fx": [0.1, 0.4, 0.3], "label": ["grab", "grab", ""]}
+    >>> recording = forcelab.read_frame(columns, "pull", forcelab.ReadOptions(author="Ada"))
+    >>> recording.tracks
+    (Track(author='Ada', segments=(Segment(start=0.0, end=0.02, action='grab'),)),)
     """
     options = options or ReadOptions()
     where = f"Frame {name}"

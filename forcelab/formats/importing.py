@@ -229,6 +229,13 @@ def import_files(
     InputError
         If no file can be read, one of them cannot and the options are strict, or the project
         cannot be written; the project is as it was then.
+
+    Examples
+    --------
+    >>> options = forcelab.ReadOptions(task="pull")
+    >>> report = forcelab.import_files("new.forcelab", ["pull.csv"], options)
+    >>> [imported.added.status for imported in report.demonstrations]
+    ['new']
     """
     return finish(importing(project_path, files, options))
 

@@ -124,6 +124,11 @@ class LabelOptions:
     ------
     InputError
         If the offset is not finite.
+
+    Examples
+    --------
+    >>> forcelab.LabelOptions(author="Ada", offset=-0.25).offset
+    -0.25
     """
 
     author: str = "coder"
@@ -389,6 +394,13 @@ def import_labels(
     ------
     InputError
         If the project cannot be written, or there is no such demonstration; nothing was changed.
+
+    Examples
+    --------
+    >>> options = forcelab.LabelOptions(author="Dora")
+    >>> report = forcelab.import_labels("lab.forcelab", ["foam 04.labels.csv"], options)
+    >>> project.tracks.get(project.demonstrations.id_of("foam 04"), "Dora").segments
+    (Segment(start=0.5, end=2.0, action='grab'),)
     """
     job = importing_labels(
         project_path, files, options, demonstration=demonstration, replacing=replacing

@@ -63,6 +63,12 @@ class ReadOptions:
     ------
     InputError
         If the rate is not positive, or the jitter below zero.
+
+    Examples
+    --------
+    >>> options = forcelab.ReadOptions(task="pull", author="Ada", label="label")
+    >>> forcelab.read("pull.csv", options)[0].tracks[0].author
+    'Ada'
     """
 
     task: str | None = None

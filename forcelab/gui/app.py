@@ -93,8 +93,8 @@ def run_guide(page: str) -> int:
         guide = GuideWindow()
         windows.append(guide)
         theme.apply_to_application(guide)
-        guide.open(page)
         guide.show()
+        guide.open(page)
         status = int(application.exec())
         shiboken6.delete(guide)
         return status
@@ -192,14 +192,18 @@ def _on_wakeup() -> Iterator[None]:
             notifier.setEnabled(False)
 
 
-def settle(window: Window, patience: float) -> None:
-    """Wait until the window is complete; InputError after `patience` seconds."""
+def settle(window: Window, patience: float, dialog: QWidget | None = None) -> None:
+    """Wait until the window and a dialog are complete; InputError after `patience` seconds."""
+
+    def complete() -> bool:
+        return window.settled and bool(getattr(dialog, "settled", True))
+
     deadline = time.monotonic() + patience
     quiet_since = time.monotonic()
     # Asked once more, as a busy machine may have let the quiet time pass in one sleep.
-    while not window.settled or time.monotonic() - quiet_since < SETTLE_ROUNDS:
+    while not complete() or time.monotonic() - quiet_since < SETTLE_ROUNDS:
         QApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 20)
-        if not window.settled:
+        if not complete():
             quiet_since = time.monotonic()
         if time.monotonic() > deadline:
             raise InputError(f"The window was not complete after {patience:g} s; try once more.")
@@ -265,7 +269,7 @@ def _dialog_image(window: Window, options: LaunchOptions) -> QPixmap:
         if options.size is not None:
             dialog.resize(*options.size)
         try:
-            settle(window, DRAWING_TIMEOUT)
+            settle(window, DRAWING_TIMEOUT, dialog)
             images.append(dialog.grab())
         except InputError as error:  # not through Qt, which would print it and go on
             errors.append(error)

@@ -140,8 +140,8 @@ def show_guide(window: QWidget, place: str, *, remembering: bool = True) -> None
     guide = window.findChild(GuideWindow)
     if guide is None:
         guide = GuideWindow(window, remembering=remembering)
-    guide.open(place)
     guide.show()
+    guide.open(place)
     dialog = QApplication.activeModalWidget()
     guide.belong_to(dialog or window)  # or a modal dialog would keep mouse and keys from it
     if isinstance(dialog, QDialog):

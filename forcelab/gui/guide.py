@@ -9,13 +9,14 @@ from pathlib import Path
 from PySide6.QtCore import (
     QByteArray,
     QEvent,
+    QModelIndex,
+    QPersistentModelIndex,
     QRegularExpression,
     QSignalBlocker,
     QSize,
     Qt,
     QTimer,
     QUrl,
-    Signal,
 )
 from PySide6.QtGui import (
     QBrush,
@@ -23,10 +24,12 @@ from PySide6.QtGui import (
     QDesktopServices,
     QFont,
     QFontDatabase,
+    QFontMetrics,
     QFontMetricsF,
     QHideEvent,
     QImageReader,
     QKeySequence,
+    QPainter,
     QPalette,
     QResizeEvent,
     QShortcut,
@@ -51,6 +54,9 @@ from PySide6.QtWidgets import (
     QListWidgetItem,
     QSplitter,
     QStackedWidget,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
     QTextBrowser,
     QTextEdit,
     QToolButton,
@@ -76,7 +82,7 @@ HEADINGS, CODE = {1: 1.7, 2: 1.3, 3: 1.1}, 0.92
 #: Code is made smaller, to this at least, if its lines fit then.
 SMALLEST_CODE = 0.74
 #: The longest line, in average characters; and the margin around a page, in pixels.
-LINE, MARGIN = 104, 24
+LINE, MARGIN = 116, 24
 #: Milliseconds after a change of size until pictures have the new width.
 RESIZE_MS = 80
 
@@ -86,16 +92,27 @@ def read_markdown(document: QTextDocument, page: Page) -> None:
     document.setMarkdown(page.text, FEATURES)
     for table in document.rootFrame().childFrames():
         if isinstance(table, QTextTable):
-            corner = table.cellAt(0, 0)
-            start, end = corner.firstCursorPosition(), corner.lastCursorPosition()
-            if start.block() != end.block() and not start.block().text():
-                start.deleteChar()  # Qt's reader lays an empty line into a table behind code
+            _mend_table(table)
     headings = [block for block in blocks(document) if block.blockFormat().headingLevel()]
     for block, name in zip(headings, anchors(b.text() for b in headings), strict=True):
         named = QTextCharFormat()
         named.setAnchor(True)
         named.setAnchorNames([name])
         _select(block).mergeCharFormat(named)
+
+
+def _mend_table(table: QTextTable) -> None:
+    """Undo what Qt's reader does to a table.
+
+    It joins empty cells to the one before them, and behind code lays an empty line into the first.
+    """
+    for row in range(table.rows()):
+        for column in range(table.columns()):
+            if table.cellAt(row, column).columnSpan() > 1:
+                table.splitCell(row, column, 1, 1)
+    start, end = table.cellAt(0, 0).firstCursorPosition(), table.cellAt(0, 0).lastCursorPosition()
+    if start.block() != end.block() and not start.block().text():
+        start.deleteChar()
 
 
 def blocks(document: QTextDocument) -> Iterator[QTextBlock]:
@@ -164,9 +181,6 @@ class _Styler:
         document = self._document
         document.setDocumentMargin(MARGIN)
         document.setIndentWidth(1.5 * self._line)
-        option = document.defaultTextOption()
-        option.setWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
-        document.setDefaultTextOption(option)
         code: list[tuple[QTextBlock, QTextBlock]] = []
         tables: dict[int, QTextTable] = {}
         for block in blocks(document):
@@ -304,9 +318,12 @@ class PageView(QTextBrowser):
         super().__init__()
         self.setOpenLinks(False)
         self.setAccessibleName("Page of the guide")
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)  # the width stays
         self.setFrameShape(QTextBrowser.Shape.NoFrame)
+        self.setWordWrapMode(QTextOption.WrapMode.WordWrap)
         self._page: Page | None = None
+        self._words = ""  # that are marked
+        self._looks: tuple[object, ...] = ()  # of the document that is shown
         self._resized = QTimer(self, singleShot=True, interval=RESIZE_MS)
         self._resized.timeout.connect(self.dress)
         theme.themes().changed.connect(self._resized.start)
@@ -318,27 +335,31 @@ class PageView(QTextBrowser):
 
     def dress(self) -> None:
         """Show the page as theme, text size and width ask for, without leaving its place."""
-        if self._page is None:
-            return
-        top = self.cursorForPosition(self.viewport().rect().topLeft()).blockNumber()
-        above = self.verticalScrollBar().value() > 0
         wide = self.fontMetrics().averageCharWidth() * LINE
         width = min(self.viewport().width(), wide + 2 * MARGIN)
+        looks = (self._page, width, self.font().toString(), theme.colours())
+        if self._page is None or looks == self._looks:
+            return
+        self._looks = looks
+        top = self.cursorForPosition(self.viewport().rect().topLeft()).blockNumber()
+        above = self.verticalScrollBar().value() > 0
         document = QTextDocument(self)
         document.setUndoRedoEnabled(False)
         document.setDefaultFont(self.font())
         read_markdown(document, self._page)
         _Styler(document, self.font(), width - 2 * MARGIN).style()
-        self.setDocument(document)  # which deletes the one before
         self.setLineWrapMode(QTextEdit.LineWrapMode.FixedPixelWidth)
         self.setLineWrapColumnOrWidth(width)
+        self.setDocument(document)  # which deletes the one before
         if above:
             block = document.findBlockByNumber(top)
             box = document.documentLayout().blockBoundingRect(block)
             self.verticalScrollBar().setValue(round(box.top()))
+        self.mark_words(self._words)
 
     def mark_words(self, query: str) -> None:
         """Mark where the words that were searched for are."""
+        self._words = query
         found: list[QTextEdit.ExtraSelection] = []
         ground = QColor(theme.colours().warning)
         ground.setAlphaF(0.3)
@@ -391,17 +412,62 @@ class _Visit:
     scrolled: int = -1  # pixels; below 0 the anchor counts
 
 
-#: What items of contents and search lead to.
-PLACE = Qt.ItemDataRole.UserRole
+#: What items of contents and search lead to, and the line in which something was found.
+PLACE, EXCERPT = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1
+
+
+class _ResultPainter(QStyledItemDelegate):
+    """Paints what was found: the heading, and below it two lines of the text."""
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> None:
+        self.initStyleOption(option, index)
+        style = option.widget.style()
+        style.drawPrimitive(QStyle.PrimitiveElement.PE_PanelItemViewItem, option, painter)
+        chosen = bool(option.state & QStyle.StateFlag.State_Selected)
+        ink, muted = QPalette.ColorRole.Text, QPalette.ColorRole.PlaceholderText
+        if chosen:
+            ink = muted = QPalette.ColorRole.HighlightedText
+        room = option.rect.adjusted(8, 4, -8, -4)
+        bold = QFont(option.font)
+        bold.setBold(True)
+        metrics = QFontMetrics(bold)
+        title = metrics.elidedText(option.text, Qt.TextElideMode.ElideRight, room.width())
+        painter.save()
+        painter.setFont(bold)
+        painter.setPen(option.palette.color(ink))
+        painter.drawText(room, Qt.AlignmentFlag.AlignTop, title)
+        painter.setFont(option.font)
+        painter.setPen(option.palette.color(muted))
+        below = room.adjusted(0, metrics.height(), 0, 0)
+        below.setHeight(2 * option.fontMetrics.height())
+        painter.drawText(below, Qt.TextFlag.TextWordWrap, index.data(EXCERPT))
+        painter.restore()
+
+    def sizeHint(
+        self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
+    ) -> QSize:
+        return QSize(0, 3 * option.fontMetrics.height() + 10)
+
+
+class _EntryPainter(QStyledItemDelegate):
+    """Paints the contents, with some room between the lines."""
+
+    def sizeHint(
+        self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
+    ) -> QSize:
+        return QSize(0, round(1.5 * option.fontMetrics.height()))
 
 
 class GuideWindow(QWidget):
-    """The guide; it stays open beside the window. Emits `page_shown` with a page's name.
+    """The guide, which stays open beside the window.
 
     Unless `remembering`, size and place are neither used nor stored.
     """
-
-    page_shown = Signal(str)
 
     def __init__(self, parent: QWidget | None = None, *, remembering: bool = True) -> None:
         super().__init__(parent, Qt.WindowType.Window)
@@ -416,6 +482,8 @@ class GuideWindow(QWidget):
         self.search = search_field("Search the guide", "Search the guide")
         self.search.textChanged.connect(self._search)
         self.search.returnPressed.connect(self._open_first)
+        down = QShortcut(QKeySequence(Qt.Key.Key_Down), self.search, self._open_first)
+        down.setContext(Qt.ShortcutContext.WidgetShortcut)
         self.contents, self.results = QTreeWidget(), QListWidget()
         self.back, self.forward = (
             self._step_button("back", "Back", QKeySequence.StandardKey.Back, -1),
@@ -441,6 +509,7 @@ class GuideWindow(QWidget):
             QShortcut(QKeySequence(keys), self, act)
         theme.themes().changed.connect(self._dress)
         self._restore()
+        self.view.setFocus()
 
     def sizeHint(self) -> QSize:
         metrics = self.fontMetrics()
@@ -501,16 +570,15 @@ class GuideWindow(QWidget):
         tree = self.contents
         tree.setHeaderHidden(True)
         tree.setIndentation(14)
+        tree.setItemDelegate(_EntryPainter(tree))
         tree.setAccessibleName("Contents")
         tree.setFrameShape(QTreeWidget.Shape.NoFrame)
         _make_clear(tree)
-        height = round(1.5 * self.fontMetrics().height())
 
         def entry(title: str, place: str) -> QTreeWidgetItem:
             item = self._entries[place] = QTreeWidgetItem([title])
             item.setData(0, PLACE, place)
             item.setToolTip(0, title)
-            item.setSizeHint(0, QSize(0, height))
             return item
 
         for page in self._pages.values():
@@ -524,10 +592,10 @@ class GuideWindow(QWidget):
 
     def _make_results(self) -> None:
         self.results.setAccessibleName("Found in the guide")
-        self.results.setWordWrap(True)
+        self.results.setItemDelegate(_ResultPainter(self.results))
+        self.results.setUniformItemSizes(True)
         self.results.setFrameShape(QListWidget.Shape.NoFrame)
         self.results.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.results.setSpacing(2)
         _make_clear(self.results)
         self.results.currentItemChanged.connect(self._open_result)
 
@@ -548,7 +616,6 @@ class GuideWindow(QWidget):
         self.back.setEnabled(index > 0)
         self.forward.setEnabled(index + 1 < len(self._visits))
         self._choose_in_contents(self.place)
-        self.page_shown.emit(page.name)
 
     def _step(self, step: int) -> None:
         """Go back or forward."""
@@ -585,8 +652,10 @@ class GuideWindow(QWidget):
             for match in search(tuple(self._pages.values()), query):
                 section = match.section
                 page = self._pages[section.page].title
-                title = page if section.level == 1 else f"{page} › {section.title}"
-                item = QListWidgetItem(f"{title}\n{match.excerpt}")
+                title = page if section.level == 1 else f"{section.title} · {page}"
+                item = QListWidgetItem(title)
+                item.setData(EXCERPT, match.excerpt)
+                item.setData(Qt.ItemDataRole.AccessibleTextRole, f"{title}: {match.excerpt}")
                 anchor = "" if section.level == 1 else f"#{section.anchor}"
                 item.setData(PLACE, f"{section.page}{anchor}")
                 self.results.addItem(item)

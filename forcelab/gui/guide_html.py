@@ -67,6 +67,7 @@ h3, h4 { font-size: 1.1rem; }
 a { color: var(--link); }
 img { max-width: 100%; height: auto; border: 1px solid var(--edge); border-radius: 4px; }
 code, pre { font: 0.875em/1.45 ui-monospace, monospace; }
+pre code { font: inherit; }
 :not(pre) > code { background: var(--panel); padding: 0.1em 0.3em; border-radius: 3px; }
 pre { background: var(--panel); border: 1px solid var(--edge); border-radius: 4px;
   padding: 0.75em 1em; overflow-x: auto; }

@@ -7,9 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QCheckBox,
+    QComboBox,
     QDoubleSpinBox,
     QFileDialog,
     QHBoxLayout,
@@ -21,6 +22,9 @@ from PySide6.QtWidgets import (
 from forcelab.gui.key_events import ignore_wheel
 from forcelab.gui.widgets import ElidedLabel, combo_box
 from forcelab.setting_field import SettingField
+
+#: Letters of a choice that a form has room for.
+LONGEST_CHOICE = 40
 
 
 class Editor(QWidget):
@@ -115,7 +119,18 @@ class ChoiceEditor(Editor):
         self.box = combo_box(field.label, {name: value for value, name in field.options})
         self.box.currentIndexChanged.connect(lambda _: self.changed.emit())
         ignore_wheel(self.box)
+        if max(map(len, dict(field.options).values()), default=0) > LONGEST_CHOICE:
+            self._shorten()
         self._lay_out(self.box)
+
+    def _shorten(self) -> None:
+        """Let a choice with long texts be no wider than a form; each in full is its tip."""
+        box = self.box
+        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        box.setMinimumContentsLength(LONGEST_CHOICE)
+        for i in range(box.count()):
+            box.setItemData(i, box.itemText(i), Qt.ItemDataRole.ToolTipRole)
+        box.currentTextChanged.connect(box.setToolTip)
 
     def value(self) -> str:
         return str(self.box.currentData())

@@ -56,6 +56,12 @@ class Project:
         Coders, assignments, notes and verdicts.
     runs : RunStore
         Evaluations and recognisers, with all it takes to repeat them.
+
+    Examples
+    --------
+    >>> with forcelab.Project.open("lab.forcelab") as lab:
+    ...     [info.name for info in lab.demonstrations.infos("foam")]
+    ['foam 01', 'foam 02', 'foam 03', 'foam 04']
     """
 
     def __init__(self, path: Path, database: Database) -> None:

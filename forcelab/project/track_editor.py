@@ -103,6 +103,16 @@ class TrackEditor:
         ``project.tracks.edit``; nothing was written then.
     StaleTrackError
         Every verb: if another window or process changed the track; :meth:`refresh` and repeat.
+
+    Examples
+    --------
+    >>> cleo = forcelab.TrackEditor(project, project.demonstrations.id_of("foam 04"), "Cleo")
+    >>> edit = cleo.paint(0.5, 2.0, "grab")
+    >>> [segment.action for segment in cleo.segments]
+    ['grab']
+    >>> edit = cleo.undo()
+    >>> cleo.segments
+    ()
     """
 
     unchanged = ""

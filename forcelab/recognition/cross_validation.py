@@ -326,6 +326,12 @@ def leave_one_out_job(
     InputError
         If fewer than two recordings are labelled, they do not fit together, or there is a single
         group.
+
+    Examples
+    --------
+    >>> evaluation = forcelab.finish(forcelab.leave_one_out_job(labelled, settings, "foam"))
+    >>> evaluation.scores("filtered")[0].accuracy > 0.6
+    True
     """
     used, parts, remarks = plan_folds(labelled, folds)
     started = perf_counter()
@@ -485,6 +491,12 @@ def train_and_test_job(
     ------
     InputError
         If either side has no labels, the two share a demonstration or have different channels.
+
+    Examples
+    --------
+    >>> job = forcelab.train_and_test_job(labelled[:2], labelled[2:3], settings)
+    >>> [item.name for item in forcelab.finish(job).tested]
+    ['foam 03']
     """
     train_items, train_remarks = select_labelled(train)
     tested_items, test_remarks = select_labelled(test)

@@ -96,6 +96,12 @@ def load_dataset(
         If several coders labelled and none was chosen.
     InputError
         If a task has no demonstration, an array is damaged, or nothing is labelled.
+
+    Examples
+    --------
+    >>> dataset = forcelab.load_dataset(project, ["foam"], "Ada")
+    >>> [len(item.segments) for item in dataset.labelled]
+    [5, 5, 5, 0]
     """
     with project.snapshot():
         for task in tasks:
@@ -188,6 +194,12 @@ class DataSelection:
         it was not chosen: :func:`default_fold_count`.
     also_from : str, optional
         Another coder, whose labels are learnt from where the first one has none, and never tested.
+
+    Examples
+    --------
+    >>> selection = forcelab.DataSelection(tasks=("foam",), author="Ada")
+    >>> len(selection.load(project, ["foam"], settings).labelled)
+    4
     """
 
     tasks: tuple[str, ...] = ()

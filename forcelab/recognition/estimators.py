@@ -6,7 +6,7 @@ So its splitters leave out demonstrations, its searches try settings, and its sc
 from __future__ import annotations
 
 import inspect
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields
 from typing import Any
 
@@ -27,6 +27,13 @@ from forcelab.recognition.examples import (
     prepare_examples,
 )
 from forcelab.recognition.metrics import pool
+from forcelab.recognition.plugins import (
+    Named,
+    name_as,
+    named_here,
+    register_classifier,
+    register_features,
+)
 from forcelab.recognition.presets import preset as preset_named
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import FIELD_GROUPS, Settings
@@ -35,6 +42,11 @@ from forcelab.text import unknown_word
 
 #: The value of a parameter that was not given: as in the preset. None switches a filter off.
 AS_PRESET = "preset"
+#: What a parameter that is a function, as those of one's own, is registered by.
+_REGISTERING: dict[str, Callable[[Any], str]] = {
+    "classifier": register_classifier,
+    "features": register_features,
+}
 #: What time steps are known by; the other settings are of what learns from them.
 FEATURE_SETTINGS = (*(field.name for field in FIELD_GROUPS["Features"]), "windows")
 
@@ -80,7 +92,14 @@ class _OfDemonstrations(BaseEstimator):
             for name, value in self.get_params(deep=False).items()
             if name != "preset" and not (isinstance(value, str) and value == AS_PRESET)
         }
+        for name, register in _REGISTERING.items():
+            if callable(changed.get(name)):
+                changed[name] = register(changed[name])
         return base.replace(**changed)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy for a worker of a search, where all that was named here is named, too."""
+        return _unpickle, (type(self), self.__getstate__(), named_here())
 
     def __sklearn_tags__(self) -> Any:
         """What it takes is no array: scikit-learn's checks that give it one are skipped."""
@@ -88,6 +107,13 @@ class _OfDemonstrations(BaseEstimator):
         tags.input_tags.two_d_array = False
         tags.no_validation = True
         return tags
+
+
+def _unpickle(cls: Any, state: dict[str, Any], named: tuple[Named, ...]) -> Any:
+    name_as(named)
+    estimator = cls.__new__(cls)
+    estimator.__setstate__(state)
+    return estimator
 
 
 @_takes(*(field.name for field in fields(Settings) if field.name != "preset"))
@@ -105,7 +131,8 @@ class ForceActionClassifier(_OfDemonstrations):
         Where every other parameter begins: the name of a preset, as of :func:`preset`, or settings.
     **settings
         Any field of :class:`Settings`, such as ``stride``, ``max_scale`` or ``classifier``. One
-        that is not given, which is ``"preset"``, is as in the preset.
+        that is not given, which is ``"preset"``, is as in the preset. ``classifier`` and
+        ``features`` may be your own, as of :func:`register_classifier`: a function or its path.
 
     Attributes
     ----------

@@ -97,6 +97,14 @@ class LabelledDemonstration:
         no merge map must take it away again.
     added : bool
         Whether the segments are another coder's, of whom is only learnt: it is never tested on.
+
+    Examples
+    --------
+    >>> item = forcelab.LabelledDemonstration(
+    ...     project.demonstrations.load("foam 01"), (forcelab.Segment(0.0, 1.0, "still"),)
+    ... )
+    >>> len(item.segments)
+    1
     """
 
     demonstration: Demonstration
@@ -152,6 +160,12 @@ class Examples:
         Of the channels; empty where they are not known.
     added : bool
         Whether the segments are another coder's.
+
+    Examples
+    --------
+    >>> examples = forcelab.prepare_examples(labelled[0], settings)
+    >>> examples.features.shape, examples.times.shape
+    ((469, 48), (469,))
     """
 
     name: str
@@ -232,6 +246,12 @@ def prepare_examples(
     -----
     Glitches count as missing samples and are bridged; see
     :func:`~forcelab.signals.conditioning.glitches`.
+
+    Examples
+    --------
+    >>> examples = forcelab.prepare_examples(labelled[0], settings)
+    >>> examples.features.shape, len(examples.codes(run.actions))
+    ((469, 48), 469)
     """
     demonstration = labelled.demonstration
     try:

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, replace
 
 from forcelab.errors import InputError, UnclearAuthorError
 from forcelab.jobs import Progress, job
+from forcelab.notebook import html_title
 from forcelab.parallel import run_job
 from forcelab.project import LabelsUsed, Project, Provenance
 from forcelab.recognition.cross_validation import (
@@ -36,6 +37,11 @@ class TaskEvaluations:
     joined: bool  # whether one evaluation was asked for, not one a task
     #: A sentence for each task that could not be evaluated, and on an idle merge map
     remarks: tuple[str, ...]
+
+    def _repr_html_(self) -> str:
+        """As notebooks show it: each evaluation, and what is worth a look."""
+        shown = [evaluation._repr_html_() for _, evaluation in self.evaluations]
+        return "".join([*shown, *(html_title("", remark) for remark in self.remarks)])
 
 
 @dataclass(frozen=True)
@@ -90,6 +96,14 @@ def evaluate_tasks_job(
         If several coders labelled, none was chosen, and no task can be evaluated without.
     InputError
         If what was chosen cannot be evaluated, or no task can.
+
+    Examples
+    --------
+    >>> selection = forcelab.DataSelection(tasks=("foam",), author="Ada")
+    >>> job = forcelab.evaluate_tasks_job(project, settings, selection)
+    >>> _, evaluation = forcelab.finish(job).evaluations[0]
+    >>> evaluation.title
+    'foam'
     """
     selection.check()
     if latency is not None and (not selection.leaves_out or selection.also_from is not None):
@@ -297,6 +311,13 @@ def train_tasks_job(
     ------
     InputError
         If too little is labelled.
+
+    Examples
+    --------
+    >>> selection = forcelab.DataSelection(tasks=("foam",), author="Ada")
+    >>> trained = forcelab.finish(forcelab.train_tasks_job(project, settings, selection, "foam"))
+    >>> [stored.name for stored in project.runs.recognisers()]
+    ['foam']
     """
     tasks = selection.joined_tasks(project)
     dataset = selection.load(project, tasks, settings)

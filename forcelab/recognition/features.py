@@ -316,6 +316,12 @@ def wavelet_features(
     a thousandth of it, and never less than 1e-13 of the channel's amplitude. Where a magnitude is
     at its floor the phase means nothing and is 0. A channel without any variation has the floor
     of one of amplitude 1.
+
+    Examples
+    --------
+    >>> scales = np.array([4.0, 8.0])
+    >>> forcelab.wavelet_features(np.zeros((100, 2)), scales, forcelab.Morlet()).shape
+    (2, 400)
     """
     q, n = channels.shape
     k = len(scales)

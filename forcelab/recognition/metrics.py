@@ -481,6 +481,13 @@ class Scores:
         Samples; rows are human and columns predicted actions, the last column unlabelled.
     events : Events
         Ward's event errors.
+
+    Examples
+    --------
+    >>> human = labelled[0].segments
+    >>> scores = forcelab.score_tracks(human, human[:2])
+    >>> scores.f1["50"] < 1, scores.coverage < 1
+    (True, True)
     """
 
     name: str
@@ -680,6 +687,12 @@ def score_tracks(
     ------
     InputError
         If an action is not among `actions`.
+
+    Examples
+    --------
+    >>> human = labelled[0].segments
+    >>> forcelab.score_tracks(human, human).accuracy
+    1.0
     """
     used = tuple(dict.fromkeys(segment.action for segment in (*human, *predicted)))
     scored = used if actions is None else tuple(actions)

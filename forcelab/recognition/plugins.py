@@ -28,12 +28,13 @@ from importlib import import_module
 from importlib.machinery import PathFinder
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any, Literal, cast
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 from forcelab.errors import ForcelabError, InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 Kind = Literal["classifier", "features"]
 #: A path as settings hold it, its kind, and the function itself where no import finds it.
@@ -120,9 +121,10 @@ def register_features(function: Callable[[NDArray[np.float64], float], Any]) -> 
     Examples
     --------
     >>> import forcelab
-    >>> import numpy as np
-    >>> name = forcelab.register_features(np.diff)  # doctest: +SKIP
-    >>> forcelab.preset("best").replace(features=f"windows+{name}")  # doctest: +SKIP
+    >>> def energy(signals, rate):
+    ...     return signals**2
+    >>> name = forcelab.register_features(energy)
+    >>> settings = forcelab.preset("best").replace(features=f"windows+{name}")
     """
     return _register("features", function)
 
@@ -224,24 +226,29 @@ def naming_plugin(path: str, failed: str, cure: str) -> Generator[None, None, No
 
 
 def is_own_type(name: str, path: str) -> bool:
-    """Whether a type that a file names is a class of the package of a path, not scikit-learn.
+    """Whether a type that a file names is a class of the package of a path.
 
-    It has to be defined there: a class that is only imported there, such as one that starts
-    programs, is not.
+    Never of scikit-learn, whose types skops knows. It has to be defined there: a class that is
+    only imported there, such as one that starts programs, is not.
     """
     module, _, attribute = name.rpartition(".")
+    if module.partition(".")[0] != _package(path) or _package(path) == "sklearn":
+        return False
     value = getattr(sys.modules.get(module), attribute, None)
-    same = module.partition(".")[0] == _package(path) != "sklearn"  # whose types skops knows
-    return same and isinstance(value, type) and value.__module__ == module
+    return isinstance(value, type) and value.__module__ == module
 
 
 def _package(path: str) -> str:
     return re.split("[.:]", path, maxsplit=1)[0]
 
 
-def named_here(paths: Iterable[tuple[Kind, str]]) -> tuple[Named, ...]:
-    """Those that were named in this process, for :func:`name_as` in another one."""
-    named = [(kind, path) for kind, path in paths if path in known_paths(kind)]
+def named_here(paths: Iterable[tuple[Kind, str]] | None = None) -> tuple[Named, ...]:
+    """All that was named in this process, or those of some paths, for another process of ours.
+
+    There :func:`name_as` takes it.
+    """
+    every: list[tuple[Kind, str]] = [(kind, path) for kind in GROUPS for path in known_paths(kind)]
+    named = every if paths is None else [each for each in paths if each in every]
     for _, path in named:
         _find_here(path)  # what comes back from there may be of it
     return tuple(

@@ -94,6 +94,11 @@ def preset(name: str) -> Settings:
     ------
     InputError
         If there is none of that name.
+
+    Examples
+    --------
+    >>> forcelab.preset("paper").classifier
+    'mlp'
     """
     if name not in PRESETS:
         raise InputError(unknown_word("preset", name, PRESETS))

@@ -139,6 +139,13 @@ class Recogniser:
     dropped : tuple of DroppedSegment
         Segments that it was not trained on, as the other demonstrations contradict them. What was
         read from a file does not tell.
+
+    Examples
+    --------
+    >>> recogniser = forcelab.train(labelled, settings)
+    >>> prediction = recogniser.predict(project.demonstrations.load("foam 04"))
+    >>> prediction.actions
+    ('still', 'grab', 'hold', 'release')
     """
 
     settings: Settings

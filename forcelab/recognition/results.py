@@ -175,6 +175,14 @@ class Evaluation:
         What was left out, a sentence each.
     vocabulary : Vocabulary
         How a project draws the actions; empty where there is none.
+
+    Examples
+    --------
+    >>> evaluation = forcelab.finish(forcelab.leave_one_out_job(labelled, settings))
+    >>> pooled, each = evaluation.scores("filtered")
+    >>> pooled.accuracy > 0.6, [scores.name for scores in each]
+    (True, ['foam 01', 'foam 02', 'foam 03'])
+    >>> evaluation.plot().save("pairs.svg")
     """
 
     title: str

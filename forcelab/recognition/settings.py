@@ -118,6 +118,11 @@ class Settings:
     ------
     InputError
         If a value is out of its range.
+
+    Examples
+    --------
+    >>> forcelab.preset("best").replace(decoder="filters").decoder
+    'filters'
     """
 
     preset: str = "paper"

@@ -129,6 +129,10 @@ def save_recogniser(recogniser: Recogniser, path: str | PathLike[str]) -> None:
     ------
     InputError
         If the file cannot be written, or the recogniser could not be loaded again.
+
+    Examples
+    --------
+    >>> forcelab.save_recogniser(forcelab.train(labelled, settings), "foam.skops")
     """
     write_atomically(Path(path), dump(recogniser))
 
@@ -141,6 +145,12 @@ def load_recogniser(path: str | PathLike[str]) -> Recogniser:
     InputError
         If the file is none of ours, damaged, from a newer version, or holds a type that no
         recogniser needs; nothing of it has been run then.
+
+    Examples
+    --------
+    >>> forcelab.save_recogniser(forcelab.train(labelled, settings), "foam.skops")
+    >>> forcelab.load_recogniser("foam.skops").actions
+    ('still', 'grab', 'hold', 'release')
     """
     path = Path(path)
     if not path.is_file():
@@ -168,16 +178,20 @@ def _unpack(data: bytes, name: str) -> Recogniser:
             # We never compress: nothing in a file can be larger than the file.
             raise zipfile.BadZipFile
         untrusted = sorted(set(io.get_untrusted_types(data=data)) - set(TRUSTED))
-        own = _own_classifier(data) if untrusted else ""
+        own, called = _own_classifier(data) if untrusted else ("", set())
         if own:
             try:
                 classifier_kind(own)
             except InputError as error:
                 raise InputError(f"{name}: {error}") from error
         # Only what its own classifier consists of, and that only if its user named it.
-        trusted = [t for t in untrusted if own and (t == CHECKED or is_own_type(t, own))]
+        trusted = [
+            t
+            for t in untrusted
+            if own and (t == CHECKED or (t not in called and is_own_type(t, own)))
+        ]
         if strange := sorted(set(untrusted) - set(trusted)):
-            need = f"which is neither scikit-learn's nor a class of the package of '{own}'"
+            need = f"which is neither scikit-learn's nor a plain object of the package of '{own}'"
             raise InputError(
                 f"{name} holds the type {strange[0]}, "
                 f"{need if own else 'which no recogniser needs'}; it was not loaded."
@@ -190,17 +204,28 @@ def _unpack(data: bytes, name: str) -> Recogniser:
         ) from error
 
 
-def _own_classifier(data: bytes) -> str:
-    """The import path of the classifier that the settings in a file name; empty if it is ours.
+def _own_classifier(data: bytes) -> tuple[str, set[str]]:
+    """The import path of the classifier that a file's settings name, empty if it is ours.
 
-    It is read as text, before any object is made.
+    And the types that are more than objects with attributes: those whose constructors would be
+    called with what the file says, methods and functions. All is read as text, before any object is
+    made.
     """
     with zipfile.ZipFile(BytesIO(data)) as archive:
         schema = json.loads(archive.read("schema.json"))
+    own = ""
     with suppress(LookupError, TypeError, ValueError):  # it is no recogniser at all
-        name = json.loads(schema["content"]["settings"]["content"]["classifier"]["content"])
-        return name if is_import_path(name) else ""
-    return ""
+        own = json.loads(schema["content"]["settings"]["content"]["classifier"]["content"])
+    called, waiting = set[str](), [schema]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, list):
+            waiting += node
+        elif isinstance(node, dict):
+            waiting += node.values()
+            if node.get("__loader__") != "ObjectNode":
+                called.add(f"{node.get('__module__')}.{node.get('__class__')}")
+    return own if is_import_path(own) else "", called
 
 
 def _recogniser(content: object, name: str) -> Recogniser:

@@ -224,5 +224,10 @@ def train(labelled: Sequence[LabelledDemonstration], settings: Settings) -> Reco
     ------
     InputError
         If there is too little to train on.
+
+    Examples
+    --------
+    >>> forcelab.train(labelled, settings).actions
+    ('still', 'grab', 'hold', 'release')
     """
     return finish(training_job(labelled, settings))

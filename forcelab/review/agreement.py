@@ -137,6 +137,12 @@ def coded_demonstrations(
     ------
     InputError
         If there is no such task or coder.
+
+    Examples
+    --------
+    >>> coded, hidden = forcelab.coded_demonstrations(project, "foam")
+    >>> [sorted(item.tracks) for item in coded]
+    [['Ada', 'Bo'], ['Ada', 'Bo'], ['Ada', 'Bo']]
     """
     coders = project.coding.coders()
     if unknown := [name for name in authors if name not in coders]:
@@ -807,6 +813,13 @@ def agreement_job(
     -------
     Agreement
         Of every two who share a demonstration, and of all.
+
+    Examples
+    --------
+    >>> coded, _ = forcelab.coded_demonstrations(project, "foam")
+    >>> (pair,) = forcelab.finish(forcelab.agreement_job(coded)).pairs
+    >>> pair.kappa
+    1.0
     """
     names = sorted({author for item in coded for author in item.tracks})
     compared = tuple(name for name in names if same is None or name != same[1])

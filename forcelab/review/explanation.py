@@ -688,6 +688,13 @@ def explain_at_job(
     ------
     InputError
         If the run did not test it, or neither the human nor the run says anything at that time.
+
+    Examples
+    --------
+    >>> id_ = project.demonstrations.id_of("foam 01")
+    >>> explanation = forcelab.finish(forcelab.explain_at_job(project.path, run, id_, 1.0))
+    >>> explanation.favoured
+    'still'
     """
     result = run.result_of(id_)
     place = interval_at(result, time)

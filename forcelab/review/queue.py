@@ -81,6 +81,12 @@ def review_queue(project: Project, run: RunResult, invented: bool = False) -> Qu
     Queue
         Its ``open`` is all that is not judged, the most urgent first. The human or the model
         of a difference is None where that one left the time unlabelled.
+
+    Examples
+    --------
+    >>> for difference in forcelab.review_queue(project, run).open[:1]:
+    ...     print(difference.kind, difference.human, difference.predicted)
+    action hold still
     """
     tracks = current_tracks(project, run)
     return finish(arrange_queue(run, tracks, project.coding.verdicts(), invented=invented))[0]

@@ -51,6 +51,12 @@ def compare_runs(first: RunResult, second: RunResult) -> Comparison:
     -------
     Comparison
         Differences are what `second` has more.
+
+    Examples
+    --------
+    >>> comparison = forcelab.compare_runs(run, run)
+    >>> len(comparison.pairs), comparison.settings
+    (3, ())
     """
     return finish(comparison_job(first, second))
 

@@ -68,6 +68,12 @@ class RunResult:
         where there were no probabilities.
     vocabulary : Vocabulary
         The actions of the tasks, with their colours, as they were when the run was loaded.
+
+    Examples
+    --------
+    >>> run.title, run.author, len(run.tested)
+    ('foam', 'Ada', 3)
+    >>> run.plot().save("pairs.svg")
     """
 
     number: int
@@ -139,6 +145,11 @@ def load_run(project: Project, number: int) -> RunResult:
     ------
     InputError
         If there is no such run, it is of another kind, or it is damaged.
+
+    Examples
+    --------
+    >>> forcelab.load_run(project, 1).title
+    'foam'
     """
     run = project.runs.get(number)
     if run.kind != KIND:
@@ -169,6 +180,11 @@ def latest_run(project: Project, tasks: Sequence[str] | None = None) -> RunResul
     ------
     InputError
         If it is damaged.
+
+    Examples
+    --------
+    >>> forcelab.latest_run(project, ["foam"]).title
+    'foam'
     """
     runs = project.runs.summaries(KIND)[::-1]
     if tasks is not None:

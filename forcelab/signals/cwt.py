@@ -152,6 +152,11 @@ def cwt(x: ArrayLike, scales: Sequence[float] | Real, wavelet: Wavelet | None = 
     Notes
     -----
     Frequencies above the Nyquist frequency are cut from the wavelet, not folded back.
+
+    Examples
+    --------
+    >>> forcelab.cwt(np.sin(np.arange(256) / 5), [8.0, 16.0]).shape
+    (2, 256)
     """
     channel = np.asarray(x)
     sizes = np.atleast_1d(np.asarray(scales, dtype=np.float64))

@@ -121,6 +121,13 @@ class Morlet(Wavelet):
     p = 5, the spectrum is above 1e-3 of its peak at the Nyquist frequency and is cut there; at
     scale 2 the cut lies at 44 % of the peak. From ``(p + 6.5) / pi`` samples on, 3.7 for p = 5,
     what is cut is below 1e-9.
+
+    Examples
+    --------
+    >>> tone = np.sin(np.arange(256) / 5)
+    >>> low, high = np.abs(forcelab.cwt(tone, [8.0, 24.0], forcelab.Morlet()))
+    >>> bool(high.max() > low.max())
+    True
     """
 
     p: float = 5.0
@@ -156,7 +163,13 @@ class Morlet(Wavelet):
 
 @dataclass(frozen=True)
 class RealMorlet(Morlet):
-    """The real part of :class:`Morlet`: magnitude and phase are no longer told apart."""
+    """The real part of :class:`Morlet`: magnitude and phase are no longer told apart.
+
+    Examples
+    --------
+    >>> forcelab.cwt(np.sin(np.arange(256) / 5), [8.0], forcelab.RealMorlet()).shape
+    (1, 256)
+    """
 
     kind: ClassVar[str] = "real Morlet"
     real: ClassVar[bool] = True
@@ -237,6 +250,11 @@ class DOG(Wavelet):
     ----------
     m : int
         Order of the derivative, 1 to 100; a Morlet of p = sqrt(m) is much like those above.
+
+    Examples
+    --------
+    >>> forcelab.cwt(np.sin(np.arange(256) / 5), [8.0, 16.0], forcelab.DOG(2)).shape
+    (2, 256)
     """
 
     m: int = 2
@@ -292,6 +310,13 @@ class Haar(Wavelet):
 
     Its spectrum falls off only like 1/w and is cut at the Nyquist frequency, so that the sampled
     wavelet rings a little beside its three jumps.
+
+    Examples
+    --------
+    >>> steps = np.repeat([0.0, 1.0], 128)
+    >>> (magnitudes,) = np.abs(forcelab.cwt(steps, [16.0], forcelab.Haar()))
+    >>> bool(abs(magnitudes.argmax() - 127.5) < 1)
+    True
     """
 
     name: str = "Haar"

@@ -221,6 +221,13 @@ def simulate_job(
     InputError
         If the folder is no project or may not be written, or the disk is full. The project is as
         it was then, and one that did not exist does not exist afterwards either.
+
+    Examples
+    --------
+    >>> from forcelab.simulation.origin import Origin
+    >>> job = forcelab.simulate_job("simulated.forcelab", [Origin("foam", 7, 1)], video=False)
+    >>> [result.name for result in forcelab.finish(job)]
+    ['foam-7-01']
     """
     path = Path(path)
     new = Project.vacant(path)

@@ -66,6 +66,7 @@ Some *it* and **bold** `<code>`, [a `link`](label.md#keys), [web](https://exampl
 | a | b |
 |---|---|
 | x | `y` |
+| z |  |
 
 ```console
 $ forcelab <x>
@@ -92,7 +93,7 @@ def test_what_a_page_holds_becomes_html():
         '<a href="label.html#keys">a <code>link</code></a>',
         '<a href="https://example.org?a=1&amp;b=2">web</a>',
         "<thead><tr><th>a</th><th>b</th></tr></thead>",
-        "<tr><td>x</td><td><code>y</code></td></tr>",
+        "<tr><td>x</td><td><code>y</code></td></tr>\n<tr><td>z</td><td></td></tr>",
         '<pre><code>$ forcelab &lt;x&gt;\n "out"</code></pre>\n<pre><code>$ second</code></pre>',
         'media="(prefers-color-scheme: dark)"><img src="pictures/window.png" '
         'alt="the &quot;window&quot;" width="1280" height="800"',

@@ -14,8 +14,10 @@ from forcelab.cli import command_modules, main
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     path = tmp_path_factory.mktemp("manual") / "forcelab.1"
-    with redirect_stdout(io.StringIO()) as text:
+    with redirect_stdout(io.StringIO()) as text, pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FORCE_COLOR", "1")  # as help has it on a terminal from Python 3.14 on
         assert main(["manual"]) == 0
+    assert "\x1b" not in text.getvalue()
     path.write_text(text.getvalue(), "utf-8")
     return path
 

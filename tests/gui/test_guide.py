@@ -104,8 +104,9 @@ def test_the_search_finds_sections_and_marks_the_words(guide):
     QTest.keyClick(guide, Qt.Key.Key_F, Qt.KeyboardModifier.ControlModifier)
     assert guide.search.hasFocus()
     QTest.keyClicks(guide.search, "late video")
-    assert [guide.results.item(i).text() for i in range(guide.results.count())] == [
-        "Label › The keys\nA late video."
+    found = [guide.results.item(i) for i in range(guide.results.count())]
+    assert [(i.text(), i.data(guide_module.EXCERPT)) for i in found] == [
+        ("The keys · Label", "A late video.")
     ]
     QTest.keyClick(guide.search, Qt.Key.Key_Return)
     assert guide.place == "label#the-keys"
@@ -136,7 +137,7 @@ def test_nothing_is_wider_than_the_page(guide, until):
     width = guide.view.viewport().width()
     assert 0 < picture.width() < width
     assert picture.height() == pytest.approx(picture.width() * 800 / 1280, abs=1)
-    assert guide.view.document().size().width() <= width
+    assert guide.view.horizontalScrollBar().maximum() == 0
     image = guide.view.loadResource(QTextDocument.ResourceType.ImageResource.value, picture.name())
     assert image.width() == round(picture.width() * guide.view.devicePixelRatioF())
 
@@ -154,10 +155,25 @@ def test_in_the_dark_theme_ground_and_pictures_are_dark(app, guide, until):
     assert pixels(dark)[:, 300:].mean() < 75
 
 
-def test_a_table_behind_code_has_its_first_cell(app):
+def test_the_text_grows_with_the_text_size_and_keeps_its_place_and_marks(app, guide, until):
+    theme.apply_to_application(guide)
+    guide.search.setText("late")
+    guide.open("label#the-keys")
+    before = guide.view.document().defaultFont().pointSizeF()
+    theme.use_text_size(app, 150)
+    until(lambda: guide.view.document().defaultFont().pointSizeF() > 1.4 * before)
+    theme.use_text_size(app, 100)
+    heading = guide.view.cursorRect(guide.view.document().find("The keys"))
+    assert 0 <= heading.top() < 60
+    assert [mark.cursor.selectedText() for mark in guide.view.extraSelections()] == ["late"]
+
+
+def test_the_cells_of_a_table_are_those_of_the_page(app):
+    text = "```\nx\n```\n\n| key | does | more |\n|---|---|---|\n| a | b | c |\n| d | | |\n"
     document = QTextDocument()
-    read_markdown(document, Page("a", "```\nx\n```\n\n| key | does |\n|---|---|\n| a | b |\n"))
-    assert [block.text() for block in blocks(document)][:5] == ["x", "key", "does", "a", "b"]
+    read_markdown(document, Page("label", text))
+    cells = [block.text() for block in blocks(document)][1:10]
+    assert cells == ["key", "does", "more", "a", "b", "c", "d", "", ""]
 
 
 def test_size_and_place_are_remembered(app, guide):

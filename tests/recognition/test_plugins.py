@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sklearn.base import clone
 from sklearn.ensemble import RandomForestClassifier
 from sklearn.naive_bayes import GaussianNB
 from sklearn.pipeline import make_pipeline
@@ -19,7 +20,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.recognition import plugins
 from forcelab.recognition.cross_validation import leave_one_out_job
-from forcelab.recognition.estimators import ForceFeatures
+from forcelab.recognition.estimators import ForceActionClassifier, ForceFeatures
 from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings, applies
@@ -305,10 +306,11 @@ class Reducing:
         return type(self), self.arguments
 
 
-@pytest.mark.parametrize("what", ["Popen", "os.mkdir", "make_nearest", "fail"])
-def test_a_file_runs_nothing_of_a_module_that_was_named_but_its_classes(three, lab, path, what):
+@pytest.mark.parametrize("what", ["Popen", "os.mkdir", "make_nearest", "fail", "NearestMean"])
+def test_a_file_calls_nothing_of_a_module_that_was_named(three, lab, path, what):
     plugins.load_plugin("classifier", plugins.name_path("classifier", f"{lab}:make_nearest"))
-    # To be called as Popen(["touch", "pwned"]) where it is loaded.
+    # To be called as Popen(["touch", "pwned"]) where it is loaded; of a class that is named rightly
+    # a file may give the attributes, and call no constructor.
     type_ = type(what, (Reducing,), {"__module__": lab})
     hostile(three, lab, path, [type_(["touch", "pwned"])])
     with pytest.raises(InputError, match=f"holds the type {lab}.{what}, which is neither"):
@@ -373,6 +375,23 @@ def test_another_process_of_ours_finds_what_was_named_here(lab):
     )
     assert done.stdout.startswith(f"<{lab}.NearestMean object".encode())
     assert str(Path.cwd()) in sys.path  # for what comes back from there
+
+
+def test_workers_of_a_search_find_all_that_was_named_here(lab):
+    name = plugins.name_path("classifier", f"{lab}:make_nearest")
+    content = pickle.dumps(ForceActionClassifier("fast"))  # which another one is searched for
+    plugins._named["classifier"].clear()
+    assert pickle.loads(content).settings == preset("fast")  # noqa: S301
+    assert plugins.load_plugin("classifier", name).__name__ == "make_nearest"
+
+
+def test_an_estimator_takes_functions_as_they_are(three):
+    demonstrations, tracks = zip(*((i.demonstration, i.segments) for i in three), strict=True)
+    classifier = ForceActionClassifier(QUICK, classifier=gaussian, features=energy)
+    found = clone(classifier).fit(demonstrations, tracks).predict(demonstrations)
+    settings = QUICK.replace(classifier=f"{__name__}:gaussian", features=f"{__name__}:energy")
+    recogniser = train(three, settings)
+    assert [t.segments for t in found] == [recogniser.predict(d).segments for d in demonstrations]
 
 
 def test_a_function_of_a_notebook_goes_along_with_the_settings():

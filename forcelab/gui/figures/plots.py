@@ -45,6 +45,12 @@ def plot(
     ------
     InputError
         If Qt or the system's fonts are missing.
+
+    Examples
+    --------
+    >>> forcelab.plot(run).save("pairs.svg")
+    >>> id_ = project.demonstrations.id_of("foam 01")
+    >>> forcelab.plot(project.demonstrations.load(id_), project.tracks.of(id_)).save("foam 01.svg")
     """
     if isinstance(what, (RunResult, Evaluation)):
         return _pairs(what, what.vocabulary if vocabulary is None else vocabulary)

@@ -219,6 +219,11 @@ class VideoPreview(QWidget):
             self._shown(number, image)
         self._show_position()
 
+    @property
+    def settled(self) -> bool:
+        """Whether the frame is shown, or why it cannot be."""
+        return bool(self.picture.caption or self.picture.message)
+
     def close_video(self) -> None:
         """Close the file; no thread is left."""
         self.frames.close()
@@ -368,6 +373,11 @@ class SynchroniseDialog(QDialog):
         document.demonstration_changed.connect(self._close_if_other)
         self._show_cursor()
         self.show_video(self.video)
+
+    @property
+    def settled(self) -> bool:
+        """Whether all of it is on the screen."""
+        return self.preview.settled
 
     def sizeHint(self) -> QSize:
         """Large enough to see a fingertip."""

@@ -82,6 +82,12 @@ def perform_job(
     ------
     InputError
         If a motion cannot be resolved.
+
+    Examples
+    --------
+    >>> job = forcelab.perform_job("foam", seed=1, numbers=[1], taps=False)
+    >>> (performance,) = forcelab.finish(job)  # doctest: +SKIP
+    >>> job.close()  # not performed after all: it takes seconds
     """
     played = [_choreograph(task, seed, number, taps=taps) for number in numbers]
     system = Mechanics(

@@ -118,6 +118,19 @@ def test_code_of_ones_own_is_in_the_lists(facts, show, monkeypatch):
     assert dialog.cost.text().startswith("The features of mylab.signals:energy, ")
 
 
+def test_a_long_path_makes_the_form_no_wider_than_the_dialog(facts, show, monkeypatch):
+    monkeypatch.setenv("FORCELAB_FEATURES", "mylab.signals.energy:band_energy_of_the_forces")
+    dialog = show(SettingsDialog(preset("best"), facts))
+    dialog.change.click()
+    QApplication.processEvents()
+    assert not dialog._area.horizontalScrollBar().isVisible()
+    box = dialog.form.editors["features"].box
+    box.setCurrentIndex(box.count() - 1)
+    assert box.toolTip() == box.currentText()
+    QApplication.processEvents()
+    assert dialog.form.width() <= dialog._area.viewport().width()
+
+
 def test_settings_with_code_that_nobody_named_here_stay_as_they_are(facts):
     settings = Settings(classifier="mylab.models:make_forest", features="mylab.signals:energy")
     assert SettingsDialog(settings, facts).chosen == settings
