@@ -93,16 +93,21 @@ def _call(work: Callable[[ItemT], ResultT], parent: int, item: ItemT) -> ResultT
 @cache
 def _end_with(parent: int) -> None:
     """End this process when its parent has ended, which joblib does not do."""
-    import psutil
 
     def watch() -> None:
-        # Windows tells a parent's number also when it has ended.
-        while os.getppid() == parent and (sys.platform != "win32" or psutil.pid_exists(parent)):
+        while os.getppid() == parent and (sys.platform != "win32" or _is_alive(parent)):
             time.sleep(1.0)
         os._exit(1)
 
     if os.getppid() == parent:  # not where another process started it in between
         threading.Thread(target=watch, daemon=True).start()
+
+
+def _is_alive(process: int) -> bool:
+    """Whether a process lives; Windows goes on telling the number of a parent that has ended."""
+    import psutil
+
+    return psutil.pid_exists(process)
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from serial.tools import list_ports
 
 from forcelab.capture import emulator, journal
 from forcelab.capture.discovery import find_ports, relocate_port
+from forcelab.capture.save import _free_stem
 from forcelab.capture.serial_port import open_error
 from forcelab.cli import main
 from forcelab.cli.commands import capture, doctor
@@ -47,6 +48,12 @@ def test_no_file_has_the_name_of_a_device_of_windows(name):
 def test_names_that_only_begin_as_a_device_stay():
     names = ["console", "COM10", "auxiliary", "null", "lpt", "com"]
     assert file_names(names) == names
+
+
+def test_files_of_a_recording_are_free_whatever_their_case_and_no_device(tmp_path):
+    (tmp_path / "Pen.journal").touch()
+    assert _free_stem(tmp_path, "pen") == "pen (2)"
+    assert _free_stem(tmp_path, "con") == "_con"
 
 
 @pytest.mark.parametrize(

@@ -25,8 +25,11 @@ class PyAvCapture:
         """Open a video that OpenCV has opened: what the file states, that still tells."""
         av = load_extra("av", "video", f"The video '{path}' (AV1)")
         self._opened, self._error = opened, av.FFmpegError
+        # Tags in an old alphabet are no error from PyAV 19 on, which has no such option any more.
+        major = int(av.__version__.partition(".")[0])
+        options = {"metadata_errors": "ignore"} if major < 19 else {}
         try:
-            self._container = av.open(str(path.absolute()), metadata_errors="ignore")
+            self._container = av.open(str(path.absolute()), **options)
             self._stream = self._container.streams.video[0]
         except (av.FFmpegError, IndexError) as error:
             raise InputError(
