@@ -93,6 +93,13 @@ def test_every_picture_is_shown_and_is_one_that_is_made():
         assert re.search(rf"^\$ .*--(figure|confusion) {name}", text, re.M), name
 
 
+@pytest.mark.parametrize("path", DOCUMENTS, ids=NAMES)
+def test_a_page_shows_no_picture_twice_and_describes_each_in_plain_words(path):
+    pictures = re.findall(r"!\[([^\]]*)\]\(([^)]*)\)", TEXTS[path])
+    assert len({name for _, name in pictures}) == len(pictures)
+    assert all(text and plain(text) == text for text, _ in pictures)
+
+
 def test_the_contents_name_the_pages_that_exist():
     assert {path.stem for path in GUIDE.glob("*.md")} == set(CONTENTS)
     assert [page.name for page in read_pages()] == NAMES[1:]
