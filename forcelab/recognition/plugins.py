@@ -26,7 +26,6 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from importlib import import_module
 from importlib.machinery import PathFinder
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
@@ -162,6 +161,8 @@ def known_paths(kind: Kind) -> dict[str, str]:
 @cache
 def installed(kind: Kind) -> dict[str, str]:
     """The paths that installed packages bring, with their names."""
+    from importlib.metadata import entry_points  # takes its time to load
+
     found = entry_points(group=GROUPS[kind])
     return {f"{entry.module}:{entry.attr}": entry.name for entry in found}
 
