@@ -252,8 +252,9 @@ def named_here(paths: Iterable[tuple[Kind, str]] | None = None) -> tuple[Named, 
 
     There :func:`name_as` takes it.
     """
-    every: list[tuple[Kind, str]] = [(kind, path) for kind in GROUPS for path in known_paths(kind)]
-    named = every if paths is None else [each for each in paths if each in every]
+    if paths is None:
+        paths = [(kind, path) for kind in GROUPS for path in known_paths(kind)]
+    named = [(kind, path) for kind, path in paths if path in known_paths(kind)]
     for kind, path in named:
         if path in _environment(kind):
             _find_here(path)  # what comes back from there may be of it
