@@ -119,8 +119,7 @@ def run_blocks(document: Path, folder: Path, *, slow: bool) -> tuple[str, list[s
 
 
 def prepare(folder: Path) -> None:
-    """Lay into a folder what the commands of a clone's reader find in theirs."""
-    (folder / "assets").symlink_to(ROOT / "assets")
+    """Lay into a folder what the commands need beside the installed program."""
     (folder / "README.md").symlink_to(README)
 
 
