@@ -68,3 +68,15 @@ def test_a_file_that_cannot_be_written_is_said_in_one_sentence(panel, monkeypatc
     choose(panel, "Export as picture…")
     assert len(said) == 1
     assert "forces.svg" in said[0]
+
+
+def test_a_plot_has_its_axes_again_after_a_sentence(app):
+    plot = kit.Plot("share", "time (s)")
+    plot.resize(400, 200)
+    plot.say("Wait.")
+    plot.show()
+    plot.grab()
+    plot.say("")
+    assert plot.bottom.size().height() == plot.margins[3]
+    assert plot.left.size().width() == plot.margins[0]
+    plot.close()
