@@ -195,12 +195,25 @@ def test_what_consists_of_scikit_learn_is_kept_as_it_is(three, path, factory):
         load_recogniser(path)
 
 
-def test_a_type_of_another_package_is_not_saved(three, path):
+@pytest.mark.parametrize(
+    ("what", "reason"),
+    [
+        (subprocess.CompletedProcess((), 0), "it holds the type subprocess.CompletedProcess, whi"),
+        ((number for number in ()), "cannot pickle 'generator' object"),
+    ],
+)
+def test_what_no_file_can_hold_is_not_saved(three, path, what, reason):
     name = plugins.register_classifier(gaussian)
     recogniser = train(three[:2], QUICK.replace(classifier=name))
-    recogniser.classifier.friend = subprocess.CompletedProcess((), 0)
-    with pytest.raises(InputError, match="not saved.*holds the type subprocess.CompletedProcess, "):
+    recogniser.classifier.friend = what
+    with pytest.raises(InputError) as refusal:
         save_recogniser(recogniser, path)
+    sentence = str(refusal.value)
+    assert sentence.startswith(f"A recogniser with '{name}' cannot be kept in a file ({reason}")
+    assert sentence.endswith(
+        "); let the classifier consist of plain values, arrays and objects of "
+        "scikit-learn and of its own package."
+    )
 
 
 # --- features -----------------------------------------------------------------------------------
