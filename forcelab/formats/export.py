@@ -73,10 +73,13 @@ class ExportFormat:
 def _statistics_rows(part: Part) -> list[AnnotatedTrack]:
     kinds = {author.name: author.kind for author in part.project.coding.authors()}
     info = part.info
-    return [
-        AnnotatedTrack(info.name, info.task, info.duration, kinds.get(track.author, "coder"), track)
-        for track in part.tracks
-    ]
+    rows = []
+    for track in part.tracks:
+        origins = part.project.tracks.origins(info.id, track.author)
+        proposers = {segment: origin.proposer for segment, origin in origins.items()}
+        kind = kinds.get(track.author, "coder")
+        rows.append(AnnotatedTrack(info.name, info.task, info.duration, kind, track, proposers))
+    return rows
 
 
 #: What the names of an ELAN file's time series end in; ELAN knows the second one by it.
