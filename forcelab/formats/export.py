@@ -207,19 +207,19 @@ def _forces_table(part: Part) -> StreamWriter:
 
 
 FORMATS: Final[dict[str, ExportFormat]] = {
-    "csv": ExportFormat(
-        "CSV: one file per demonstration, one row per segment",
-        ".labels.csv",  # not .csv: that is what recordings are called
-        "demonstration",
-        lambda part: to_csv(part.tracks).encode(),
-        group="table",
-    ),
     "table": ExportFormat(
         "CSV for statistics: one table of all, one row per segment",
         ".segments.csv",
         "project",
         _statistics_rows,
         lambda _project, rows: to_statistics_table(rows).encode(),
+        group="table",
+    ),
+    "csv": ExportFormat(
+        "CSV: one file per demonstration, one row per segment",
+        ".labels.csv",  # not .csv: that is what recordings are called
+        "demonstration",
+        lambda part: to_csv(part.tracks).encode(),
         group="table",
     ),
     "samples": ExportFormat(
@@ -263,7 +263,7 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         _boris,
     ),
     "label-studio": ExportFormat(
-        "Label Studio: forces as time series, one task per demonstration",
+        "Label Studio: forces as time series, labels and predictions on them",
         ".label-studio.json",
         "project",
         _forces_task,
@@ -273,7 +273,7 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         predictions=True,
     ),
     "label-studio-video": ExportFormat(
-        "Label Studio: videos with timelines, one task per demonstration",
+        "Label Studio: videos with timelines of labels and predictions",
         ".label-studio.json",
         "project",
         _video_task,
