@@ -229,10 +229,10 @@ class Demonstration:
             If there is no column of times and no rate, no column of numbers, or times do not
             increase.
         """
-        made: Demonstration = call_above(
+        demonstration: Demonstration = call_above(
             "demonstration_from_frame", frame, name, task, time, rate, tuple(leave_out)
         )
-        return made
+        return demonstration
 
     def plot(self, *tracks: Any) -> Drawing:
         """Its channels over time, below the `tracks` of those who labelled it.

@@ -158,8 +158,8 @@ def samples_frame(
             blocks[name].append(
                 np.full(len(times), np.nan) if i is None else recording.signals[:, i]
             )
-        for name, who in authors.items():
-            track = of_author.get(who, Track(who))
+        for name, coder in authors.items():
+            track = of_author.get(coder, Track(coder))
             words = np.array([*track.actions, None], object)  # the last one is UNLABELLED, -1
             blocks[name].append(words[to_codes(track.segments, times, track.actions)])
     frame = _frame({name: np.concatenate(block) for name, block in blocks.items()})

@@ -11,7 +11,7 @@ from forcelab.notebook import html_title
 from forcelab.parallel import run_job
 from forcelab.project import LabelsUsed, Project, Provenance
 from forcelab.recognition.cross_validation import (
-    Job,
+    EvaluationJob,
     leave_one_out_job,
     leave_one_out_live_job,
     settings_remarks,
@@ -205,7 +205,7 @@ def evaluate_joined(
     *,
     probability_trace: bool,
     known: Known | None = None,
-) -> Job:
+) -> EvaluationJob:
     """One evaluation of joined tasks, of what :meth:`DataSelection.load_parts` gives."""
     if selection.leaves_out:
         title = run_title(tasks, None)

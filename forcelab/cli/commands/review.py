@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 
 from forcelab.cli.options import UsageError, add_json, add_project, add_task, name_of
-from forcelab.cli.output import percent, print_result, printable, table
+from forcelab.cli.output import print_result, printable, table
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import means_unlabelled
@@ -25,7 +25,7 @@ from forcelab.review.differences import Difference
 from forcelab.review.queue import Queue, review_queue
 from forcelab.review.run_result import RunResult, latest_run, load_run
 from forcelab.review.verdicts import VerdictCount, count_verdicts
-from forcelab.text import counted, unknown_word
+from forcelab.text import counted, percent, unknown_word
 
 #: What each section is called in the table.
 KINDS = {
