@@ -11,7 +11,7 @@ for example:
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 
 from forcelab.cli.options import UsageError, add_json, add_project, add_task, name_of
@@ -163,12 +163,19 @@ def _tables(outcome: RunResult, queue: Queue, sections: dict[str, Sequence[Diffe
     parts = [
         f"Run {outcome.number}, {printable(outcome.title)}: labels of {printable(outcome.author)} "
         f"as they are now, in {counted(len(outcome.tested), 'demonstration')}.",
-        table(rows, right=[2, 3, 6, 7]) if len(rows) > 1 else "Nothing of this kind differs.",
+        table(rows, right=[2, 3, 6, 7]) if len(rows) > 1 else _none_listed(queue, sections),
         f"In all: {counts}; {len(queue.judged)} judged. Rates in percent.",
     ]
     if queue.judged:
         parts.append(_verdicts(count_verdicts(queue.judged)))
     return "\n\n".join(parts)
+
+
+def _none_listed(queue: Queue, asked: Iterable[str]) -> str:
+    """That nothing is of the kinds that were asked for, and how to list what is of others."""
+    others = "".join(f" --kind {k}" for k in KINDS if k not in asked and getattr(queue, k))
+    cure = f"; see the others with{others}" if others else ""
+    return f"Nothing is of the kind {' or '.join(asked)}{cure}."
 
 
 def _verdicts(judged: Sequence[VerdictCount]) -> str:
