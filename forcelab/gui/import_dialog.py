@@ -66,7 +66,8 @@ from forcelab.gui.layout import (
 )
 from forcelab.gui.text import name_fields, settle_name
 from forcelab.gui.theme import colours
-from forcelab.text import counted
+from forcelab.signals.channels import find_force_axes
+from forcelab.text import counted, listed
 
 #: Options of the command, and what is chosen here in their place.
 _FIELDS: Final = {
@@ -82,6 +83,8 @@ _FIELDS: Final = {
 CELL_PADDING = 3
 #: Columns that are shown at most: each has a list to choose from, which takes its time.
 MOST_SHOWN = 1000
+#: How many signals are named at most that are no axes of a force sensor.
+OTHERS_NAMED = 4
 
 
 #: The key of the job that previews a file, and the milliseconds after which that is said.
@@ -148,6 +151,8 @@ class ImportColumns(QWidget):
         self._waiting.timeout.connect(self._announce_preview)
         self.heading = QLabel()
         self.heading.setWordWrap(True)
+        self.others = toned_label("warning")
+        self.others.hide()
         self.table = QTableWidget(0, 4)
         self.table.setAccessibleName("Columns of the table")
         self.table.setHorizontalHeaderLabels(["Column", "First cells", "Read as", "Size"])
@@ -169,6 +174,7 @@ class ImportColumns(QWidget):
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self.heading)
+        column.addWidget(self.others)
         column.addWidget(self.table, 1)
         self.setVisible(False)
 
@@ -327,6 +333,26 @@ class ImportColumns(QWidget):
         self.heading.setText(trouble or self._file_sentence())
         wrong = trouble or not self._timed or not self._has_signals
         self.heading.setStyleSheet(f"color: {colours().warning}" if wrong else "")
+        others = self._others_sentence()
+        self.others.setText(others)
+        self.others.setVisible(bool(others))
+
+    def _others_sentence(self) -> str:
+        """Which signals are beside the axes of force sensors; "" without such axes."""
+        signals = [column.name for column in self.uses if column.use == "signal"]
+        axes = find_force_axes(signals)
+        others = [name for name in signals if name not in axes]
+        if not axes or not others:
+            return ""
+        if len(others) == 1:
+            return (
+                f"{others[0]} is no force axis and will be read as a signal too; leave it out if "
+                "it says nothing about the action."
+            )
+        return (
+            f"{len(others)} columns are no force axes ({listed(others, OTHERS_NAMED)}) and will be "
+            "read as signals too; leave out what says nothing about the action."
+        )
 
     @property
     def _has_signals(self) -> bool:
@@ -483,7 +509,7 @@ class ImportDialog(QDialog):
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Import demonstrations")
-        resize_on_screen(self, QSize(680, 560))
+        resize_on_screen(self, QSize(680, 760))
         self._document, self._jobs, self._open_project = document, jobs, open_project
         self._tasks_named = False
         self._files = QListWidget()

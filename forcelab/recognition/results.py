@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, reduce
 from operator import add
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,8 @@ from forcelab.vocabulary import Vocabulary
 
 #: The stages of prediction that every run has scores of.
 STAGES = ("raw", "filtered")
+#: In the remark of an evaluation that tested labels which a recogniser had proposed.
+TOO_HIGH: Final = "accepted unchanged, which makes scores too high"
 
 
 @dataclass(frozen=True)

@@ -394,6 +394,26 @@ def test_a_column_that_is_left_out_is_no_channel(document, german, until):
     assert document.demonstration.duration == pytest.approx(3.0)
 
 
+def test_signals_beside_force_axes_are_named_until_they_are_left_out(open_on, tmp_path):
+    path = tmp_path / "VP01.csv"
+    rows = "".join(f"{n / 50};{n % 7};{n % 5};{n % 3};{n % 2};{20 + n / 99}\n" for n in range(99))
+    path.write_text("t;Fx_l;Fy_l;Fz_l;Trigger;Temperatur\n" + rows)
+    columns = open_on(path).columns
+    others = columns.others
+    assert others.isVisible()
+    assert others.text().startswith("2 columns are no force axes (Trigger, Temperatur) and will be")
+    table = columns.table  # all of it is seen, not its beginning
+    assert table.viewport().height() >= table.verticalHeader().length()
+    columns.wish("Temperatur", "left out")
+    assert others.text().startswith("Trigger is no force axis and will be read as a signal too;")
+    columns.wish("Trigger", "left out")
+    assert not others.isVisible()
+
+
+def test_without_force_axes_no_signal_is_beside_them(german):
+    assert not german.columns.others.isVisible()
+
+
 def test_what_is_taken_for_a_counter_can_be_made_a_signal(document, german, until):
     choose(german, "Paket", "signal")
     assert read_as(german)["Paket"] == "signal"
@@ -530,6 +550,7 @@ def test_of_very_many_columns_the_first_are_shown(open_on, tmp_path, monkeypatch
 
 def test_what_is_in_a_file_of_arrays_is_shown_as_a_tree(open_on, tmp_path):
     dialog = open_on(write_fold(tmp_path / "a.npz"))
+    dialog.resize(680, 560)  # too low for all of its rows
     table = dialog.columns.table
     rows = [
         [item.text().strip() if (item := table.item(row, place)) else "" for place in (0, 3)]

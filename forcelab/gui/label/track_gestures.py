@@ -178,14 +178,10 @@ Edge = Literal["start", "end"]
 
 @dataclass(frozen=True, slots=True)
 class Hit:
-    """What lies under the pointer: a segment's index, the edge that can be grabbed, or neither.
-
-    `inside` tells whether the pointer is on the segment itself, and not beside its edge.
-    """
+    """What lies under the pointer: a segment's index, the edge that can be grabbed, or neither."""
 
     index: int | None = None
     edge: Edge | None = None
-    inside: bool = False
 
 
 def gap_at(segments: Segments, time: float) -> tuple[float, float] | None:
@@ -210,26 +206,22 @@ def edge_beside(segments: Segments, time: float, reach: float) -> float | None:
 def hit(segments: Segments, time: float, pixel: float) -> Hit:
     """What is under the pointer, found in O(log n); `pixel` is the seconds in one.
 
-    An edge is grabbed from :data:`EDGE_REACH` pixels on either side, but never from more than a
-    third of the segment or of the unlabelled span there, so that both stay within reach
-    however narrow. A segment narrower than :data:`TINY` pixels is hit from one pixel beside it.
+    An edge is grabbed from :data:`EDGE_REACH` pixels within its segment, but never from more than a
+    third of that, so that its body stays within reach however narrow. Beside it a drag begins that
+    labels what is unlabelled. A segment narrower than :data:`TINY` pixels is hit from one pixel
+    beside it.
     """
     index = bisect_right(segments, time, key=_end)
     tiny = _tiny(segments, time, pixel)
     if tiny is not None:
-        return Hit(tiny, None, inside=True)
-    if index < len(segments) and segments[index].start <= time:
-        segment = segments[index]
-        zone = min(EDGE_REACH * pixel, segment.duration / 3)
-        if time - segment.start <= zone:
-            return Hit(index, "start", inside=True)
-        return Hit(index, "end" if segment.end - time <= zone else None, inside=True)
-    before = segments[index - 1].end if index else float("-inf")
-    after = segments[index].start if index < len(segments) else float("inf")
-    zone = min(EDGE_REACH * pixel, (after - before) / 3)
-    if time - before <= zone:
-        return Hit(index - 1, "end")
-    return Hit(index, "start") if after - time <= zone else Hit()
+        return Hit(tiny)
+    if index == len(segments) or time < segments[index].start:
+        return Hit()
+    segment = segments[index]
+    zone = min(EDGE_REACH * pixel, segment.duration / 3)
+    if time - segment.start <= zone:
+        return Hit(index, "start")
+    return Hit(index, "end" if segment.end - time <= zone else None)
 
 
 def _tiny(segments: Segments, time: float, pixel: float) -> int | None:
@@ -443,13 +435,10 @@ def begin_gesture(
 ) -> Gesture:
     """The drag that a press on `target` begins, should the pointer move.
 
-    A span begins at `start`, which is `time` snapped. With a brush, an edge is grabbed from within
-    its segment only: unlabelled time is painted there. `moving` grabs a segment that would be
+    A span begins at `start`, which is `time` snapped. `moving` grabs a segment that would be
     painted over otherwise.
     """
     segments, bounds = document.editor.segments, document.view.bounds
-    if document.action is not None and not target.inside:
-        return BrushGesture(time, start, document.action, bounds)
     if target.index is not None and target.edge is not None:
         demonstration = document.demonstration
         shortest = 0.0 if demonstration is None else demonstration.period
