@@ -227,7 +227,8 @@ def review_job(
         known.clear()
         remarks += unlearnt_remarks(snapshot.train, recogniser)
         proposals, refused = yield from _proposals(project, snapshot, recogniser, steps)
-        remarks += refused
+        content, unstored = _content(recogniser)
+        remarks += refused + unstored
         if evaluation is None:
             evaluation = Evaluation(
                 title=run_title(snapshot.tasks, selection.test_task),
@@ -251,7 +252,7 @@ def review_job(
             yield steps.storing()
             try:
                 with interruptible():
-                    return _store(project, snapshot, origin, result, name, recogniser)
+                    return _store(project, snapshot, origin, result, name, recogniser, content)
             except StoreBusyError:  # what took minutes is not lost for that; one can cancel
                 continue
 
@@ -343,6 +344,14 @@ def _proposals(
     return proposals, tuple(remarks)
 
 
+def _content(recogniser: Recogniser) -> tuple[bytes | None, tuple[str, ...]]:
+    """The recogniser's file; None, and why, where a classifier of one's own fits into none."""
+    try:
+        return dump(recogniser), ()
+    except InputError as error:
+        return None, (str(error),)
+
+
 def _store(
     project: Project,
     snapshot: _Snapshot,
@@ -350,12 +359,13 @@ def _store(
     result: dict[str, Any],
     name: str,
     recogniser: Recogniser,
+    content: bytes | None,
 ) -> int:
-    """Store the run and its recogniser in one transaction."""
+    """Store the run and its recogniser, if that has a file, in one transaction."""
     origin = replace(origin, labels=project.runs.existing_labels(origin.labels))
+    if content is None:
+        return project.runs.add(KIND, origin, result)
     trained_on = project.runs.existing_labels(
         used for used in snapshot.train.labels if used.demonstration in recogniser.trained_on
     )
-    return project.runs.add_training(
-        KIND, name, dump(recogniser), origin, result, trained_on=trained_on
-    )
+    return project.runs.add_training(KIND, name, content, origin, result, trained_on=trained_on)

@@ -17,6 +17,7 @@ from factories import (
     make_labelled_project,
     synthetic_set,
 )
+from sklearn.neighbors import KNeighborsClassifier
 
 from forcelab.cli import main
 from forcelab.errors import InputError
@@ -24,6 +25,7 @@ from forcelab.jobs import Progress, finish
 from forcelab.labels import Segment, Track, from_codes
 from forcelab.process import run_in_process
 from forcelab.project import Project
+from forcelab.recognition import plugins
 from forcelab.recognition import training as training_module
 from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.dataset import DataSelection
@@ -292,6 +294,23 @@ def test_folds_that_cannot_be_trained_leave_the_final_recogniser(tmp_path):
     assert result.tested == ()
     assert set(result.actions) == {"grab", "hold"}
     assert any(remark.startswith("Nothing could be tested: With") for remark in result.remarks)
+
+
+def nearest():
+    return KNeighborsClassifier(algorithm="kd_tree")
+
+
+def test_what_was_tested_is_kept_where_no_file_can_hold_the_recogniser(tmp_path, monkeypatch):
+    monkeypatch.setattr(plugins, "_named", {"classifier": {}, "features": {}})
+    path = make_labelled_project(tmp_path / "foam.forcelab")
+    settings = BAYES_SETTINGS.replace(classifier=plugins.register_classifier(nearest))
+    number = finish(review_job(path, settings, FOAM_SELECTION, "foam"))
+    with Project.open(path) as project:
+        run = load_run(project, number)
+        assert project.runs.recognisers() == ()
+    assert len(run.tested) == 3
+    assert len(run.proposals) == 1
+    assert "The recogniser was not saved, as it could not be loaded again: " in run.remarks[-1]
 
 
 @pytest.mark.parametrize(
