@@ -247,6 +247,8 @@ def _own_classifier(data: bytes) -> tuple[str, set[str]]:
             waiting += node.values()
             if node.get("__loader__") != "ObjectNode":
                 called.add(f"{node.get('__module__')}.{node.get('__class__')}")
+                # As the first format of skops, which it still reads, names a function.
+                called.add(f"{node.get('module_path')}.{node.get('function')}")
     return own if is_import_path(own) else "", called
 
 
