@@ -128,8 +128,9 @@ def samples_frame(
     """
     if isinstance(source, Project):
         _check(source, task, author)
-        keys = [info.id for info in source.demonstrations.infos(task)]
-        if demonstration is not None:
+        infos = source.demonstrations.infos(task)
+        keys = [info.id for info in infos if demonstration in (None, info.name)]
+        if demonstration is not None and len(keys) != 1:  # an id, or what cannot be told apart
             keys = [source.demonstrations.id_of(demonstration)]
         given = [(source.demonstrations.load(key), source.tracks.of(key)) for key in keys]
     else:
@@ -158,8 +159,8 @@ def samples_frame(
             blocks[name].append(
                 np.full(len(times), np.nan) if i is None else recording.signals[:, i]
             )
-        for name, who in authors.items():
-            track = of_author.get(who, Track(who))
+        for name, coder in authors.items():
+            track = of_author.get(coder, Track(coder))
             words = np.array([*track.actions, None], object)  # the last one is UNLABELLED, -1
             blocks[name].append(words[to_codes(track.segments, times, track.actions)])
     frame = _frame({name: np.concatenate(block) for name, block in blocks.items()})

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+import textwrap
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -18,11 +20,11 @@ __all__ = [
     "Match",
     "Page",
     "Section",
+    "patterns",
     "plain",
     "read_page",
     "read_pages",
     "search",
-    "word_pattern",
 ]
 
 #: The pages in reading order.
@@ -45,18 +47,24 @@ CONTENTS = (
 #: A line that begins or ends a block of code, and a heading.
 _FENCE, _HEADING = re.compile(r"\s*```"), re.compile(r"(#{1,6}) +(.*?)[ #]*$")
 #: Pictures and links, of which the words stay, and what else is no word.
-_LINK, _MARKS = re.compile(r"!?\[([^\]]*)\]\([^)]*\)"), re.compile(r"[*`]|\\(?=\W)")
-#: How an item of a list begins; and a line of a table that only separates its head.
-_BULLET, _RULE = re.compile(r"^\s*(?:[-*+>]|\d+\.) "), re.compile(r"[\s|:-]*")
-#: So many letters are shown of a line in which something was found.
-_EXCERPT = 90
+_LINK, _MARKS = re.compile(r"!?\[([^][]*)\]\([^)]*\)"), re.compile(r"[*`]|\\(?=\W)")
+#: How an item of a list or a row of a table begins; and what only separates a table's head.
+_BULLET, _ROW, _RULE = re.compile(r"^\s*(?:[-*+>]|\d+\.) "), re.compile(r"\s*\|"), "|:- "
+#: So many letters are shown of a section in which something was found, and about so many before it.
+_EXCERPT, _BEFORE = 110, 20
+#: Words that say nothing about what is searched for.
+_STOP_WORDS = re.compile(
+    "an?|and|are|as|at|be|but|by|can(not)?|could|did|do|does|for|from|get|ha[sd]|have|how|i|if|in|"
+    "is|its?|me|my|no|not|of|on|or|our|so|that|the|their|them|there|they|this|to|up|was|we|what|"
+    "when|where|which|who|why|will|with|your?"
+)
 
 
 @dataclass(frozen=True, slots=True)
 class Section:
     """A heading of a page and what is below it, up to the next one.
 
-    `title` and `lines` are plain text; `anchor` is what links to the heading call it.
+    `title` and `lines` (paragraphs, items, rows) are plain text; links call the heading `anchor`.
     """
 
     page: str
@@ -82,24 +90,32 @@ class Page:
     def sections(self) -> tuple[Section, ...]:
         """Its sections in order; what looks like a heading in a block of code is none."""
         found: list[tuple[int, str, list[str]]] = []
-        code = False
+        code = goes_on = False  # whether a line is of code, and goes on with the one before it
         for line in self.text.splitlines():
+            words = line.strip(_RULE)
             if _FENCE.match(line):
                 code = not code
             elif not code and (heading := _HEADING.match(line)):
                 found.append((len(heading[1]), plain(heading[2]), []))
-            elif found and not _RULE.fullmatch(line):
-                found[-1][2].append(line if code else plain(_BULLET.sub("", line)))
+            elif found and words:
+                if goes_on and not (_BULLET.match(line) or _ROW.match(line)):
+                    words = f"{found[-1][2].pop()} {words}"
+                else:
+                    words = line if code else _BULLET.sub("", line)
+                found[-1][2].append(words)
+                goes_on = not code
+                continue
+            goes_on = False
         names = anchors(title for _, title, _ in found)
         return tuple(
-            Section(self.name, level, title, name, tuple(lines))
+            Section(self.name, level, title, name, tuple(map(plain, lines)))
             for (level, title, lines), name in zip(found, names, strict=True)
         )
 
 
 @dataclass(frozen=True, slots=True)
 class Match:
-    """A section in which all words of a search are, and the line that has most of them."""
+    """A section in which words of a search are, and a stretch of it that shows them."""
 
     section: Section
     excerpt: str
@@ -116,9 +132,9 @@ def anchors(titles: Iterable[str]) -> list[str]:
 
 
 def plain(line: str) -> str:
-    """A line of Markdown without its marks; cells of a table are apart by two blanks."""
-    if line.lstrip().startswith("|"):
-        line = re.sub(r"\s*(?<!\\)\|\s*", "  ", line)
+    """A line of Markdown without its marks; dashes separate the cells of a table."""
+    if _ROW.match(line):
+        line = " – ".join(filter(None, re.split(r"\s*(?<!\\)\|\s*", line)))
     return _MARKS.sub("", _LINK.sub(r"\1", line)).strip()
 
 
@@ -146,34 +162,55 @@ def picture_folder() -> Path:
 
 
 def search(pages: Sequence[Page], query: str) -> list[Match]:
-    """Find the sections that contain all words; those with most of them in the heading first."""
-    words = [re.compile(word_pattern(word), re.IGNORECASE) for word in query.split()]
-    if not words:
-        return []
+    """Find the sections with most words of a query, at least half of them, the likeliest first.
 
-    def hits(text: str) -> int:
-        return sum(word.search(text) is not None for word in words)
+    Words count more in a heading than at the beginning of a line, there more than elsewhere, near
+    each other more than apart, and rare ones more than frequent ones.
+    """
+    words = [re.compile(word, re.IGNORECASE) for word in patterns(query)]
+    sections = [section for page in pages for section in page.sections]
 
-    found = [
-        Match(section, _shorten(max(section.lines, key=hits, default=""), words))
-        for page in pages
-        for section in page.sections
-        if hits("\n".join((section.title, *section.lines))) == len(words)
-    ]
-    return sorted(found, key=lambda match: -hits(match.section.title))
+    def hits(text: str) -> set[re.Pattern[str]]:
+        return {word for word in words if word.search(text)}
+
+    found = [hits("\n".join((section.title, *section.lines))) for section in sections]
+    rarity = {w: math.log(1 + len(sections) / (1 + sum(w in f for f in found))) for w in words}
+
+    def score(section: Section, there: set[re.Pattern[str]]) -> tuple[int, float]:
+        near = max(map(hits, _sentences(section)), key=len)
+        first = {word for word in there for line in section.lines if word.match(line)}
+        parts = (there, near, first, *4 * (hits(section.title),))
+        return len(there), sum(rarity[word] for part in parts for word in part)
+
+    likeliest = sorted(
+        (pair for pair in zip(sections, found, strict=True) if 2 * len(pair[1]) >= len(words) > 0),
+        key=lambda pair: score(*pair),
+        reverse=True,
+    )
+    return [Match(section, _excerpt(section, words)) for section, _ in likeliest]
 
 
-def word_pattern(word: str) -> str:
-    """What finds a word, or one that begins with it."""
-    return rf"(?<!\w){re.escape(word)}"
+def patterns(query: str) -> list[str]:
+    """What finds each word of a query, where a word begins with it, be it singular or plural."""
+    words = [word.strip(".,;:?!'\"()") or word for word in query.lower().split()]
+    words = [word for word in words if not _STOP_WORDS.fullmatch(word)] or words
+    singular = (word[:-1] if re.search(r"[a-z]{2}[a-rt-z]s$", word) else word for word in words)
+    return [rf"(?<!\w){re.escape(word)}" for word in dict.fromkeys(singular)]
 
 
-def _shorten(line: str, words: Sequence[re.Pattern[str]]) -> str:
-    """As much of a line as shows the first of the words in it."""
-    places = [match.start() for word in words if (match := word.search(line))]
-    start = max(min(places, default=0) - _EXCERPT // 3, 0)
-    start = line.find(" ", start) + 1 if start else 0
-    excerpt = line[start : start + _EXCERPT]
-    if start + _EXCERPT < len(line):
-        excerpt = f"{excerpt.rpartition(' ')[0] or excerpt}…"
-    return f"…{excerpt}" if start else excerpt
+def _sentences(section: Section) -> list[str]:
+    return re.split(r"(?<=[.!?:]) (?=\W*[A-Z])|\n", "\n".join(section.lines))
+
+
+def _excerpt(section: Section, words: Sequence[re.Pattern[str]]) -> str:
+    """The sentence with most of the words that the heading lacks, from before them on."""
+    words = [word for word in words if not word.search(section.title)]
+
+    def merit(sentence: str) -> tuple[int, int]:
+        return sum(word.search(sentence) is not None for word in words), min(len(sentence), 30)
+
+    sentence = max(_sentences(section), key=merit)
+    first = min((match.start() for word in words if (match := word.search(sentence))), default=0)
+    start = min(first - _BEFORE, len(sentence) - _EXCERPT // 2)
+    start = sentence.rfind(" ", 0, start) + 1 if first > 2 * _BEFORE and start > 0 else 0
+    return ("…" if start else "") + textwrap.shorten(sentence[start:], _EXCERPT, placeholder="…")

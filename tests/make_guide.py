@@ -52,6 +52,25 @@ WINDOWS = {
     "settings.png": "PROJECT --workspace review --demo stylus-1-01 --dialog settings",
     "keys.png": "PROJECT --demo stylus-1-02 --dialog keys --size 1200x820",
 }
+#: Finds the taps, and shows the first, before the picture of the dialog is drawn.
+FIND_TAPS = """
+import sys
+from forcelab.cli import main
+from forcelab.gui.label.video_sync import SynchroniseDialog as Dialog
+
+def open_and_find(dialog, video):
+    open_video(dialog, video)
+    dialog.propose()
+
+def show_found(dialog, proposal):
+    show_proposal(dialog, proposal)
+    dialog.table.setCurrentCell(0, 0)
+
+open_video, show_proposal = Dialog.show_video, Dialog._proposed
+Dialog.show_video, Dialog._proposed = open_and_find, show_found
+Dialog.settled = property(lambda dialog: dialog.preview.settled and dialog.proposal is not None)
+sys.exit(main())
+"""
 #: Drawn while something is recorded.
 CAPTURE = "capture.png"
 #: Pictures that commands of the documents draw.
@@ -118,13 +137,14 @@ def draw_windows(project: Path, folder: Path, names: Iterable[str]) -> None:
     """Draw the named pictures of the window, as :data:`WINDOWS` says, in both themes."""
     for name in names:
         for theme, path in (("light", folder / name), ("dark", folder / dark(name))):
-            words = ["tests.make_capture_picture", str(project), str(path), theme]
+            words = ["-m", "tests.make_capture_picture", str(project), str(path), theme]
             if name != CAPTURE:
                 options = WINDOWS[name].replace("PROJECT", f"{project} --author Ines").split()
-                words = ["forcelab", "gui", *options, "--theme", theme, "--screenshot", str(path)]
+                start = ["-c", FIND_TAPS] if name == "synchronise.png" else ["-m", "forcelab"]
+                words = [*start, "gui", *options, "--theme", theme, "--screenshot", str(path)]
             # The first page names the home folder.
             home = {**os.environ, "HOME": "/home/ines"}
-            subprocess.run([sys.executable, "-m", *words], cwd=ROOT, env=home, check=True)
+            subprocess.run([sys.executable, *words], cwd=ROOT, env=home, check=True)
             reduce_colours(path)
 
 

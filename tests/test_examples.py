@@ -52,6 +52,6 @@ def test_each_public_name_has_an_example_that_does_what_it_shows(name, shared, m
     parser, runner = doctest.DocTestParser(), doctest.DocTestRunner(optionflags=FLAGS)
     example = parser.get_doctest(getattr(forcelab, name).__doc__, dict(names), name, None, 0)
     assert example.examples
-    told = []
-    runner.run(example, out=told.append)
-    assert not runner.failures, "".join(told)
+    output = []
+    runner.run(example, out=output.append)
+    assert not runner.failures, "".join(output)

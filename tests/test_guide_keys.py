@@ -78,3 +78,13 @@ def _pairs(row):
     """The commands of a row and their keys."""
     names, keys = row[0].split(", "), row[1].split(", ")
     return zip(names, keys, strict=True) if keys != ["its key"] else ()
+
+
+def test_menus_that_messages_send_to_are_those_of_the_program():
+    code = "\n".join(path.read_text("utf-8") for path in (ROOT / "forcelab").rglob("*.py"))
+    code = re.sub(r'"\s*\n\s*f?"', "", code)
+    groups = "|".join({command.group for command in COMMANDS})
+    sent = re.findall(rf"\b(?:{groups}) > [^\"\n]+", code)
+    assert sent
+    entries = tuple(path.rstrip("…") for path in MENUS)
+    assert [path for path in sent if not path.startswith(entries)] == []

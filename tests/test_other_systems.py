@@ -146,7 +146,7 @@ def test_without_proc_the_time_that_a_damaged_file_takes_is_bounded_all_the_same
     assert list(limits) == [resource.RLIMIT_CPU]
 
 
-class LockingConsole:
+class Locks:
     """Locks as ``msvcrt`` sets them: of one byte, where the file stands."""
 
     LK_NBLCK = 2
@@ -162,7 +162,7 @@ class LockingConsole:
 
 
 def test_a_journal_of_windows_is_known_to_be_written(windows, monkeypatch, tmp_path):
-    monkeypatch.setitem(sys.modules, "msvcrt", LockingConsole())
+    monkeypatch.setitem(sys.modules, "msvcrt", Locks())
     path = tmp_path / "pen.journal"
     path.write_bytes(b"0123")
     with journal.FileIO(path, "r+") as file:
@@ -170,6 +170,15 @@ def test_a_journal_of_windows_is_known_to_be_written(windows, monkeypatch, tmp_p
         assert journal._lock(file)
         assert file.read() == b"3"
         assert journal.is_being_written(path)
+
+
+def test_where_windows_cannot_lock_a_journal_counts_as_left_behind(windows, monkeypatch, tmp_path):
+    def refuse(*_):
+        raise OSError(errno.EINVAL, "Invalid argument")
+
+    monkeypatch.setitem(sys.modules, "msvcrt", SimpleNamespace(LK_NBLCK=2, locking=refuse))
+    (tmp_path / "pen.journal").touch()
+    assert not journal.is_being_written(tmp_path / "pen.journal")
 
 
 def test_where_no_virtual_device_is_possible_another_way_is_told(monkeypatch):

@@ -77,7 +77,7 @@ def test_what_gives_a_job_and_nothing_else_is_called_so():
     for name in dir(forcelab):
         if inspect.isfunction(function := getattr(forcelab, name)):
             gives = str(inspect.signature(function).return_annotation)
-            assert gives.startswith(("Generator", "Job")) == name.endswith("_job"), name
+            assert gives.startswith(("Generator", "EvaluationJob")) == name.endswith("_job"), name
 
 
 def test_wherever_a_path_is_taken_a_text_will_do():

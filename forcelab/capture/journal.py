@@ -523,8 +523,10 @@ def _lock(file: FileIO) -> bool:
         file.seek(_LOCKED_BYTE)
         try:
             msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-        except OSError:
+        except PermissionError:
             return False
+        except OSError:  # a file system without locks
+            return True
         finally:
             file.seek(place)
         return True

@@ -16,7 +16,6 @@ from typing import Any
 from forcelab.io import write_atomically
 from forcelab.jobs import Progress
 from forcelab.text import duration_text
-from forcelab.text import percent as percent  # noqa: PLC0414 - commands print by it too
 
 #: What stands for standard output where a file is written.
 STANDARD_OUTPUT = Path("-")

@@ -207,7 +207,7 @@ def identify(path: str | os.PathLike[str]) -> Format:
             raise InputError(
                 f"'{path}' looks like {kind}, which belongs to a demonstration: import the "
                 f"recording first, then attach the video to it (forcelab attach; in the window "
-                f"File > Attach video, or a right click in the list)."
+                f"Demonstration > Attach video, or a right click in the list)."
             )
         from forcelab.formats.label_files import identify_labels  # what is labels only is met last
 

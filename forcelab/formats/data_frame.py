@@ -1,6 +1,6 @@
 """Data frames of pandas and dictionaries of arrays, read as a table in a file is.
 
-What each column is read as is told as of text (:mod:`~forcelab.formats.table_columns`), by its name
+A column becomes what one of a text file would (:mod:`~forcelab.formats.table_columns`), by its name
 and its first values.
 """
 
@@ -81,8 +81,8 @@ def read_frame(
     dialect = Dialect(None, ".", len(columns))
     sample = tuple(zip(*(_texts(values[:_SAMPLE_ROWS]) for _, values in columns), strict=True))
     kinds = tuple(
-        {"M": CellType.STAMP, "O": told}.get(values.dtype.kind, CellType.NUMBER)
-        for (_, values), told in zip(columns, column_kinds(sample, dialect), strict=True)
+        {"M": CellType.STAMP, "O": kind}.get(values.dtype.kind, CellType.NUMBER)
+        for (_, values), kind in zip(columns, column_kinds(sample, dialect), strict=True)
     )
     layout = Layout(dialect, named, kinds, 0, sample, remarks, path=Path(where), line="row")
     roles = choose_roles(layout, options)
@@ -151,8 +151,8 @@ def _values(column: Any) -> NDArray[Any]:
     if values.dtype.kind in "iufM":
         return values
     missing = column.isna() if hasattr(column, "isna") else [v is None or v != v for v in values]  # noqa: PLR0124 - NaN
-    words = ["" if no else " ".join(str(v).split()) for v, no in zip(values, missing, strict=True)]
-    return np.array(words, object)
+    pairs = zip(values, missing, strict=True)
+    return np.array(["" if lacks else " ".join(str(v).split()) for v, lacks in pairs], object)
 
 
 def _texts(values: NDArray[Any]) -> list[str]:

@@ -69,7 +69,7 @@ from PySide6.QtWidgets import (
 from forcelab.gui import settings, theme
 from forcelab.gui.icons import icon
 from forcelab.gui.layout import PageOrPlaceholder, resize_on_screen, search_field
-from forcelab.guide import Page, anchors, picture_folder, read_pages, search, word_pattern
+from forcelab.guide import Page, anchors, patterns, picture_folder, read_pages, search
 
 __all__ = ["GuideWindow", "fragments", "is_code", "read_markdown"]
 
@@ -363,8 +363,8 @@ class PageView(QTextBrowser):
         found: list[QTextEdit.ExtraSelection] = []
         ground = QColor(theme.colours().warning)
         ground.setAlphaF(0.3)
-        for word in query.split():
-            pattern = QRegularExpression(word_pattern(word))
+        for word in patterns(query):
+            pattern = QRegularExpression(word)
             pattern.setPatternOptions(QRegularExpression.PatternOption.CaseInsensitiveOption)
             cursor = self.document().find(pattern)
             while not cursor.isNull():
@@ -445,7 +445,12 @@ class _ResultPainter(QStyledItemDelegate):
         painter.setPen(option.palette.color(muted))
         below = room.adjusted(0, metrics.height(), 0, 0)
         below.setHeight(2 * option.fontMetrics.height())
-        painter.drawText(below, Qt.TextFlag.TextWordWrap, index.data(EXCERPT))
+        # The rest of the first line stays empty where its next word does not fit.
+        two_lines = 2 * room.width() - option.fontMetrics.averageCharWidth() * 8
+        excerpt = option.fontMetrics.elidedText(
+            index.data(EXCERPT), Qt.TextElideMode.ElideRight, two_lines
+        )
+        painter.drawText(below, Qt.TextFlag.TextWordWrap, excerpt)
         painter.restore()
 
     def sizeHint(

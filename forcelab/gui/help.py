@@ -63,7 +63,7 @@ MOUSE_HELP = _pairs(
     "Drag on the track",
     "Paint with the chosen action",
     "Drag an edge",
-    "Move where a segment starts or ends; with an action chosen, from within the segment",
+    "Move where a segment starts or ends: grab it from within the segment",
     "Shift + drag a segment, or Alt + drag",
     "Move the whole segment",
     "Ctrl while painting or dragging an edge, or Alt",

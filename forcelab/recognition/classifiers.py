@@ -98,20 +98,28 @@ def _check_tree(classifier: Any, width: int) -> None:
     from sklearn.tree._tree import Tree
 
     state = classifier.tree_
-    _check_nodes(state["nodes"], state["node_count"], width)
+    _check_tree_state(state, width)
     classifier.tree_ = Tree(width, np.array([len(classifier.classes_)], dtype=np.intp), 1)
     classifier.tree_.__setstate__(state)
 
 
-def _check_nodes(nodes: NDArray[Any], count: int, width: int) -> None:
-    """Inner nodes of a tree point ahead, and at features that there are."""
+def _check_tree_state(state: Mapping[str, Any], width: int) -> None:
+    nodes = state["nodes"]
+    require(state["node_count"] == len(nodes), "as many nodes as it says")
+    _check_nodes(nodes, nodes["left_child"] != -1, "left_child right_child feature", width)
+
+
+def _check_nodes(nodes: NDArray[Any], inner: NDArray[np.bool_], names: str, width: int) -> None:
+    """Inner nodes of a tree point ahead, and at features that there are.
+
+    `names` are the fields of a node with its two children and its feature.
+    """
     n = len(nodes)
-    require(n >= 1 and nodes.ndim == 1 and count == n, "as many nodes as it says")
-    inner = nodes["left_child"] != -1
+    require(n >= 1 and nodes.ndim == 1, "a list of nodes")
+    *children, features = (nodes[name][inner] for name in names.split())
     ahead = np.arange(n)[inner]
-    for child in (nodes["left_child"][inner], nodes["right_child"][inner]):
+    for child in children:
         require(np.all((child > ahead) & (child < n)), "nodes that point at nodes")
-    features = nodes["feature"][inner]
     require(np.all((features >= 0) & (features < width)), "nodes that ask for features")
 
 
@@ -449,8 +457,11 @@ def _check_own(classifier: Any, width: int) -> None:
             continue
         visited.add(id(value))
         if isinstance(value, Tree):
-            state = value.__getstate__()
-            _check_nodes(state["nodes"], state["node_count"], width)
+            _check_tree_state(value.__getstate__(), width)
+        elif type(value).__name__ == "TreePredictor":  # of histogram gradient boosting
+            nodes = value.nodes
+            require(not nodes["is_categorical"].any(), "features that are numbers")
+            _check_nodes(nodes, nodes["is_leaf"] == 0, "left right feature_idx", width)
         elif isinstance(value, np.ndarray):
             waiting += value.ravel().tolist() if value.dtype == object else []
         elif isinstance(value, list | tuple):

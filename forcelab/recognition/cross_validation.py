@@ -276,7 +276,7 @@ def bridged_remarks(examples: Sequence[Examples], settings: Settings) -> tuple[s
     )
 
 
-Job = Generator[Progress, None, Evaluation]
+EvaluationJob = Generator[Progress, None, Evaluation]
 
 
 @job
@@ -289,7 +289,7 @@ def leave_one_out_job(
     probability_trace: bool = False,
     folds: int | None = None,
     known: Known | None = None,
-) -> Job:
+) -> EvaluationJob:
     """Recognise each demonstration by a recogniser trained on all the others.
 
     Of many demonstrations that takes long: each fit takes longer, and there are more of them. Left
@@ -461,7 +461,7 @@ def train_and_test_job(
     probability_trace: bool = False,
     adapt: bool = False,
     known: Known | None = None,
-) -> Job:
+) -> EvaluationJob:
     """Train on all demonstrations of one task and recognise those of another.
 
     Parameters
@@ -580,7 +580,7 @@ def leave_one_out_live_job(
     latency: float,
     title: str = "",
     folds: int | None = None,
-) -> Job:
+) -> EvaluationJob:
     """:func:`leave_one_out_job` on streams, with `latency` seconds from a force to its label.
 
     The evaluation's raw predictions are the filtered ones. An InputError says, besides, that a

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from itertools import compress
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError, UnclearAuthorError
 from forcelab.label_map import MergeMap
+from forcelab.labels import Segments
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project
 from forcelab.recognition.copies import find_copies
 from forcelab.recognition.examples import LabelledDemonstration, suffix_actions
@@ -41,6 +42,8 @@ class Dataset:
     #: For each: whose labels, and the latest edit of them when they were read
     labels: tuple[LabelsUsed, ...]
     spellings: frozenset[str]  # all actions as the coder spelt them
+    #: By the demonstrations' ids: what a recogniser proposed and the coder accepted unchanged
+    accepted: Mapping[str, Segments] = field(default_factory=dict)
 
     def split(self, pattern: str) -> tuple[Dataset, Dataset]:
         """The demonstrations whose names do not match a shell's pattern, and those that do."""
@@ -59,6 +62,7 @@ class Dataset:
                 list(compress(self.labelled, mask)),
                 tuple(compress(self.labels, mask)),
                 self.spellings,
+                self.accepted,
             )
 
         return select(False), select(True)
@@ -123,11 +127,21 @@ def load_dataset(
             LabelsUsed(info.id, author, project.tracks.head(info.id, author))
             for info, author in zip(infos, coders, strict=True)
         )
+        accepted = {
+            used.demonstration: tuple(
+                segment
+                for segment, origin in project.tracks.origins(
+                    used.demonstration, used.author
+                ).items()
+                if not origin.changed
+            )
+            for used in labels
+        }
     spelt = frozenset(s.action for item in items for s in item.segments)
     labelled = [item.merged(merge) for item in items]
     if apart:
         labelled = suffix_actions(labelled, [info.task for info in infos])
-    return Dataset(labelled, labels, spelt)
+    return Dataset(labelled, labels, spelt, accepted)
 
 
 def _add_labels(

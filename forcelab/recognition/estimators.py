@@ -241,10 +241,10 @@ class ForceActionClassifier(_OfDemonstrations):
         examples = [prepare_examples(item, settings, recogniser.rate) for item in labelled]
         actions = tuple(dict.fromkeys((*recogniser.actions, *actions_of(examples))))
         counts = [
-            held_out_prediction(item, one, recogniser.predict_examples(one), actions).counts(
+            held_out_prediction(item, known, recogniser.predict_examples(known), actions).counts(
                 "filtered"
             )
-            for item, one in zip(labelled, examples, strict=True)
+            for item, known in zip(labelled, examples, strict=True)
         ]
         accuracy = pool("", counts).accuracy
         if accuracy is None:

@@ -11,7 +11,7 @@ from forcelab.notebook import html_title
 from forcelab.parallel import run_job
 from forcelab.project import LabelsUsed, Project, Provenance
 from forcelab.recognition.cross_validation import (
-    Job,
+    EvaluationJob,
     leave_one_out_job,
     leave_one_out_live_job,
     settings_remarks,
@@ -22,11 +22,12 @@ from forcelab.recognition.examples import LabelledDemonstration, mixed_unit_rema
 from forcelab.recognition.label_noise import dropped_remarks
 from forcelab.recognition.plugins import distribution_versions, is_import_path
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.recognition.results import Evaluation, run_record, run_title
+from forcelab.recognition.results import TOO_HIGH, Evaluation, run_record, run_title
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
 from forcelab.recognition.training import Known, train, training_job
 from forcelab.resources import versions
+from forcelab.text import counted, percent
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,8 @@ def evaluate_tasks_job(
             refusals.append(f"Task '{tasks[0]}' was left out: {error}")
             continue
         vocabulary = project.actions.joint_vocabulary(tasks, settled.test_task, apart=settled.apart)
-        evaluation = replace(evaluation, vocabulary=vocabulary)
+        remarks = evaluation.remarks + accepted_remarks(datasets[-1], evaluation)
+        evaluation = replace(evaluation, vocabulary=vocabulary, remarks=remarks)
         evaluations.append((tasks, evaluation))
         spelt.update(*(part.spellings for part in datasets))
         mixed += dataset_unit_remarks(datasets, settings)
@@ -203,7 +205,7 @@ def evaluate_joined(
     *,
     probability_trace: bool,
     known: Known | None = None,
-) -> Job:
+) -> EvaluationJob:
     """One evaluation of joined tasks, of what :meth:`DataSelection.load_parts` gives."""
     if selection.leaves_out:
         title = run_title(tasks, None)
@@ -229,6 +231,26 @@ def evaluate_joined(
         probability_trace=probability_trace,
         adapt=selection.adapt,
         known=known,
+    )
+
+
+def accepted_remarks(dataset: Dataset, evaluation: Evaluation) -> tuple[str, ...]:
+    """A sentence if labels that were tested on are proposals that nobody changed."""
+    ids = {item.id for item in evaluation.tested}
+    tested = [
+        segment
+        for item in dataset.labelled
+        if item.demonstration.id in ids
+        for segment in item.segments
+    ]
+    accepted = [segment for id_ in ids for segment in dataset.accepted.get(id_, ())]
+    if not accepted:
+        return ()
+    share = sum(s.end - s.start for s in accepted) / sum(s.end - s.start for s in tested)
+    return (
+        f"{len(accepted)} of {counted(len(tested), 'tested segment')} ({percent(share)} % of the "
+        f"tested time) {'was' if len(accepted) == 1 else 'were'} proposed by a recogniser and "
+        f"{TOO_HIGH}; report scores on demonstrations that were labelled without it.",
     )
 
 

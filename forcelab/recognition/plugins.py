@@ -144,6 +144,7 @@ def name_path(kind: Kind, path: str) -> str:
     found = next((known for known, label in installed(kind).items() if label == path), path)
     if is_import_path(found):
         _named[kind].setdefault(found, None)
+        _find_here(found)
     return found
 
 
@@ -189,8 +190,10 @@ def load_plugin(kind: Kind, path: str) -> Callable[..., Any]:
     if (function := _named[kind].get(path) or _imported.get(path)) is not None:
         return function
     module, _, attributes = path.partition(":")
-    with naming_plugin(path, "cannot be loaded", "install its package or start in its folder"):
-        _find_here(path)
+    cure = "install its package or add its folder to PYTHONPATH"
+    with naming_plugin(path, "cannot be loaded", cure):
+        if path in _environment(kind):
+            _find_here(path)
         found: Any = import_module(module)
         for attribute in attributes.split("."):
             found = getattr(found, attribute)
@@ -204,7 +207,8 @@ def _find_here(path: str) -> None:
     """Let a package in the working folder be found, where there is no other of its name.
 
     A program that is installed does not look there; and what is named is often a file that one is
-    writing.
+    writing. What the preferences name was named in another folder: in the one of a stranger's
+    project a file of that name is the stranger's.
     """
     top, here = _package(path), str(Path.cwd())
     if top in sys.modules or here in sys.path or PathFinder.find_spec(top) is not None:
@@ -248,10 +252,12 @@ def named_here(paths: Iterable[tuple[Kind, str]] | None = None) -> tuple[Named, 
 
     There :func:`name_as` takes it.
     """
-    every: list[tuple[Kind, str]] = [(kind, path) for kind in GROUPS for path in known_paths(kind)]
-    named = every if paths is None else [each for each in paths if each in every]
-    for _, path in named:
-        _find_here(path)  # what comes back from there may be of it
+    if paths is None:
+        paths = [(kind, path) for kind in GROUPS for path in known_paths(kind)]
+    named = [(kind, path) for kind, path in paths if path in known_paths(kind)]
+    for kind, path in named:
+        if path in _environment(kind):
+            _find_here(path)  # what comes back from there may be of it
     return tuple(
         (kind, path, _named[kind].get(path) if path.startswith("__main__:") else None)
         for kind, path in named

@@ -303,9 +303,9 @@ class Settings:
     def feature_bands(self, channels: int, rate: float) -> NDArray[np.int64]:
         """Which of the k :meth:`bands` of which channel each feature is of, shape (f,).
 
-        k times the channel, plus the band. One's own features, which are of none, are left out. A
-        peak belongs to the window that is about as long as it
-        looks, a wavelet beside windows to the one of the nearest frequency.
+        k times the channel, plus the band. A peak belongs to the window that is about as long as it
+        looks, a wavelet beside windows to the one of the nearest frequency. One's own features,
+        which are of none, are left out.
         """
         bands = self.bands(rate)
         every = np.arange(len(bands))
@@ -340,7 +340,7 @@ class Settings:
             if self.peaks:
                 blocks += [(kind, [f"{span:g} s" for span in SPANS]) for kind in PEAKS]
         if "wavelets" in self.known_features:
-            hertz = [f"{one:.6g} Hz" for one in frequencies(self.scales, rate, self.mother)]
+            hertz = [f"{f:.6g} Hz" for f in frequencies(self.scales, rate, self.mother)]
             phases = ("cosine of phase", "sine of phase") if self.circular else ("phase",)
             blocks += [(kind, hertz) for kind in ("log magnitude", *phases * self.phase)]
         own = (

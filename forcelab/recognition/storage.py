@@ -50,8 +50,15 @@ TRUSTED = (
     "sklearn.model_selection._split.StratifiedKFold",
 )
 
-#: A type that one's own classifiers may hold, too: its nodes are checked.
-CHECKED = "sklearn.tree._tree.Tree"
+#: What scikit-learn's classifiers hold besides, which one's own may: trees, whose nodes are
+#: checked, and what has nothing but attributes.
+OWN_TRUSTED = (
+    "sklearn.tree._tree.Tree",
+    "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor",
+    "sklearn.neural_network._stochastic_optimizers.AdamOptimizer",
+    "sklearn.neural_network._stochastic_optimizers.SGDOptimizer",
+    "sklearn.utils._bunch.Bunch",
+)
 
 #: Samples of the grid in a window, and seconds of a shortest segment, that a file may ask for.
 LONGEST_WINDOW, LONGEST_SEGMENT = 10_000_000, 1e6
@@ -200,10 +207,13 @@ def _unpack(data: bytes, name: str) -> Recogniser:
         trusted = [
             t
             for t in untrusted
-            if own and (t == CHECKED or (t not in called and is_own_type(t, own)))
+            if own and (t in OWN_TRUSTED or (t not in called and is_own_type(t, own)))
         ]
         if strange := sorted(set(untrusted) - set(trusted)):
-            need = f"which is neither scikit-learn's nor a plain object of the package of '{own}'"
+            need = (
+                f"which is neither a plain object of the package of '{own}' nor among the types of "
+                f"scikit-learn that can be checked"
+            )
             raise InputError(
                 f"{name} holds the type {strange[0]}, "
                 f"{need if own else 'which no recogniser needs'}; it was not loaded."
@@ -237,6 +247,8 @@ def _own_classifier(data: bytes) -> tuple[str, set[str]]:
             waiting += node.values()
             if node.get("__loader__") != "ObjectNode":
                 called.add(f"{node.get('__module__')}.{node.get('__class__')}")
+                # As the first format of skops, which it still reads, names a function.
+                called.add(f"{node.get('module_path')}.{node.get('function')}")
     return own if is_import_path(own) else "", called
 
 

@@ -21,6 +21,7 @@ from forcelab.project import DemonstrationInfo, LabelsUsed, Project, Provenance
 from forcelab.recognition.dataset import DataSelection, Dataset
 from forcelab.recognition.ensemble import FitProgress
 from forcelab.recognition.experiments import (
+    accepted_remarks,
     dataset_unit_remarks,
     evaluate_joined,
     provenance,
@@ -214,6 +215,8 @@ def review_job(
         steps = TrainingProgress(_folds(snapshot, selection))
         known: Known = {}  # examples for testing, which the final fit learns from, too
         evaluation, remarks = yield from _evaluate(snapshot, settings, selection, steps, known)
+        if evaluation is not None:
+            remarks += accepted_remarks(snapshot.datasets[-1], evaluation)
         remarks += dataset_unit_remarks(snapshot.datasets, settings)
         remarks += unshared_action_remarks(snapshot.train, settings)
         remarks += unused_merge_remarks(

@@ -60,6 +60,12 @@ def _sensors(names: Sequence[str], requested: Collection[str]) -> dict[str, dict
     return {key: axes for key, axes in sensors.items() if set(axes) == {"x", "y", "z"}}
 
 
+def find_force_axes(names: Sequence[str]) -> frozenset[str]:
+    """The columns that are axes of complete 3-axis force sensors."""
+    sensors = _sensors(names, ()).values()
+    return frozenset(names[column] for axes in sensors for column in axes.values())
+
+
 def channel_map(channels: Sequence[Channel], requested: Sequence[str] | None = None) -> ChannelMap:
     """Find the recognition channels of a recording.
 

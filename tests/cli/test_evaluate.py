@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from factories import FAST_OPTIONS, SYNTHETIC_ACTIONS
 
+from forcelab.labels import Segment
 from forcelab.project import Project
 from forcelab.recognition import groups
 
@@ -322,6 +323,24 @@ def test_the_run_is_kept_with_all_that_repeats_it(forcelab, project):
         assert opened.tracks.head(first.demonstration, "coder") > first.edit
     # The predictions themselves are there to be looked at again.
     assert run.result["tracks"][0]["raw"][0][2] in SYNTHETIC_ACTIONS
+
+
+def test_accepted_proposals_among_the_tested_labels_are_remarked_on(forcelab, project):
+    words = ["evaluate", project, "--task", "foam", *FAST_OPTIONS]
+    assert "proposed by a recogniser" not in forcelab(*words).out
+    with Project.open(project) as opened:
+        first, *others = (info.id for info in opened.demonstrations.infos("foam"))
+        labels = opened.tracks.get(first, "coder").segments
+        count = sum(len(opened.tracks.get(id_, "coder").segments) for id_ in (first, *others))
+        opened.tracks.edit(first, "coder", labels, (), "erased")
+        opened.tracks.edit(first, "coder", (), labels, "accepted", proposed_by="model paper 1")
+        moved = (*labels[:-1], Segment(labels[-1].start, labels[-1].end - 0.01, labels[-1].action))
+        opened.tracks.edit(first, "coder", labels, moved, "moved")
+    sentence = f"{len(labels) - 1} of {count} tested segments ("
+    assert sentence in forcelab(*words).out
+    (remark,) = forcelab(*words, "--json", "-").json["remarks"]
+    assert remark.startswith(sentence)
+    assert "accepted unchanged, which makes scores too high" in remark
 
 
 def test_the_same_seed_gives_the_same_scores_and_another_gives_others(forcelab, project):

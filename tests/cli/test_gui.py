@@ -83,6 +83,8 @@ def test_a_dialog_that_cannot_be_opened_is_refused_with_the_reason(forcelab, pro
     assert "There is no video to synchronise here." in refused.sentence
     unknown = forcelab("gui", project, "--dialog", "key", *picture)
     assert "There is no dialog 'key'; did you mean 'keys'?" in unknown.wrong_word
+    swallowed = forcelab("gui", "--dialog", "keys", project, *picture)
+    assert f"write '{project}' before --dialog" in swallowed.wrong_word
     assert "add --screenshot" in forcelab("gui", project, "--dialog", "keys").wrong_word
     assert not (tmp_path / "a.png").exists()
 

@@ -103,7 +103,7 @@ def test_a_classifier_of_ones_own_is_evaluated_trained_and_used_again(
     ("name", "sentence"),
     [
         ("lab_that_is_nowhere:make", r"'lab_that_is_nowhere:make' cannot be loaded (No module"),
-        (f"{LAB}:make", "has no attribute 'make'); install its package or start in its folder."),
+        (f"{LAB}:make", "has no attribute 'make'); install its package or add its folder"),
     ],
 )
 def test_what_cannot_be_loaded_is_said_before_the_work(forcelab, project, lab, name, sentence):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project
 
+from forcelab.cli.commands.review import KINDS
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.experiments import evaluate_tasks_job
@@ -37,6 +38,15 @@ def test_the_queue_is_printed_and_says_the_same_as_json(path, forcelab):
     printed = forcelab("review", path, "--kind", "boundaries", "--limit", 1).out
     assert printed.count("boundary ") == 1
     assert f"{found.boundaries[0].start:.3f}" in printed
+
+
+def test_where_nothing_is_of_a_kind_it_says_which_kinds_there_are(path, forcelab):
+    with Project.open(path) as project:
+        queue = review_queue(project, load_run(project, 1), invented=True)
+    (empty, *_) = (kind for kind in KINDS if not getattr(queue, kind))
+    others = "".join(f" --kind {kind}" for kind in KINDS if getattr(queue, kind))
+    printed = forcelab("review", path, "--kind", empty).out
+    assert f"Nothing is of the kind {empty}; see the others with{others}.\n" in printed
 
 
 def test_the_places_of_a_cell_of_the_confusion_matrix_are_listed(path, forcelab):

@@ -151,7 +151,7 @@ def test_of_a_video_it_is_said_how_one_is_attached(tmp_path):
     with pytest.raises(InputError, match="an MP4 or QuickTime video, which .* attach") as refusal:
         read(film)
     assert "forcelab attach" in str(refusal.value)
-    assert "File > Attach video" in str(refusal.value)
+    assert "Demonstration > Attach video" in str(refusal.value)
 
 
 def test_what_is_no_file_is_refused_with_the_cure(tmp_path):

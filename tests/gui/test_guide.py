@@ -103,11 +103,9 @@ def test_the_contents_name_pages_and_their_headings(guide):
 def test_the_search_finds_sections_and_marks_the_words(guide):
     QTest.keyClick(guide, Qt.Key.Key_F, Qt.KeyboardModifier.ControlModifier)
     assert guide.search.hasFocus()
-    QTest.keyClicks(guide.search, "late video")
-    found = [guide.results.item(i) for i in range(guide.results.count())]
-    assert [(i.text(), i.data(guide_module.EXCERPT)) for i in found] == [
-        ("The keys · Label", "A late video.")
-    ]
+    QTest.keyClicks(guide.search, "is a late video")
+    first = guide.results.item(0)
+    assert (first.text(), first.data(guide_module.EXCERPT)) == ("The keys · Label", "A late video.")
     QTest.keyClick(guide.search, Qt.Key.Key_Return)
     assert guide.place == "label#the-keys"
     marked = sorted(mark.cursor.selectedText() for mark in guide.view.extraSelections())

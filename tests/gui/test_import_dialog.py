@@ -91,7 +91,8 @@ def import_button(dialog):
 
 
 def report(dialog):
-    return dialog.findChild(QScrollArea).widget().text()
+    labels = dialog.findChild(QScrollArea).widget().findChildren(QLabel)
+    return "\n".join(label.text() for label in labels if label.text())
 
 
 def warns_of_no_task(dialog):
@@ -218,8 +219,24 @@ def test_files_that_cannot_be_read_are_left_out_and_selected(document, dialog, t
     lines = report(dialog)
     assert "1 demonstration imported" in lines
     assert all(name in lines for name in wrong)
+    labels = dialog.findChild(QScrollArea).widget().findChildren(QLabel)
+    (red,) = [label.text() for label in labels if label.property("tone") == "trouble"]
+    assert "1 demonstration imported" not in red
+    assert all(name in red for name in wrong)
     guard_typing()  # as in the program
     QTest.keyClick(file_list(dialog), Qt.Key.Key_Delete)
+    assert files(dialog) == []
+
+
+def test_a_video_of_no_recording_is_no_failure(document, open_on, tmp_path, until):
+    film = tmp_path / "VP01_kamera.mp4"
+    film.write_bytes(b"\0\0\0\x18ftypmp42")
+    dialog = open_on(film, FOAM)
+    import_button(dialog).click()
+    until(lambda: document.id)
+    sentence = "VP01_kamera.mp4 is a video: attach it by Demonstration > Attach video…"
+    assert sentence in report(dialog)
+    assert "could not be read" not in report(dialog)
     assert files(dialog) == []
 
 
@@ -341,6 +358,19 @@ def test_an_archive_is_not_asked_for_a_task(open_on, tmp_path):
     assert warns_of_no_task(dialog)
 
 
+def test_a_project_made_of_an_archive_is_named_like_it(app, tmp_path):
+    with Project.create(tmp_path / "lab.forcelab") as project:
+        project.demonstrations.add(foam_demonstration())
+    (archive,) = finish(exporting(tmp_path / "lab.forcelab", tmp_path / "sent", "archive"))
+    document, jobs = Document("Ann"), PreviewingAtOnce()
+    dialog = ImportDialog(document, jobs, files=[archive])
+    assert dialog.project_name.text() == "lab.forcelab"
+    assert dialog.project_name.cursorPosition() == 0
+    dialog.close()
+    jobs.close()
+    document.close()
+
+
 GERMAN = "Uhrzeit;Paket;Kraft_x;Taster\n" + "".join(
     f"31.05.2024 12:00:{row // 50:02},{row % 50 * 20:03};{65500 + row};0,{row % 11};{row % 2}\n"
     for row in range(150)
@@ -392,6 +422,26 @@ def test_a_column_that_is_left_out_is_no_channel(document, german, until):
     until(lambda: document.id)
     assert [channel.name for channel in document.demonstration.channels] == ["Kraft_x"]
     assert document.demonstration.duration == pytest.approx(3.0)
+
+
+def test_signals_beside_force_axes_are_named_until_they_are_left_out(open_on, tmp_path):
+    path = tmp_path / "VP01.csv"
+    rows = "".join(f"{n / 50};{n % 7};{n % 5};{n % 3};{n % 2};{20 + n / 99}\n" for n in range(99))
+    path.write_text("t;Fx_l;Fy_l;Fz_l;Trigger;Temperatur\n" + rows)
+    columns = open_on(path).columns
+    others = columns.others
+    assert others.isVisible()
+    assert others.text().startswith("2 columns are no force axes (Trigger, Temperatur) and will be")
+    table = columns.table  # all of it is seen, not its beginning
+    assert table.viewport().height() >= table.verticalHeader().length()
+    columns.wish("Temperatur", "left out")
+    assert others.text().startswith("Trigger is no force axis and will be read as a signal too;")
+    columns.wish("Trigger", "left out")
+    assert not others.isVisible()
+
+
+def test_without_force_axes_no_signal_is_beside_them(german):
+    assert not german.columns.others.isVisible()
 
 
 def test_what_is_taken_for_a_counter_can_be_made_a_signal(document, german, until):
@@ -530,6 +580,7 @@ def test_of_very_many_columns_the_first_are_shown(open_on, tmp_path, monkeypatch
 
 def test_what_is_in_a_file_of_arrays_is_shown_as_a_tree(open_on, tmp_path):
     dialog = open_on(write_fold(tmp_path / "a.npz"))
+    dialog.resize(680, 560)  # too low for all of its rows
     table = dialog.columns.table
     rows = [
         [item.text().strip() if (item := table.item(row, place)) else "" for place in (0, 3)]

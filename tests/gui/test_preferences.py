@@ -1,6 +1,5 @@
 """Preferences: their values, and the dialog in which they are found, changed and reset."""
 
-import sys
 import time
 
 import pytest
@@ -324,9 +323,8 @@ def test_a_task_without_settings_of_its_own_follows_the_preset(window, dialog):
 
 def test_code_of_ones_own_is_named_and_what_is_wrong_with_it_said(dialog, tmp_path, monkeypatch):
     (tmp_path / "lab_of_preferences.py").write_text("def make():\n    pass\n")
-    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(plugins, "_named", {"classifier": {}, "features": {}})
-    monkeypatch.chdir(tmp_path)
     dialog.show_page("Training")
     line = named(dialog, QLineEdit, "Your own classifiers")
 

@@ -161,7 +161,7 @@ def test_ours_is_right_in_every_extreme_and_what_is_wrong_is_told(monkeypatch):
         assert words[:3] == ("right",) * 3, name
     verdict = {name: words[3] for name, words in verdicts.rows}
     assert verdict["zeros"] == "not finite"  # its logarithm is -inf
-    assert verdict["a step"] == "wrong"
+    assert verdict["a step"] in {"wrong", "not finite"}  # the second before PyWavelets 1.9
     assert verdicts.cells()[0][1:] == list(verdicts.methods)
     assert verdicts.to_json()["rows"][0]["forcelab 1e-7"] == "right"
 

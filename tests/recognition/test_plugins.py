@@ -1,16 +1,24 @@
 """Classifiers and features from outside forcelab."""
 
 import dataclasses
+import json
+import os
 import pickle
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 from sklearn.base import clone
-from sklearn.ensemble import RandomForestClassifier
+from sklearn.ensemble import (
+    HistGradientBoostingClassifier,
+    RandomForestClassifier,
+    StackingClassifier,
+)
 from sklearn.naive_bayes import GaussianNB
+from sklearn.neural_network import MLPClassifier
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.tree import DecisionTreeClassifier
@@ -168,7 +176,16 @@ def test_a_recogniser_holds_a_classifier_of_ones_own_where_its_origin_is_named(
     assert not was_imported()
 
 
-@pytest.mark.parametrize("factory", [scaled, forest, DecisionTreeClassifier])
+def boosting():
+    return HistGradientBoostingClassifier(max_iter=2)
+
+
+def stacked():
+    members = [("bayes", GaussianNB()), ("mlp", MLPClassifier(4, tol=10.0, n_iter_no_change=1))]
+    return StackingClassifier(members, final_estimator=DecisionTreeClassifier(), cv=2)
+
+
+@pytest.mark.parametrize("factory", [scaled, forest, boosting, stacked, DecisionTreeClassifier])
 def test_what_consists_of_scikit_learn_is_kept_as_it_is(three, path, factory):
     name = plugins.register_classifier(factory)
     recogniser = train(three[:2], QUICK.replace(classifier=name, stride=9))
@@ -331,6 +348,44 @@ def test_a_file_calls_nothing_of_a_module_that_was_named(three, lab, path, what)
     assert not Path("pwned").exists()
 
 
+@pytest.mark.parametrize("protocol", [2, 0])
+def test_a_file_gets_no_class_that_it_could_have_called_later(three, lab, path, protocol):
+    """As the function of a FunctionTransformer, say, with arguments that the file gives."""
+    plugins.load_plugin("classifier", plugins.name_path("classifier", f"{lab}:make_nearest"))
+    hostile(three, lab, path, [int])
+    with zipfile.ZipFile(path) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    schema = json.loads(parts["schema.json"])
+    schema["protocol"] = protocol
+    schema["content"]["classifier"]["content"][0] = {
+        2: {"__class__": "NearestMean", "__module__": lab, "__loader__": "TypeNode"},
+        0: {
+            **{"__class__": "function", "__module__": "builtins", "__loader__": "FunctionNode"},
+            "content": {"module_path": lab, "function": "NearestMean"},
+        },
+    }[protocol]
+    parts["schema.json"] = json.dumps(schema).encode()
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in parts.items():
+            archive.writestr(name, content)
+    with pytest.raises(InputError, match=f"holds the type {lab}.NearestMean, which is neither"):
+        load_recogniser(path)
+
+
+def refuses_a_changed_tree(recogniser, path):
+    path.write_bytes(pack(recogniser))
+    with pytest.raises(InputError, match="not a whole recogniser"):
+        load_recogniser(path)
+
+
+@pytest.mark.parametrize(("field", "value"), [("left", 1 << 30), ("feature_idx", 1 << 20)])
+def test_trees_of_gradient_boosting_point_at_their_own_nodes(three, path, field, value):
+    name = plugins.register_classifier(boosting)
+    recogniser = train(three[:2], QUICK.replace(classifier=name, stride=9))
+    recogniser.classifier._predictors[1][0].nodes[field][0] = value
+    refuses_a_changed_tree(recogniser, path)
+
+
 def test_trees_within_point_at_their_own_nodes(three, path):
     name = plugins.register_classifier(forest)
     recogniser = train(three[:2], QUICK.replace(classifier=name, stride=9))
@@ -338,9 +393,7 @@ def test_trees_within_point_at_their_own_nodes(three, path):
     state = tree.__getstate__()
     state["nodes"]["left_child"][0] = 1 << 30
     tree.__setstate__(state)
-    path.write_bytes(pack(recogniser))
-    with pytest.raises(InputError, match="not a whole recogniser"):
-        load_recogniser(path)
+    refuses_a_changed_tree(recogniser, path)
 
 
 # --- who may name a path, and where it counts ---------------------------------------------------
@@ -373,6 +426,16 @@ def test_the_environment_and_installed_packages_name_paths(lab, monkeypatch, tmp
         plugins.installed.cache_clear()
 
 
+def test_preferences_find_nothing_in_a_folder_that_a_stranger_may_have_made(lab, monkeypatch):
+    monkeypatch.setattr(plugins, "_preferred", {"classifier": (f"{lab}:make_nearest",)})
+    with pytest.raises(InputError, match="No module named .*; install its package or add its fol"):
+        plugins.load_plugin("classifier", f"{lab}:make_nearest")
+    assert not was_imported()
+    assert plugins.name_path("classifier", f"{lab}:make_nearest")  # as the command line does
+    plugins.load_plugin("classifier", f"{lab}:make_nearest")
+    assert was_imported()
+
+
 def test_another_process_of_ours_finds_what_was_named_here(lab):
     settings = QUICK.replace(classifier=plugins.name_path("classifier", f"{lab}:make_nearest"))
     script = (
@@ -383,6 +446,7 @@ def test_another_process_of_ours_finds_what_was_named_here(lab):
     done = subprocess.run(
         [sys.executable, "-c", script],
         input=pickle.dumps(settings),
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},  # which workers are given
         capture_output=True,
         check=True,
     )

@@ -388,3 +388,16 @@ def test_the_time_left_is_what_the_fits_before_took():
     # Known to the first epoch after it: 12 s a fit, the first of the second being over.
     assert left[6] == (2, 1, pytest.approx(12 + 12 + 12))
     assert left[8] == (2, 3, pytest.approx(12 - 4 + 12 + 12))
+
+
+def test_accepted_proposals_among_the_tested_labels_are_remarked_on(tmp_path):
+    path = make_labelled_project(tmp_path / "foam.forcelab", labelled=2, bare=0)
+    with Project.open(path) as project:
+        first = project.demonstrations.infos()[0].id
+        labels = project.tracks.get(first, "Ada").segments
+        project.tracks.edit(first, "Ada", labels, (), "erased")
+        project.tracks.edit(first, "Ada", (), labels, "accepted", proposed_by="model paper 1")
+    number = finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam"))
+    with Project.open(path) as project:
+        remarks = load_run(project, number).remarks
+    assert any(remark.startswith(f"{len(labels)} of ") for remark in remarks)

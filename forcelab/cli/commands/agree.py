@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from forcelab.cli.options import add_json, add_project, add_task, name_of
-from forcelab.cli.output import percent, print_result, printable, progress_bar, table
+from forcelab.cli.output import print_result, printable, progress_bar, table
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Interval
@@ -29,7 +29,7 @@ from forcelab.review.agreement import (
     landis_koch,
 )
 from forcelab.review.consensus import CONSENSUS
-from forcelab.text import counted
+from forcelab.text import counted, percent
 
 #: How many places of each kind are printed.
 WORST = 5

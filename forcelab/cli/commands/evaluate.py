@@ -37,7 +37,6 @@ from forcelab.cli.files import check_figure, check_outputs, output_file, save_fi
 from forcelab.cli.options import UsageError, add_project, add_scheduler, join_scheduler, name_of
 from forcelab.cli.output import (
     STANDARD_OUTPUT,
-    percent,
     print_remark,
     printable,
     progress_bar,
@@ -56,7 +55,7 @@ from forcelab.recognition.experiments import TaskEvaluations, evaluate_tasks_job
 from forcelab.recognition.intervals import METHOD, METRICS, Intervals
 from forcelab.recognition.metrics import Scores
 from forcelab.recognition.results import Evaluation
-from forcelab.text import counted
+from forcelab.text import counted, percent
 
 #: The columns before the metrics.
 FIRST = ("evaluation", "stage", "row", "demonstration")

@@ -59,11 +59,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="draw the window into this .png; - is standard output",
     )
-    parser.add_argument(
+    group.add_argument(
         "--dialog",
         metavar=("NAME", "FILE"),
         nargs="+",
-        help=f"with --screenshot: draw a dialog, {', '.join(DIALOGS)}; import shows FILE",
+        help=f"with --screenshot: draw a dialog, {', '.join(DIALOGS)}; of import with each FILE",
     )
 
 
@@ -72,6 +72,8 @@ def run(arguments: argparse.Namespace) -> int:
     dialog, *files = arguments.dialog or ("",)
     if dialog and dialog not in DIALOGS:
         raise UsageError(unknown_word("dialog", dialog, DIALOGS))
+    if files and dialog != "import":
+        raise UsageError(f"Only --dialog import takes files; write '{files[0]}' before --dialog.")
     if dialog and arguments.screenshot is None:
         raise UsageError("--dialog draws a picture; add --screenshot FILE.png.")
     start = LaunchOptions(

@@ -65,7 +65,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("demonstrations")
     add_task(group, "task of the demonstrations")
     add_author(
-        parser, "author of the labels in files that name none (default: coder)", default="coder"
+        group, "author of the labels in files that name none (default: coder)", default="coder"
     )
     group = parser.add_argument_group("how files are read")
     group.add_argument(

@@ -62,8 +62,8 @@ def manual_page() -> str:
         lines += [".TP", status, meaning]
     # A heading begins a paragraph anyway.
     pairs = pairwise(["", *lines])
-    kept = [line for last, line in pairs if line != ".PP" or last[:3] not in (".SH", ".SS")]
-    return "\n".join(kept) + "\n"
+    lines = [line for last, line in pairs if line != ".PP" or last[:3] not in (".SH", ".SS")]
+    return "\n".join(lines) + "\n"
 
 
 def _usage(parser: Parser) -> str:

@@ -21,10 +21,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from forcelab.cli.options import UsageError, add_json, add_project
-from forcelab.cli.output import percent, print_result, printable
+from forcelab.cli.output import print_result, printable
 from forcelab.errors import InputError
 from forcelab.project import DemonstrationInfo, Project
-from forcelab.text import amount, counted, listed
+from forcelab.text import amount, counted, listed, percent
 
 #: How many things a sentence names one by one.
 NAMED = 8

@@ -11,11 +11,11 @@ for example:
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 
 from forcelab.cli.options import UsageError, add_json, add_project, add_task, name_of
-from forcelab.cli.output import percent, print_result, printable, table
+from forcelab.cli.output import print_result, printable, table
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import means_unlabelled
@@ -25,7 +25,7 @@ from forcelab.review.differences import Difference
 from forcelab.review.queue import Queue, review_queue
 from forcelab.review.run_result import RunResult, latest_run, load_run
 from forcelab.review.verdicts import VerdictCount, count_verdicts
-from forcelab.text import counted, unknown_word
+from forcelab.text import counted, percent, unknown_word
 
 #: What each section is called in the table.
 KINDS = {
@@ -163,12 +163,19 @@ def _tables(outcome: RunResult, queue: Queue, sections: dict[str, Sequence[Diffe
     parts = [
         f"Run {outcome.number}, {printable(outcome.title)}: labels of {printable(outcome.author)} "
         f"as they are now, in {counted(len(outcome.tested), 'demonstration')}.",
-        table(rows, right=[2, 3, 6, 7]) if len(rows) > 1 else "Nothing of this kind differs.",
+        table(rows, right=[2, 3, 6, 7]) if len(rows) > 1 else _none_listed(queue, sections),
         f"In all: {counts}; {len(queue.judged)} judged. Rates in percent.",
     ]
     if queue.judged:
         parts.append(_verdicts(count_verdicts(queue.judged)))
     return "\n\n".join(parts)
+
+
+def _none_listed(queue: Queue, asked: Iterable[str]) -> str:
+    """That nothing is of the kinds that were asked for, and how to list what is of others."""
+    others = "".join(f" --kind {k}" for k in KINDS if k not in asked and getattr(queue, k))
+    cure = f"; see the others with{others}" if others else ""
+    return f"Nothing is of the kind {' or '.join(asked)}{cure}."
 
 
 def _verdicts(judged: Sequence[VerdictCount]) -> str:

@@ -16,14 +16,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from forcelab.cli.options import add_json, add_project
-from forcelab.cli.output import percent, print_result, printable, table
+from forcelab.cli.output import print_result, printable, table
 from forcelab.project import Project, RunSummary, RunUse
 from forcelab.recognition.intervals import METHOD, METRICS, look_up
 from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.results import STAGES, run_title
 from forcelab.review.run_comparison import Comparison, as_text, compare_runs
 from forcelab.review.run_result import load_run
-from forcelab.text import counted
+from forcelab.text import counted, percent
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -530,6 +530,7 @@ class Plot(PlotView):
         self.sentence, self.zoomed = sentence, self.zoomed and not sentence
         for item in self._shown:
             item.setVisible(not sentence)
+        self.place()  # hidden axes have no height, and so no room for their numbers
         if sentence:
             self._pointer = None
         self.invalidate()

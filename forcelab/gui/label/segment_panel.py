@@ -15,6 +15,7 @@ from forcelab.gui.label.track_gestures import (
     Hit,
     MarkGesture,
     MoveGesture,
+    adjacent_edge,
     begin_gesture,
     hit,
     snap_targets,
@@ -231,13 +232,17 @@ class SignalPanel(SegmentPanel):
         painter.drawLines(edges)
 
     def gesture_at(self, event: QMouseEvent) -> Gesture | None:
-        time = self.time_at(event.position().x())
-        target = self._edge_at(event.position())
-        if target.edge is None or event.modifiers() & FREE & ~CTRL:
+        document, time = self.document, self.time_at(event.position().x())
+        if event.modifiers() & FREE & ~CTRL:
             return None
-        # With a brush an edge is taken hold of from either side, as nothing is painted here.
-        target = Hit(target.index, target.edge, inside=True)
-        return begin_gesture(self.document, time, target, time, moving=False)
+        target = self._edge_at(event.position())
+        if target.edge is not None:
+            return begin_gesture(document, time, target, time, moving=False)
+        edge = None
+        if self._shows_segments_at(event.position()) and not event.modifiers() & FREE:
+            edge = adjacent_edge(document, time, self.seconds_per_pixel)
+        # A range begins exactly at the edge beside it, so that no sliver is left between.
+        return None if edge is None else MarkGesture(time, edge.time, document.view.bounds)
 
     def point(self, position: QPointF, modifiers: Qt.KeyboardModifier) -> None:
         if self._edge_at(position).edge is not None:
@@ -251,9 +256,12 @@ class SignalPanel(SegmentPanel):
 
     def _edge_at(self, position: QPointF) -> Hit:
         """The edge of a segment under the pointer, if segments are shown."""
-        if not self._tinted or not self.plot.contains(position):
+        if not self._shows_segments_at(position):
             return Hit()
         return self.hit(self.time_at(position.x()))
+
+    def _shows_segments_at(self, position: QPointF) -> bool:
+        return self._tinted and self.plot.contains(position)
 
     def _continue_drag(self, drag: Drag, event: QMouseEvent) -> None:
         super()._continue_drag(drag, event)

@@ -41,7 +41,7 @@ class SnapTargets:
     samples: NDArray[np.float64]
     frames: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     contacts: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
-    #: Tracks whose edges count.
+    #: Tracks whose edges count, the coder's own first.
     tracks: Sequence[Segments] = ()
     #: Few further edges: the demonstration's start and end, the marked range.
     marks: Sequence[float] = ()
@@ -135,9 +135,12 @@ def adjacent_edge(document: Document, time: float, pixel: float) -> Snap | None:
     if edge is None:
         return None
     target = snap(time, 1 / pixel, snap_targets(document))
-    # Farther away than anything snaps, what is pointed at counts for more.
-    pointed = target is not None and target.kind in ("contact", "edge")
-    return None if pointed and abs(edge - time) > SNAP_REACH * pixel else Snap(edge, "edge")
+    # Farther away than anything snaps, what is pointed at counts for more; but from there to the
+    # edge no gap may be left that is too narrow to be seen.
+    if target is None or target.kind not in ("contact", "edge"):
+        return Snap(edge, "edge")
+    nearest = min(abs(edge - time), abs(edge - target.time))
+    return None if nearest > SNAP_REACH * pixel else Snap(edge, "edge")
 
 
 def is_on_target(time: float, targets: SnapTargets) -> bool:
@@ -178,14 +181,10 @@ Edge = Literal["start", "end"]
 
 @dataclass(frozen=True, slots=True)
 class Hit:
-    """What lies under the pointer: a segment's index, the edge that can be grabbed, or neither.
-
-    `inside` tells whether the pointer is on the segment itself, and not beside its edge.
-    """
+    """What lies under the pointer: a segment's index, the edge that can be grabbed, or neither."""
 
     index: int | None = None
     edge: Edge | None = None
-    inside: bool = False
 
 
 def gap_at(segments: Segments, time: float) -> tuple[float, float] | None:
@@ -210,26 +209,22 @@ def edge_beside(segments: Segments, time: float, reach: float) -> float | None:
 def hit(segments: Segments, time: float, pixel: float) -> Hit:
     """What is under the pointer, found in O(log n); `pixel` is the seconds in one.
 
-    An edge is grabbed from :data:`EDGE_REACH` pixels on either side, but never from more than a
-    third of the segment or of the unlabelled span there, so that both stay within reach
-    however narrow. A segment narrower than :data:`TINY` pixels is hit from one pixel beside it.
+    An edge is grabbed from :data:`EDGE_REACH` pixels within its segment, but never from more than a
+    third of that, so that its body stays within reach however narrow. Beside it a drag begins that
+    labels what is unlabelled. A segment narrower than :data:`TINY` pixels is hit from one pixel
+    beside it.
     """
     index = bisect_right(segments, time, key=_end)
     tiny = _tiny(segments, time, pixel)
     if tiny is not None:
-        return Hit(tiny, None, inside=True)
-    if index < len(segments) and segments[index].start <= time:
-        segment = segments[index]
-        zone = min(EDGE_REACH * pixel, segment.duration / 3)
-        if time - segment.start <= zone:
-            return Hit(index, "start", inside=True)
-        return Hit(index, "end" if segment.end - time <= zone else None, inside=True)
-    before = segments[index - 1].end if index else float("-inf")
-    after = segments[index].start if index < len(segments) else float("inf")
-    zone = min(EDGE_REACH * pixel, (after - before) / 3)
-    if time - before <= zone:
-        return Hit(index - 1, "end")
-    return Hit(index, "start") if after - time <= zone else Hit()
+        return Hit(tiny)
+    if index == len(segments) or time < segments[index].start:
+        return Hit()
+    segment = segments[index]
+    zone = min(EDGE_REACH * pixel, segment.duration / 3)
+    if time - segment.start <= zone:
+        return Hit(index, "start")
+    return Hit(index, "end" if segment.end - time <= zone else None)
 
 
 def _tiny(segments: Segments, time: float, pixel: float) -> int | None:
@@ -325,6 +320,19 @@ class BrushGesture(Gesture):
         super().__init__(pressed, (pressed,), bounds)
         self.start = start
         self.action = action
+
+    def follow(
+        self, time: float, pixels_per_second: float, targets: SnapTargets | None
+    ) -> Snap | None:
+        """As any drag, but on to the coder's own edge if a gap too narrow to see would be left."""
+        target = super().follow(time, pixels_per_second, targets)
+        if targets is None or target is None or not targets.tracks:
+            return target
+        edge = edge_beside(targets.tracks[0], self.at, SNAP_REACH / pixels_per_second)
+        if edge is None or (edge - self.at) * (self.at - self.start) <= 0:  # not ahead
+            return target
+        self.at = edge
+        return Snap(edge, "edge")
 
     @property
     def span(self) -> tuple[float, float]:
@@ -443,13 +451,10 @@ def begin_gesture(
 ) -> Gesture:
     """The drag that a press on `target` begins, should the pointer move.
 
-    A span begins at `start`, which is `time` snapped. With a brush, an edge is grabbed from within
-    its segment only: unlabelled time is painted there. `moving` grabs a segment that would be
+    A span begins at `start`, which is `time` snapped. `moving` grabs a segment that would be
     painted over otherwise.
     """
     segments, bounds = document.editor.segments, document.view.bounds
-    if document.action is not None and not target.inside:
-        return BrushGesture(time, start, document.action, bounds)
     if target.index is not None and target.edge is not None:
         demonstration = document.demonstration
         shortest = 0.0 if demonstration is None else demonstration.period

@@ -26,7 +26,6 @@ from forcelab.gui.label.segment_panel import FREE, SegmentPanel
 from forcelab.gui.label.track_gestures import (
     Drag,
     Gesture,
-    Hit,
     adjacent_edge,
     begin_gesture,
     snap,
@@ -59,8 +58,8 @@ class TrackPanel(SegmentPanel):
 
     =========================  ====================================================================
     drag                       paints with the brush; without one marks a range and asks with what
-    drag an edge               moves it, and that of a neighbour that touches it; with a brush,
-                               from within the segment
+    drag an edge               moves it, and that of a neighbour that touches it; it is grabbed from
+                               within the segment
     Shift and drag a segment   moves it; so does Alt, which many desktops take for their windows
     Ctrl while dragging        nothing attracts; so does Alt, unless it moves a segment
     Esc while dragging         as if nothing had happened
@@ -329,13 +328,12 @@ class TrackPanel(SegmentPanel):
         document.view.clear_range()
         free = bool(event.modifiers() & FREE)
         time = snapped_time(document, pointed, self.seconds_per_pixel, free=free)
-        index = target.index if target.inside else None
-        if index is not None:
+        if target.index is not None:
             # A key relabels the segment that the cursor is in, however short that is.
-            segment = document.editor.segments[index]
+            segment = document.editor.segments[target.index]
             time = min(max(time, segment.start), segment.end)
         document.view.seek(time)
-        document.select(index)
+        document.select(target.index)
 
     def point(self, position: QPointF, modifiers: Qt.KeyboardModifier) -> None:
         document, row = self.document, self.row_at(position)
@@ -345,13 +343,11 @@ class TrackPanel(SegmentPanel):
             return
         time, pixel = self.time_at(position.x()), self.seconds_per_pixel
         target = self.hit(time)
-        if document.action is not None and not target.inside:
-            target = Hit()  # a brush paints beside an edge
         if target.edge is not None:
             self.setCursor(Qt.CursorShape.SplitHCursor)
         elif target.index is not None and modifiers & MOVING:
             self.setCursor(Qt.CursorShape.SizeAllCursor)
-        elif document.action is not None:
+        elif document.action is not None or target.index is None:
             self.setCursor(Qt.CursorShape.CrossCursor)
         else:
             self.unsetCursor()

@@ -538,6 +538,9 @@ class PairsList(QAbstractScrollArea):
         with QPainter(self.viewport()) as painter:
             offset = self.verticalScrollBar().value()
             painter.fillRect(area, QColor(colours().background))
+            # Its room is no row's, so that it waits for none.
+            if layout.first_proposal is not None:
+                self._paint_heading(painter, layout.tops[layout.first_proposal] - offset)
             ratio, began = self.devicePixelRatioF(), perf_counter()
             for row in layout.visible(area.top() + offset, area.bottom() + 1 + offset):
                 opened = self.entries[row].id == self.document.id
@@ -551,8 +554,6 @@ class PairsList(QAbstractScrollArea):
                     continue
                 top = layout.tops[row] - offset
                 painter.drawPixmap(QPointF(0, round(top * ratio) / ratio), picture)
-                if row == layout.first_proposal:
-                    self._paint_heading(painter, top)
                 painter.save()
                 painter.translate(0, top)
                 painter.setRenderHint(QPainter.RenderHint.Antialiasing)

@@ -28,7 +28,7 @@ from forcelab.gui.widgets import combo_box
 from forcelab.jobs import Progress
 from forcelab.recognition.intervals import METHOD, Intervals, score_intervals
 from forcelab.recognition.metrics import count_segments
-from forcelab.recognition.results import STAGES, DemonstrationResult
+from forcelab.recognition.results import STAGES, TOO_HIGH, DemonstrationResult
 from forcelab.review.run_result import RunResult
 
 #: Rows at the top that are never sorted: pooled and its intervals.
@@ -145,6 +145,7 @@ class ScoresView(QWidget):
         self.sorting = Sorting()
         self._run: RunResult | None = None
         self._visible: tuple[DemonstrationResult, ...] = ()
+        self._warnings: list[str] = []
         self._ids: tuple[str, ...] = ()
         self.which = combo_box(
             "Scores to show",
@@ -252,6 +253,7 @@ class ScoresView(QWidget):
         elif [d.id for d in self._visible] == [d.id for d in visible.tested]:
             return
         self._visible = visible.tested
+        self._warnings = [remark for remark in visible.remarks if TOO_HIGH in remark]
         self._show()
 
     def _take(self, intervals: dict[str, Intervals]) -> None:
@@ -287,7 +289,7 @@ class ScoresView(QWidget):
         run = self._run
         assert run is not None
         note = f"Run {run.number}, seed {run.settings.seed}. 95 % intervals: {state}"
-        return "\n".join((note, reliability_text(run.reliability))).strip()
+        return "\n".join((*self._warnings, note, reliability_text(run.reliability))).strip()
 
     def _show_empty(self, text: str) -> None:
         self._bar.hide()

@@ -44,16 +44,27 @@ def test_an_edge_is_dragged_and_a_neighbour_that_touches_it_goes_along(document,
     assert document.view.range is None
 
 
-def test_with_a_brush_an_edge_is_dragged_from_either_side(document, hand, panel):
+def test_with_a_brush_an_edge_is_dragged_as_without_one(document, hand, panel):
     document.set_action("grab")
-    hand.drag(6.0 + 2 * panel.seconds_per_pixel, 6.5)
+    hand.drag(6.0 - 2 * panel.seconds_per_pixel, 6.5)
     assert len(stored_rows(document)) == 3
-    assert stored_rows(document)[2] == (5.0, pytest.approx(6.48, abs=0.02), "release")
+    assert stored_rows(document)[2] == (5.0, pytest.approx(6.52, abs=0.02), "release")
+
+
+@pytest.mark.parametrize(("beside", "end"), [(0.03, 6.6), (0.0, 6.6), (-1.03, 4.4)])
+def test_a_drag_beside_a_segment_marks_a_range_from_its_edge(document, hand, panel, beside, end):
+    hand.move(6.0 + beside, pressed=False)
+    assert panel.cursor().shape() == Qt.CursorShape.ArrowCursor
+    hand.drag(6.0 + beside, end)
+    edge = 6.0 if end > 6.0 else 5.0
+    assert document.view.range == pytest.approx(tuple(sorted((edge, end))))
+    assert edge in document.view.range
+    assert stored_rows(document) == TIMES
 
 
 def test_what_is_dragged_snaps_and_is_looked_at(document, hand):
     document.view.contacts = np.array([3.7])
-    hand.press(3.0)
+    hand.press(2.99)
     hand.move(3.4)
     hand.move(3.68)
     assert document.view.hint.time == 3.7

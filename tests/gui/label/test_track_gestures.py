@@ -130,39 +130,36 @@ PIXEL = 0.01
     ("time", "target"),
     [
         (0.5, Hit()),
-        (0.96, Hit(0, "start")),
-        (1.04, Hit(0, "start", inside=True)),
-        (1.5, Hit(0, None, inside=True)),
-        (1.96, Hit(0, "end", inside=True)),
-        (2.04, Hit(1, "start", inside=True)),
-        (3.04, Hit(1, "end")),
+        (0.96, Hit()),
+        (1.04, Hit(0, "start")),
+        (1.5, Hit(0, None)),
+        (1.96, Hit(0, "end")),
+        (2.04, Hit(1, "start")),
+        (2.96, Hit(1, "end")),
+        (3.04, Hit()),
         (4.0, Hit()),
-        (4.96, Hit(2, "start")),
-        (6.04, Hit(2, "end")),
-        (6.06, Hit()),
+        (4.96, Hit()),
+        (5.94, Hit(2, None)),
+        (5.96, Hit(2, "end")),
+        (6.04, Hit()),
     ],
 )
-def test_edges_are_grabbed_from_five_pixels_on_either_side(time, target):
+def test_edges_are_grabbed_from_five_pixels_within_their_segments(time, target):
     assert hit(TRACK, time, PIXEL) == target
 
 
 def test_the_middle_third_of_a_narrow_segment_is_its_body():
     narrow = (Segment(1.0, 1.06, "grab"),)  # six pixels
     assert hit(narrow, 1.015, PIXEL).edge == "start"
-    assert hit(narrow, 1.03, PIXEL) == Hit(0, None, inside=True)
+    assert hit(narrow, 1.03, PIXEL) == Hit(0, None)
     assert hit(narrow, 1.045, PIXEL).edge == "end"
 
 
 def test_a_segment_below_a_pixel_is_hit_between_wide_neighbours():
     track = (Segment(1.0, 2.0, "a"), Segment(2.0, 2.001, "b"), Segment(2.001, 3.0, "a"))
-    assert hit(track, 1.995, PIXEL) == Hit(1, None, inside=True)
-    assert hit(track, 2.01, PIXEL) == Hit(1, None, inside=True)
-    assert hit(track, 1.98, PIXEL) == Hit(0, "end", inside=True)
-
-
-def test_a_narrow_gap_can_be_hit_in_its_middle():
-    track = (Segment(1.0, 2.0, "a"), Segment(2.03, 3.0, "b"))
-    assert hit(track, 2.015, PIXEL) == Hit()
+    assert hit(track, 1.995, PIXEL) == Hit(1, None)
+    assert hit(track, 2.01, PIXEL) == Hit(1, None)
+    assert hit(track, 1.98, PIXEL) == Hit(0, "end")
 
 
 def test_index_and_gap():

@@ -108,12 +108,12 @@ def test_a_drag_over_a_segment_paints_over_it(document, hand):
 
 def test_while_an_edge_is_dragged_that_time_is_looked_at_and_the_cursor_stays(document, hand):
     document.view.seek(8.0)
-    hand.press(6.0)
-    hand.move(6.4)
+    hand.press(5.99)
+    hand.move(6.39)
     assert (document.view.displayed_time, document.view.cursor) == (pytest.approx(6.4), 8.0)
-    hand.release(6.4)
+    hand.release(6.39)
     assert document.view.displayed_time == 8.0
-    hand.press(6.4)
+    hand.press(6.39)
     hand.move(6.8)
     hand.panel.cancel_drag()
     assert document.view.displayed_time == 8.0
@@ -192,6 +192,22 @@ def test_a_drag_jumps_to_a_contact_event_before_a_frame(document, hand):
     assert (3.5, 4.213, "hold") in stored_rows(document)
 
 
+@pytest.mark.parametrize(("start", "end"), [(3.12, 4.0), (4.0, 3.07), (4.0, 4.88)])
+def test_no_gap_too_narrow_to_be_seen_is_left_to_a_contact_event(document, hand, start, end):
+    document.view.contacts = np.array([3.06, 4.94])
+    document.set_action("release")
+    hand.drag(start, end)
+    low, high = (3.0, 4.0) if end != 4.88 else (4.0, 6.0)  # it joins the release that follows
+    assert (low, high, "release") in stored_rows(document)
+
+
+def test_a_segment_narrower_than_the_reach_ends_at_its_contact_event(document, hand):
+    document.view.contacts = np.array([3.06])
+    document.set_action("release")
+    hand.drag(3.01, 3.07)
+    assert (3.0, 3.06, "release") in stored_rows(document)
+
+
 def test_alt_bypasses_snapping(document, hand):
     document.set_action("hold")
     hand.press(3.5, ALT)
@@ -232,14 +248,15 @@ def test_without_a_brush_a_drag_marks_a_range_and_asks_what_with(document, hand,
     assert document.view.range is None
 
 
-@pytest.mark.parametrize("pixels", [6, 9, 12, 15])
+@pytest.mark.parametrize("pixels", [0, 3, 6, 9, 12, 15])
 def test_a_range_marked_beside_a_segment_begins_at_its_edge(document, hand, panel, pixels):
     beside = pixels * panel.seconds_per_pixel
     hand.move(3.0 + beside, pressed=False)
     assert document.view.hint == Snap(3.0, "edge")
+    assert panel.cursor().shape() == Qt.CursorShape.CrossCursor
     hand.drag(3.0 + beside, 4.0)
     entries(panel.menu)["&3  release"].trigger()
-    hand.drag(5.0 - beside, 4.5)
+    hand.drag(5.0 - max(beside, panel.seconds_per_pixel), 4.5)
     entries(panel.menu)["&1  grab"].trigger()
     assert stored_rows(document) == [
         *TIMES[:2],
@@ -297,7 +314,7 @@ def test_a_shared_edge_moves_for_both(document, hand):
 
 
 def test_an_edge_does_not_jump_under_the_pointer_when_grabbed_beside_it(document, hand):
-    hand.drag(4.96, 4.56)
+    hand.drag(5.04, 4.64)
     assert stored_rows(document)[2] == (4.6, 6.0, "release")
 
 
@@ -309,7 +326,7 @@ def test_an_edge_cannot_pass_the_other_one(document, hand):
 def test_an_edge_jumps_to_another_edge_but_not_back_to_its_own(document, hand):
     hand.drag(5.0, 3.05)
     assert stored_rows(document)[2] == (3.0, 6.0, "release")
-    hand.drag(6.0, 6.06)
+    hand.drag(5.99, 6.05)
     assert stored_rows(document)[2] == (3.0, 6.06, "release")
 
 

@@ -406,6 +406,18 @@ def test_proposals_stand_below_with_the_prediction_alone(shown, study):
     assert (study.review.examined.demonstration, study.review.examined.human) == (first.id, None)
 
 
+def test_the_heading_of_the_proposals_waits_for_no_row(shown, study, monkeypatch):
+    first, second, third = (reviewed(i.id, i.name) for i in study.infos)
+    area = shown(unscored_run_result([second, third], proposals=(first,))).area
+    monkeypatch.setattr(pairs_list, "PAINT_BUDGET", -1.0)
+    area.repaint_all()
+    picture = area.viewport().grab().toImage()  # all rows are skipped
+    assert area.pictures.known(first.id) is None
+    heading = round(area.arrangement.tops[2] - pairs_list.HEADING_HEIGHT / 2) + 5
+    inks = {picture.pixel(x, heading) for x in range(picture.width())}
+    assert len(inks) > 3, "letters on their ground"
+
+
 def test_the_accuracy_is_that_of_the_run_until_the_track_is_edited(shown, study):
     scores = {"filtered": {"accuracy": 0.123}}
     tested = [replace(reviewed(i.id, i.name), scores=scores) for i in study.infos]

@@ -13,6 +13,7 @@ from forcelab.gui.review.metrics import AGREEMENT_METRICS, ERROR_METRICS
 from forcelab.gui.review.scores import ScoresView
 from forcelab.recognition.intervals import METRICS, Intervals, look_up, score_intervals
 from forcelab.recognition.metrics import count_segments
+from forcelab.recognition.results import TOO_HIGH
 
 ACTIONS = ("grab", "hold", "release")
 
@@ -63,6 +64,14 @@ def test_how_far_probabilities_can_be_relied_on_stands_below(view, document, unt
     until(lambda: view.intervals)
     assert "Brier score 0.261, expected calibration error 2.4 points." in view.note.text()
     assert "0 is best" in view.note.toolTip()
+
+
+def test_that_proposals_were_tested_stands_beside_the_scores(view, document, until):
+    remark = f"2 of 9 tested segments (30.0 % of the tested time) were {TOO_HIGH}; report others."
+    run = replace(document.review.run, remarks=("Left out in 4 groups of up to 2.", remark))
+    document.review.set_run(run)
+    until(lambda: view.intervals)
+    assert view.note.text().startswith(f"{remark}\nRun ")
 
 
 def test_numbers_have_units_and_as_many_decimals_in_every_row(view):
