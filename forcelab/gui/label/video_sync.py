@@ -320,7 +320,8 @@ class SynchroniseDialog(QDialog):
     """Offset and rate of the video's clock, from taps marked by hand or found automatically.
 
     Of several videos one is chosen, at first that which is given. `rows` are the taps, `candidate`
-    the clock that Accept would store, `proposal` what was found.
+    the clock that Accept would store, `proposal` what was found. Size and place are those of the
+    last time, and kept for the next one, if `remembering`.
     """
 
     def __init__(
@@ -329,8 +330,11 @@ class SynchroniseDialog(QDialog):
         jobs: Jobs,
         parent: QWidget | None = None,
         video: VideoReference | None = None,
+        *,
+        remembering: bool = True,
     ) -> None:
         super().__init__(parent)
+        self._remembering = remembering
         demonstration = document.demonstration
         assert demonstration is not None
         self.document = document
@@ -392,7 +396,8 @@ class SynchroniseDialog(QDialog):
         The forces, which are to be clicked, stay in view there.
         """
         parent = self.parentWidget()
-        if geometry := settings.data("synchronise/geometry"):
+        geometry = settings.data("synchronise/geometry") if self._remembering else b""
+        if geometry:
             self.restoreGeometry(QByteArray(geometry))
         elif parent is not None:
             room = parent.window().geometry()
@@ -565,7 +570,8 @@ class SynchroniseDialog(QDialog):
 
     def done(self, result: int) -> None:
         """Close in any way: the search ends and the file is closed."""
-        settings.store("synchronise/geometry", bytes(self.saveGeometry().data()))
+        if self._remembering:
+            settings.store("synchronise/geometry", bytes(self.saveGeometry().data()))
         self.jobs.cancel(KEY)
         self.preview.close_video()
         super().done(result)

@@ -223,6 +223,9 @@ def test_it_begins_at_the_bottom_right_and_then_where_it_was(document, jobs, app
     second.show()
     assert (second.x(), second.y()) == (10, 30)
     second.reject()
+    picture = SynchroniseDialog(document, jobs, window, remembering=False)
+    assert (picture.x(), picture.y()) != (10, 30)
+    picture.reject()
     window.close()
 
 
