@@ -803,11 +803,12 @@ class ImportDialog(QDialog):
             videos=self.videos.isChecked(),
         )
         options, files = self.columns.options(options), self._chosen()
+        loose = set(_loose_videos(files))
         set_enabled_with_reason(self._go, _GOES_ON)
         self._bar.setVisible(True)
         self._show_report()
         self._jobs.run(
-            importing(path, [file for file in files if file not in _loose_videos(files)], options),
+            importing(path, [file for file in files if file not in loose], options),
             partial(self._imported, path, files, self.columns.choice()),
             self._failed,
             self._bar.show_progress,
