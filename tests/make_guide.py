@@ -30,12 +30,12 @@ README = ROOT / "README.md"
 GUIDE = ROOT / "assets" / "guide"
 #: The README and the pages of the guide, in the order in which their commands run.
 DOCUMENTS = (README, *(GUIDE / f"{name}.md" for name in CONTENTS))
-#: Blocks; what takes long is marked "slow", and is left out where that is not asked for. A block of
-#: text below a script is what that prints.
+#: Blocks; what takes long is marked "slow", and is left out where that is not asked for. A script
+#: may have a block of what it prints below it.
 #: A command goes on behind a line that ends with a backslash.
 BLOCK = re.compile(
     r"```console(?P<slow> slow)?\n\$ (?P<command>(?:[^\n]*\\\n)*[^\n]*)\n(?P<shown>.*?)```"
-    r"|```python\n(?P<script>.*?)```(?P<printed>\n\n```text\n.*?```)?",
+    r"|```python\n(?P<script>.*?)```(?P<printed>\n\nIt prints:\n\n```text\n.*?```)?",
     re.S,
 )
 #: Pictures of the window and its dialogs by name, each drawn in the light and the dark theme
@@ -108,7 +108,7 @@ def run_blocks(document: Path, folder: Path, *, slow: bool) -> tuple[str, list[s
     def renewed(block: re.Match[str]) -> str:
         if block["script"]:
             printed.append(run([sys.executable, "-c", block["script"]]))
-            shown = f"\n\n```text\n{printed[-1]}```" if block["printed"] else ""
+            shown = f"\n\nIt prints:\n\n```text\n{printed[-1]}```" if block["printed"] else ""
             return f"```python\n{block['script']}```{shown}"
         if block["slow"] and not slow:
             return block[0]
@@ -119,8 +119,7 @@ def run_blocks(document: Path, folder: Path, *, slow: bool) -> tuple[str, list[s
 
 
 def prepare(folder: Path) -> None:
-    """Lay into a folder what the commands of a clone's reader find in theirs."""
-    (folder / "assets").symlink_to(ROOT / "assets")
+    """Lay into a folder what the commands need beside the installed program."""
     (folder / "README.md").symlink_to(README)
 
 
