@@ -229,10 +229,8 @@ class Demonstration:
             If there is no column of times and no rate, no column of numbers, or times do not
             increase.
         """
-        demonstration: Demonstration = call_above(
-            "demonstration_from_frame", frame, name, task, time, rate, tuple(leave_out)
-        )
-        return demonstration
+        columns = tuple(leave_out)
+        return call_above("demonstration_from_frame", frame, name, task, time, rate, columns)
 
     def plot(self, *tracks: Any) -> Drawing:
         """Its channels over time, below the `tracks` of those who labelled it.
@@ -240,8 +238,7 @@ class Demonstration:
         ``project.tracks.of(demonstration.id)`` are those of a stored one. With
         :func:`forcelab.plot` the actions get the colours that a project gives them.
         """
-        drawing: Drawing = call_above("plot", self, tracks)
-        return drawing
+        return call_above("plot", self, tracks)
 
     def _repr_html_(self) -> str:
         """As notebooks show it: the main facts in a line, and its channels."""
@@ -251,7 +248,7 @@ class Demonstration:
         facts += [counted(len(self.gaps), "gap")] if self.gaps else []
         facts += [counted(len(self.videos), "video")] if self.videos else []
         title = html_title(self.name, "; ".join(facts))
-        return title + html_picture(lambda: self.plot()._repr_svg_())
+        return title + html_picture(self.plot)
 
     @property
     def video(self) -> VideoReference | None:

@@ -128,8 +128,9 @@ def samples_frame(
     """
     if isinstance(source, Project):
         _check(source, task, author)
-        keys = [info.id for info in source.demonstrations.infos(task)]
-        if demonstration is not None:
+        infos = source.demonstrations.infos(task)
+        keys = [info.id for info in infos if demonstration in (None, info.name)]
+        if demonstration is not None and len(keys) != 1:  # an id, or what cannot be told apart
             keys = [source.demonstrations.id_of(demonstration)]
         given = [(source.demonstrations.load(key), source.tracks.of(key)) for key in keys]
     else:

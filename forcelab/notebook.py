@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from html import escape
+from typing import Any
 
 from forcelab.errors import InputError
 
@@ -24,9 +25,9 @@ def html_title(title: str, more: str = "") -> str:
     return f"<p>{bold}{escape(more)}</p>"
 
 
-def html_picture(draw: Callable[[], str]) -> str:
-    """What `draw` gives as SVG, or the sentence that says why it cannot be drawn here."""
+def html_picture(plot: Callable[[], Any]) -> str:
+    """The drawing that `plot` gives, or the sentence that says why it cannot be drawn here."""
     try:
-        return f"<div>{draw()}</div>"
+        return f"<div>{plot()._repr_svg_()}</div>"
     except InputError as error:
         return f"<p>{escape(str(error))}</p>"

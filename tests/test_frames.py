@@ -104,6 +104,9 @@ def test_samples_of_a_project_stand_below_one_another(project, kind):
     assert np.isnan(np.asarray(frame["torque"])[:2000]).all()
     assert list(frame["torque"])[2000:] == [1.0, 2.0, 3.0]
     assert list(frame["labels of Bo"])[1000] == "grab"
+    assert len(forcelab.samples_frame(project, task="pen", demonstration="01")["time"]) == 1000
+    with pytest.raises(forcelab.InputError, match="'01' may be any of"):
+        forcelab.samples_frame(project, demonstration="01")
     one = forcelab.samples_frame(project, demonstration="03", author="Ada")
     assert list(one["time"]) == [0.0, 0.1, 0.3]
     assert [name for name in one if name.startswith("labels")] == []

@@ -23,7 +23,7 @@ def checkout(tmp_path, monkeypatch):
 @needs_git
 def test_a_checkout_names_its_commit_and_whether_files_were_changed(checkout, monkeypatch):
     def git(*words):
-        who = ["-c", "user.name=Ada", "-c", "user.email=ada@lab"]
+        who = ["-c", "user.name=Ada", "-c", "user.email=ada@lab", "-c", "commit.gpgSign=false"]
         done = subprocess.run(["git", *who, *words], cwd=checkout, check=True, capture_output=True)
         return done.stdout.decode().strip()
 

@@ -151,8 +151,10 @@ class _Bar:
         seconds = passed / done * (self._last.total - self._last.done)
         if seconds < NEARLY:
             return ""
+        # An MLP may end before its last epoch: it is known by the loss it has.
+        how = "about" if getattr(self._last, "loss", None) is None else "up to"
         # In steps of ten seconds: what is estimated is not known better.
-        return f", about {duration_text(10 * math.ceil(seconds / 10))} left"
+        return f", {how} {duration_text(10 * math.ceil(seconds / 10))} left"
 
 
 def _terminal_width() -> int:

@@ -73,10 +73,13 @@ class ExportFormat:
 def _statistics_rows(part: Part) -> list[AnnotatedTrack]:
     kinds = {author.name: author.kind for author in part.project.coding.authors()}
     info = part.info
-    return [
-        AnnotatedTrack(info.name, info.task, info.duration, kinds.get(track.author, "coder"), track)
-        for track in part.tracks
-    ]
+    rows = []
+    for track in part.tracks:
+        origins = part.project.tracks.origins(info.id, track.author)
+        proposers = {segment: origin.proposer for segment, origin in origins.items()}
+        kind = kinds.get(track.author, "coder")
+        rows.append(AnnotatedTrack(info.name, info.task, info.duration, kind, track, proposers))
+    return rows
 
 
 #: What the names of an ELAN file's time series end in; ELAN knows the second one by it.
@@ -204,19 +207,19 @@ def _forces_table(part: Part) -> StreamWriter:
 
 
 FORMATS: Final[dict[str, ExportFormat]] = {
-    "csv": ExportFormat(
-        "CSV: one file per demonstration, one row per segment",
-        ".labels.csv",  # not .csv: that is what recordings are called
-        "demonstration",
-        lambda part: to_csv(part.tracks).encode(),
-        group="table",
-    ),
     "table": ExportFormat(
         "CSV for statistics: one table of all, one row per segment",
         ".segments.csv",
         "project",
         _statistics_rows,
         lambda _project, rows: to_statistics_table(rows).encode(),
+        group="table",
+    ),
+    "csv": ExportFormat(
+        "CSV: one file per demonstration, one row per segment",
+        ".labels.csv",  # not .csv: that is what recordings are called
+        "demonstration",
+        lambda part: to_csv(part.tracks).encode(),
         group="table",
     ),
     "samples": ExportFormat(
@@ -260,7 +263,7 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         _boris,
     ),
     "label-studio": ExportFormat(
-        "Label Studio: forces as time series, one task per demonstration",
+        "Label Studio: forces as time series, labels and predictions on them",
         ".label-studio.json",
         "project",
         _forces_task,
@@ -270,7 +273,7 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         predictions=True,
     ),
     "label-studio-video": ExportFormat(
-        "Label Studio: videos with timelines, one task per demonstration",
+        "Label Studio: videos with timelines of labels and predictions",
         ".label-studio.json",
         "project",
         _video_task,

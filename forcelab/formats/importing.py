@@ -45,10 +45,10 @@ def pair_videos(paths: Sequence[Path]) -> tuple[list[Path], dict[Path, dict[str,
     """
     recordings: dict[str, list[Path]] = {}
     for path in paths:
-        if not _is_video(path):
+        if not is_video(path):
             recordings.setdefault(_key(path), []).append(path)
     candidates: dict[tuple[Path, str], list[Path]] = {}
-    for video in filter(_is_video, paths):
+    for video in filter(is_video, paths):
         # The longest name that a recording has is that of its own.
         ends = [len(video.stem), *(m.start() for m in reversed([*_SEPARATOR.finditer(video.stem)]))]
         for end in ends:
@@ -127,7 +127,7 @@ def _stored_videos(project: Path) -> dict[str, tuple[str, ...]]:
         return {info.id: info.videos for info in opened.demonstrations.infos()}
 
 
-def _is_video(path: Path) -> bool:
+def is_video(path: Path) -> bool:
     return path.suffix.lower() in _SUFFIXES
 
 

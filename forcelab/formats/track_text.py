@@ -5,8 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,39 +17,41 @@ from forcelab.segment_edits import SLIVER
 
 #: Decimals that are enough for times on microseconds.
 DECIMALS = 6
+#: How far a time on microseconds lies from what it rounds (s), and what arithmetic adds.
+ROUNDING = 0.5 * 10**-DECIMALS + SLIVER
 
 
-def plain_times(track: Track) -> list[tuple[Segment, tuple[float, float]]]:
+def plain_times(track: Track, within: float = SLIVER) -> list[tuple[Segment, tuple[float, float]]]:
     """Each segment with start and end times (s) whose shortest text is what a person would write.
 
-    Arithmetic leaves 4.6899999999999995 where 4.69 is right: times within a nanosecond of a
+    Arithmetic leaves 4.6899999999999995 where 4.69 is right: times `within` so many seconds of a
     microsecond are that microsecond, unless that would leave nothing of a segment. Read by
     :func:`on_samples`, 4.69 is the same sample again.
     """
-    times = [(_plain(s.start), _plain(s.end)) for s in track.segments]
+    times = [(_plain(s.start, within), _plain(s.end, within)) for s in track.segments]
     if not all(start < end for start, end in times):
         times = [(float(s.start), float(s.end)) for s in track.segments]
     return list(zip(track.segments, times, strict=True))
 
 
 def on_samples(tracks: Iterable[Track], times: NDArray[np.float64]) -> tuple[Track, ...]:
-    """Put edges that lie within a nanosecond of a sample exactly onto its stamp.
+    """Put edges that were rounded to the microsecond nearest to a sample onto its exact stamp.
 
     A track that would lose a segment by it stays as it was.
     """
     return tuple(_on_samples(track, times) for track in tracks)
 
 
-def _plain(time: float) -> float:
+def _plain(time: float, within: float) -> float:
     """The microsecond on which a time lies, or the time."""
-    rounded = round(float(time), DECIMALS)
-    return rounded if abs(rounded - time) <= SLIVER else float(time)
+    rounded = _microseconds(time)
+    return rounded if abs(rounded - time) <= within else float(time)
 
 
 def _on_samples(track: Track, times: NDArray[np.float64]) -> Track:
     edges = edges_of(track)
     samples = nearest(edges, times)
-    moved = np.where(abs(samples - edges) <= SLIVER, samples, edges)
+    moved = np.where(abs(samples - edges) <= ROUNDING, samples, edges)
     return with_edges(track, moved) if (moved[:, 0] < moved[:, 1]).all() else track
 
 
@@ -142,7 +144,7 @@ def table_text(header: Sequence[str], rows: Iterable[Sequence[str]], separator: 
 #: The columns of the table, in this order.
 TABLE_COLUMNS = (
     *("demonstration", "task", "seconds", "author", "kind", "segment", "action"),
-    *("start", "end", "duration"),
+    *("start", "end", "duration", "proposed_by"),
 )
 
 
@@ -155,26 +157,31 @@ class AnnotatedTrack:
     seconds: float  #: length of the demonstration
     kind: str  #: of its author: coder or model
     track: Track
+    #: Of segments that a coder accepted, the model that proposed them
+    proposers: Mapping[Segment, str] = field(default_factory=dict)
 
 
 def to_statistics_table(tracks: Iterable[AnnotatedTrack]) -> str:
     """One line a segment, as CSV (RFC 4180).
 
     ``seconds`` is the length of the demonstration, ``segment`` counts from 1 in each track, times
-    are in seconds of the force clock.
+    are in seconds of the force clock, to a microsecond unless that would leave nothing of a segment
+    of the track. ``proposed_by`` is empty where the label is the coder's own.
     """
     rows = [
         (
-            *(coded.demonstration, coded.task, _rounded_text(coded.seconds)),
+            *(coded.demonstration, coded.task, repr(_microseconds(coded.seconds))),
             *(coded.track.author, coded.kind, str(number), segment.action),
-            *(repr(start), repr(end), _rounded_text(end - start)),
+            *(repr(start), repr(end), repr(_microseconds(end - start) or end - start)),
+            coded.proposers.get(segment, ""),
         )
         for coded in tracks
-        for number, (segment, (start, end)) in enumerate(plain_times(coded.track), start=1)
+        for number, (segment, (start, end)) in enumerate(
+            plain_times(coded.track, within=ROUNDING), start=1
+        )
     ]
     return table_text(TABLE_COLUMNS, rows)
 
 
-def _rounded_text(seconds: float) -> str:
-    """A duration without rounding errors."""
-    return repr(round(float(seconds), 9))
+def _microseconds(seconds: float) -> float:
+    return round(float(seconds), DECIMALS)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 
 from PySide6.QtCore import (
@@ -85,10 +86,13 @@ from forcelab.gui.item_views import (
 )
 from forcelab.gui.label.track_spans import track_spans
 from forcelab.gui.layout import dialog_buttons, page_layout, set_enabled_with_reason
+from forcelab.gui.shortcuts import keys
 from forcelab.gui.text import ask, escape_ampersands, settle_name
 from forcelab.gui.theme import Colours, colours, themes
 from forcelab.gui.widgets import ENTER_KEYS, ElidedComboBox, ElidedLabel
+from forcelab.labels import Segments
 from forcelab.project import DemonstrationInfo, Project
+from forcelab.segment_edits import SLIVER
 
 #: The bar's width and thickness, in heights of the smaller line, and its most of a row's width.
 BAR_WIDTH, BAR_THICKNESS, BAR_SHARE = 3.6, 0.32, 0.18
@@ -750,6 +754,21 @@ class DemonstrationMenu(QObject):
             )
 
 
+#: Gaps between segments shorter than this, in seconds, are hardly ever meant.
+SHORT_GAP = 0.05
+
+
+def _short_gaps_text(segments: Segments) -> str:
+    """How many gaps between segments look like slips, and what fills them; empty for none."""
+    gaps = (right.start - left.end for left, right in pairwise(segments))
+    count = sum(SLIVER < gap < SHORT_GAP for gap in gaps)
+    if not count:
+        return ""
+    number, them = ("1 gap", "it") if count == 1 else (f"{count} gaps", "them")
+    key = keys().shown("fill_gaps") or "Fill gaps"
+    return f", with {number} below {1000 * SHORT_GAP:.0f} ms ({key} there fills {them})"
+
+
 #: The share of the open demonstration is added up when nothing was painted for so many ms.
 PAUSE = 100
 #: Keys that with a click choose several demonstrations, and open none.
@@ -818,13 +837,14 @@ class DemonstrationList(QWidget):
         document, demonstration = self._document, self._document.demonstration
         if demonstration is None or not confirm_reveal(document, {document.id}, self.window()):
             return
+        gaps = _short_gaps_text(document.editor.segments)
         following = find_next(list(self.model.rows), document.id, lambda row: not row.finished)
         if not document.set_done(then_open="" if following is None else following.info.id):
             return
         left = "no other demonstration in the list is left."
         if following is not None:
             left = f"{count_finished(self._rows)} of {len(self._rows)} are done."
-        document.show_message(f"'{demonstration.name}' is marked as done; {left}")
+        document.show_message(f"'{demonstration.name}' is marked as done{gaps}; {left}")
 
     def ask_video(self) -> None:
         """Attach a video."""

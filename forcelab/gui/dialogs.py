@@ -28,17 +28,20 @@ def handlers(
     commands: Callable[[], Mapping[str, QAction]],
     shown: Callable[[], Iterable[str]],
     video: Callable[[], VideoReference | None],
+    *,
+    remembering: bool = True,
 ) -> dict[str, Callable[[], object]]:
     """The handlers of the commands that open a dialog, by command id.
 
     `commands` returns the window's actions by command id, `shown` the ids of the listed
-    demonstrations, `video` what is shown of the open one.
+    demonstrations, `video` what is shown of the open one. Places of dialogs are kept if
+    `remembering`.
     """
     return {
         "export_labels": lambda: _export(document, jobs, window, tuple(shown())),
         "save": partial(_report_stored, document),
         "done": partial(_toggle_done, document, window),
-        "synchronise": lambda: _synchronise(document, jobs, window, video()),
+        "synchronise": lambda: _synchronise(document, jobs, window, video(), remembering),
         "help": lambda: _help(document, window, commands()),
         "about": lambda: _about(window),
     }
@@ -86,12 +89,16 @@ def _export(document: Document, jobs: Jobs, window: QWidget, shown: Sequence[str
 
 
 def _synchronise(
-    document: Document, jobs: Jobs, window: QWidget, video: VideoReference | None
+    document: Document,
+    jobs: Jobs,
+    window: QWidget,
+    video: VideoReference | None,
+    remembering: bool,
 ) -> None:
     """Synchronise video and forces, with the panels at hand."""
     from forcelab.gui.label.video_sync import SynchroniseDialog
 
-    SynchroniseDialog(document, jobs, window, video).show()
+    SynchroniseDialog(document, jobs, window, video, remembering=remembering).show()
 
 
 def show_preferences(

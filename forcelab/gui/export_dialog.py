@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.formats.export import FORMATS, exporting
+from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.file_dialogs import ask_folder
 from forcelab.gui.jobs import Jobs
@@ -24,6 +25,9 @@ from forcelab.gui.text import name_fields
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.review.run_result import latest_predictions
 from forcelab.text import counted
+
+#: Where the settings keep the format that was exported last.
+FORMAT_KEY = "export/format"
 
 
 class ExportDialog(QDialog):
@@ -50,21 +54,15 @@ class ExportDialog(QDialog):
         if len(shown) < len(document.infos):  # the list is searched or narrowed
             all_ = f"The whole project ({len(document.infos)})"
             self.which.addItem(all_, tuple(info.id for info in document.infos))
-        self.author = ElidedComboBox()
-        self.author.addItem("All coders and models", None)
-        for author in dict.fromkeys(a for info in document.infos for a in info.authors):
-            self.author.addItem(author, (author,))
-        self.form = QComboBox()
-        for name, format_ in FORMATS.items():
-            before = FORMATS.get(str(self.form.itemData(self.form.count() - 1)))
-            if before is not None and before.group != format_.group:
-                self.form.insertSeparator(self.form.count())
-            self.form.addItem(format_.label, name)
+        self.author = self._author_choice()
+        self.form = _format_choice()
         self.form.currentIndexChanged.connect(self._match)
         self.replacing = QCheckBox("Overwrite existing files")
         self._bar = ProgressBar("Progress of the export")
         self._report_label = copyable()
-        self._bare = 0  # of those chosen, how many have nothing to write
+        for choice in (self.which, self.author, self.form):  # what was said is of another export
+            choice.currentIndexChanged.connect(self._report_label.clear)
+        self._bare = ""  # how many of those chosen have nothing to write
         form = QFormLayout()
         form.addRow("Labels of", self.which)
         form.addRow("Labels by", self.author)
@@ -82,6 +80,20 @@ class ExportDialog(QDialog):
         column.addWidget(buttons)
         # Only now: a button that is in no dialog yet cannot be its default.
         self.go.setDefault(True)
+        self._match()
+
+    def _author_choice(self) -> ElidedComboBox:
+        """All, or the author of any track; the coder's own labels are wanted most."""
+        document, choice = self._document, ElidedComboBox()
+        authors = [*dict.fromkeys(a for info in document.infos for a in info.authors)]
+        coders = () if document.project is None else document.project.coding.coders()
+        everybody = "All coders and models" if {*authors} - {*coders} else "All coders"
+        choice.addItem(everybody, None)
+        for author in authors:
+            choice.addItem(author, (author,))
+        choice.setCurrentIndex(max(choice.findText(document.author), 0))
+        self._author_names = [everybody, *authors]
+        return choice
 
     def export(self, folder: Path) -> None:
         """Write into a folder in the background, and report the result."""
@@ -91,8 +103,14 @@ class ExportDialog(QDialog):
         set_enabled_with_reason(self.go, "Wait until this is written.")
         self._bar.setVisible(True)
         self._report_label.clear()
+        settings.store(FORMAT_KEY, self.form.currentData())
         chosen = () if self.form.currentData() == "archive" else self.which.currentData() or ()
-        self._bare = sum(not info.authors for info in self._document.infos if info.id in chosen)
+        authors = self.author.currentData() if chosen else None
+        infos = [info for info in self._document.infos if info.id in chosen]
+        bare = sum(not {*info.authors} & {*(authors or info.authors)} for info in infos)
+        what = f"{counted(bare, 'demonstration')} {'has' if bare == 1 else 'have'} no labels"
+        by = "" if authors is None else f" by {authors[0]}"
+        self._bare = f".\n{what}{by} yet." if bare else ""
         job = exporting(
             project.path,
             folder,
@@ -100,7 +118,7 @@ class ExportDialog(QDialog):
             self.which.currentData(),
             self._document.author,
             self.replacing.isChecked(),
-            self.author.currentData() if chosen else None,
+            authors,
             predictions=latest_predictions,
         )
         self._jobs.run(job, self._written, self._failed, self._bar.show_progress, key="export")
@@ -111,7 +129,14 @@ class ExportDialog(QDialog):
         super().reject()
 
     def _match(self) -> None:
-        """Disable what does not matter to a format: an archive holds all, a dataset is there."""
+        """Disable what does not matter to a format: an archive holds all, a dataset is there.
+
+        What a run predicts is written with all authors, by formats that hold it.
+        """
+        predictions = FORMATS[self.form.currentData()].predictions
+        for index, name in enumerate(self._author_names):
+            addition = " (no predictions)" if index else " and predictions"
+            self.author.setItemText(index, f"{name}{addition if predictions else ''}")
         archive = self.form.currentData() == "archive"
         for choice in (self.which, self.author):
             set_enabled_with_reason(choice, "An archive holds all labels." if archive else "")
@@ -131,9 +156,7 @@ class ExportDialog(QDialog):
 
     def _written(self, files: tuple[Path, ...]) -> None:
         more = f" and {len(files) - 1} more" if len(files) > 1 else ""
-        have = "has" if self._bare == 1 else "have"
-        rest = f".\n{counted(self._bare, 'demonstration')} {have} no labels yet."
-        self._report(f"Written: {files[0]}{more}{rest if self._bare else ''}")
+        self._report(f"Written: {files[0]}{more}{self._bare}")
 
     def _failed(self, error: Exception) -> None:
         # What is chosen in a shell with an option is chosen above.
@@ -143,3 +166,15 @@ class ExportDialog(QDialog):
         self._bar.setVisible(False)
         set_enabled_with_reason(self.go, "")
         self._report_label.setText(text)
+
+
+def _format_choice() -> QComboBox:
+    """The formats by their groups, beginning with the one that was exported last."""
+    choice = QComboBox()
+    for name, format_ in FORMATS.items():
+        before = FORMATS.get(str(choice.itemData(choice.count() - 1)))
+        if before is not None and before.group != format_.group:
+            choice.insertSeparator(choice.count())
+        choice.addItem(format_.label, name)
+    choice.setCurrentIndex(max(choice.findData(settings.text(FORMAT_KEY)), 0))
+    return choice

@@ -38,7 +38,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.errors import InputError
 from forcelab.formats import identify, preview
-from forcelab.formats.importing import ImportReport, importing
+from forcelab.formats.importing import ImportReport, importing, is_video, pair_videos
 from forcelab.formats.lerobot_dataset import stated_episodes
 from forcelab.formats.recording import ANY_USE, ColumnUse, ReadOptions, Use, parse_episodes
 from forcelab.formats.signatures import is_lerobot_folder, lerobot_folder
@@ -60,6 +60,7 @@ from forcelab.gui.key_events import ignore_wheel
 from forcelab.gui.layout import (
     ProgressBar,
     copyable,
+    page_layout,
     resize_on_screen,
     set_enabled_with_reason,
     toned_label,
@@ -480,6 +481,21 @@ def _is_archive(path: Path) -> bool:
         return False  # what is wrong is told when the file is read
 
 
+def _loose_videos(files: Sequence[str]) -> list[str]:
+    """The videos among recordings that belong to none of them by name."""
+    unpaired, _ = pair_videos([Path(file) for file in files])
+    loose = [str(path) for path in unpaired if is_video(path)]
+    return loose if len(loose) < len(unpaired) else []
+
+
+def _video_lines(files: Sequence[str]) -> list[str]:
+    """What to do with the videos that belong to no recording."""
+    return [
+        f"{Path(file).name} is a video: attach it by Demonstration > Attach video…"
+        for file in _loose_videos(files)
+    ]
+
+
 def _optional_line(name: str, placeholder: str) -> QLineEdit:
     """A line that may stay empty, which then means what it says."""
     line = QLineEdit()
@@ -620,6 +636,8 @@ class ImportDialog(QDialog):
         """Name and place of the project that is made while none is open."""
         self.project_name, self.project_folder = QLineEdit(), QLineEdit()
         self.project_name.setAccessibleName("Name of the new project")
+        letter = self.project_name.fontMetrics().averageCharWidth()
+        self.project_name.setMinimumWidth(26 * letter)
         self.project_folder.setAccessibleName("Folder in which the new project is made")
         choose = QPushButton("Choose…")
         choose.setAccessibleName("Choose the folder of the new project")
@@ -638,8 +656,10 @@ class ImportDialog(QDialog):
             return
         recordings = Path(files[0]).absolute().parent
         folder = recordings if os.access(recordings, os.W_OK) else settings.documents_folder()
-        path = vacant_path(folder, recordings.name or "study")
-        self.project_name.setText(path.name)
+        archive = len(files) == 1 and _is_archive(Path(files[0]))
+        name = Path(files[0]).stem if archive else recordings.name
+        self.project_name.setText(vacant_path(folder, name or "study").name)
+        self.project_name.setCursorPosition(0)  # its beginning tells it from others
         self.project_folder.setText(str(folder))
 
     def _ask_project_folder(self) -> None:
@@ -656,12 +676,16 @@ class ImportDialog(QDialog):
 
     def _result(self) -> QScrollArea:
         """The report of the import."""
-        self._report_label = copyable()
-        self._report_label.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self._report_label.setMargin(4)
+        page = QWidget()
+        column = page_layout(page, margin=4, spacing=4)
+        self._report_labels = [copyable() for _ in range(3)]
+        for label in self._report_labels:
+            column.addWidget(label)
+        column.addStretch(1)
+        self._report_labels[1].setProperty("tone", "trouble")
         self._report = QScrollArea()
         self._report.setWidgetResizable(True)
-        self._report.setWidget(self._report_label)
+        self._report.setWidget(page)
         self._report.setVisible(False)
         return self._report
 
@@ -737,7 +761,7 @@ class ImportDialog(QDialog):
         files = self._chosen()
         reason = "" if files else "Add files first."
         set_enabled_with_reason(self._go, reason if self._bar.isHidden() else _GOES_ON)
-        self._show_report("")  # it was of files that were in the list before
+        self._show_report()  # it was of files that were in the list before
         datasets = [Path(name) for name in files if is_lerobot_folder(Path(name))]
         others = (Path(name) for name in files if Path(name) not in datasets)
         self._tasks_named = bool(files) and all(_is_archive(path) for path in others)
@@ -779,11 +803,12 @@ class ImportDialog(QDialog):
             videos=self.videos.isChecked(),
         )
         options, files = self.columns.options(options), self._chosen()
+        loose = set(_loose_videos(files))
         set_enabled_with_reason(self._go, _GOES_ON)
         self._bar.setVisible(True)
-        self._show_report("")
+        self._show_report()
         self._jobs.run(
-            importing(path, files, options),
+            importing(path, [file for file in files if file not in loose], options),
             partial(self._imported, path, files, self.columns.choice()),
             self._failed,
             self._bar.show_progress,
@@ -815,11 +840,12 @@ class ImportDialog(QDialog):
         lines = ["{} new, {} updated, {} unchanged.".format(*counts)]
         if counts[0] and not any(counts[1:]):
             lines = [f"{counted(counts[0], 'demonstration')} imported."]
+        failures: list[str] = []
         if unread:
-            lines.append("Left out because they could not be read:")
-            lines += report.unread.values()
-            lines.append("Press Delete to remove the selected files from the list.")
-        self._show_report("\n".join((*lines, *report.remark_lines())), trouble=bool(unread))
+            failures.append("Left out because they could not be read:")
+            failures += report.unread.values()
+            failures.append("Press Delete to remove the selected files from the list.")
+        self._show_report(lines, failures, (*_video_lines(files), *report.remark_lines()))
         self._document.reread()  # the open one may have new labels, its task other actions
         if not self._document.id and self._document.infos:
             self._document.open_demonstration(self._document.infos[0].id)
@@ -833,10 +859,9 @@ class ImportDialog(QDialog):
         """Report why nothing was imported; select the files concerned."""
         self._bar.setVisible(False)
         set_enabled_with_reason(self._go, "")
-        lines = [str(error)]
         unread = set(map(str, error.files)) if isinstance(error, InputError) else set()
         self._select(unread)
-        self._show_report("\n".join(lines), trouble=True)
+        self._show_report(failures=[str(error)])
 
     def _select(self, names: Collection[str]) -> None:
         """Select files in the list, so that Delete removes them."""
@@ -849,11 +874,18 @@ class ImportDialog(QDialog):
             self._files.scrollToItem(failed[0])
             self._files.setFocus()
 
-    def _show_report(self, text: str, trouble: bool = False) -> None:
+    def _show_report(
+        self,
+        lines: Sequence[str] = (),
+        failures: Sequence[str] = (),
+        remarks: Sequence[str] = (),
+    ) -> None:
         """Show all of the report: what was repaired must be known."""
-        self._report_label.setText(name_fields(text, _FIELDS))
-        self._report_label.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
-        self._report.setVisible(bool(text))
+        parts = (lines, failures, remarks)
+        for label, part in zip(self._report_labels, parts, strict=True):
+            label.setText(name_fields("\n".join(part), _FIELDS))
+            label.setVisible(bool(part))
+        self._report.setVisible(any(parts))
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         accept_as_copy(event)

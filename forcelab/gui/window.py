@@ -374,6 +374,7 @@ class Window(DockedWindow):
             lambda: self.commands,
             shown,
             lambda: self.label.videos.video,
+            remembering=self._remembering,
         )
         # What was begun last is taken back where it can be seen.
         cancel = {"cancel": lambda: self.capture.cancel() or label["cancel"]()}

@@ -18,14 +18,14 @@ from forcelab.recognition.cross_validation import (
     train_and_test_job,
 )
 from forcelab.recognition.dataset import DataSelection, Dataset
-from forcelab.recognition.examples import mixed_unit_remarks
+from forcelab.recognition.examples import LabelledDemonstration, mixed_unit_remarks
 from forcelab.recognition.label_noise import dropped_remarks
-from forcelab.recognition.plugins import distribution_versions
+from forcelab.recognition.plugins import distribution_versions, is_import_path
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.results import TOO_HIGH, Evaluation, run_record, run_title
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
-from forcelab.recognition.training import Known, training_job
+from forcelab.recognition.training import Known, train, training_job
 from forcelab.resources import versions
 from forcelab.text import counted, percent
 
@@ -332,7 +332,7 @@ def train_tasks_job(
     Raises
     ------
     InputError
-        If too little is labelled.
+        If too little is labelled, or no file can hold the classifier.
 
     Examples
     --------
@@ -343,6 +343,8 @@ def train_tasks_job(
     """
     tasks = selection.joined_tasks(project)
     dataset = selection.load(project, tasks, settings)
+    if is_import_path(settings.classifier):
+        _refuse_unstorable(dataset.labelled, settings)
     recogniser = yield from run_job(training_job, dataset.labelled, settings)
     content = dump(recogniser)
     if not project.read_only:
@@ -360,6 +362,27 @@ def train_tasks_job(
     )
     remarks += unlearnt_remarks(dataset, recogniser) + dropped_remarks(recogniser.dropped)
     return TrainedRecogniser(recogniser, content, remarks)
+
+
+def _refuse_unstorable(labelled: Sequence[LabelledDemonstration], settings: Settings) -> None:
+    """Say before the long training that no file can hold a classifier of one's own.
+
+    It is fitted to the shortest demonstration of two actions; what else is wrong is left to the
+    training to say.
+    """
+    enough = [
+        item
+        for item in labelled
+        if len({segment.action for segment in item.merged(settings.merge).segments}) > 1
+    ]
+    if not enough:
+        return
+    shortest = min(enough, key=lambda item: item.demonstration.duration)
+    try:
+        recogniser = train([shortest], settings)
+    except InputError:
+        return
+    dump(recogniser)
 
 
 def unlearnt_remarks(dataset: Dataset, recogniser: Recogniser) -> tuple[str, ...]:

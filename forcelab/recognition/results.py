@@ -200,8 +200,7 @@ class Evaluation:
 
     def plot(self) -> Drawing:
         """The timeline pairs of what was tested, as ``forcelab evaluate --figure`` draws them."""
-        drawing: Drawing = call_above("plot", self)
-        return drawing
+        return call_above("plot", self)
 
     def _repr_html_(self) -> str:
         """As notebooks show it: the scores after the filters, and the timeline pairs."""
@@ -209,11 +208,7 @@ class Evaluation:
         rows = [(scores.name, scores.to_json()) for scores in each]
         table = scores_html(rows, pooled.to_json(), self.intervals("filtered"))
         settings = f"{self.settings.preset}, {self.settings.classifier}"
-        return (
-            html_title(self.title, settings)
-            + table
-            + html_picture(lambda: self.plot()._repr_svg_())
-        )
+        return html_title(self.title, settings) + table + html_picture(self.plot)
 
     @property
     def reliability(self) -> Reliability | None:

@@ -83,12 +83,24 @@ DAMAGE = (
 
 def dump(recogniser: Recogniser) -> bytes:
     """A recogniser as the bytes of its file; an InputError if it could not be loaded again."""
-    content = pack(recogniser)
+    classifier = recogniser.settings.classifier
+    own = is_import_path(classifier)
+    failures = (InputError, *DAMAGE) if own else (InputError,)
     try:
-        _unpack(content, "recogniser")
-    except InputError as error:
+        content = pack(recogniser)
+        _unpack(content, "it")
+    except failures as error:
+        if not own:
+            raise InputError(
+                f"The recogniser was not saved, as it could not be loaded again: {error}"
+            ) from error
+        cause = error.__cause__ or error
+        # What follows says what to do about files of others.
+        reason = str(cause).partition("; ")[0] or type(cause).__name__
         raise InputError(
-            f"The recogniser was not saved, as it could not be loaded again: {error}"
+            f"A recogniser with '{classifier}' cannot be kept in a file ({reason}); let the "
+            f"classifier consist of plain values, arrays and objects of scikit-learn and of its "
+            f"own package."
         ) from error
     return content
 
@@ -235,6 +247,8 @@ def _own_classifier(data: bytes) -> tuple[str, set[str]]:
             waiting += node.values()
             if node.get("__loader__") != "ObjectNode":
                 called.add(f"{node.get('__module__')}.{node.get('__class__')}")
+                # As the first format of skops, which it still reads, names a function.
+                called.add(f"{node.get('module_path')}.{node.get('function')}")
     return own if is_import_path(own) else "", called
 
 

@@ -99,8 +99,7 @@ class RunResult:
 
     def plot(self) -> Drawing:
         """The timeline pairs of what was tested, as ``forcelab evaluate --figure`` draws them."""
-        drawing: Drawing = call_above("plot", self)
-        return drawing
+        return call_above("plot", self)
 
     def _repr_html_(self) -> str:
         """As notebooks show it: the scores after the filters, and the timeline pairs."""
@@ -111,7 +110,7 @@ class RunResult:
         return (
             html_title(f"Run {self.number}, {self.title}", f"{labels}; {self.time:%Y-%m-%d}")
             + scores_html(each, stage.get("pooled", {}), ranges)
-            + html_picture(lambda: self.plot()._repr_svg_())
+            + html_picture(self.plot)
         )
 
     @property

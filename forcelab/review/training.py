@@ -226,6 +226,10 @@ def review_job(
         recogniser = yield from steps.fit(job)
         known.clear()
         remarks += unlearnt_remarks(snapshot.train, recogniser)
+        try:
+            content = dump(recogniser)
+        except InputError as error:  # the scores and proposals are worth having all the same
+            content, remarks = None, (*remarks, str(error))
         proposals, refused = yield from _proposals(project, snapshot, recogniser, steps)
         remarks += refused
         if evaluation is None:
@@ -251,7 +255,7 @@ def review_job(
             yield steps.storing()
             try:
                 with interruptible():
-                    return _store(project, snapshot, origin, result, name, recogniser)
+                    return _store(project, snapshot, origin, result, name, recogniser, content)
             except StoreBusyError:  # what took minutes is not lost for that; one can cancel
                 continue
 
@@ -350,12 +354,13 @@ def _store(
     result: dict[str, Any],
     name: str,
     recogniser: Recogniser,
+    content: bytes | None,
 ) -> int:
-    """Store the run and its recogniser in one transaction."""
+    """Store the run and its recogniser, if there is a file of it, in one transaction."""
     origin = replace(origin, labels=project.runs.existing_labels(origin.labels))
+    if content is None:
+        return project.runs.add(KIND, origin, result)
     trained_on = project.runs.existing_labels(
         used for used in snapshot.train.labels if used.demonstration in recogniser.trained_on
     )
-    return project.runs.add_training(
-        KIND, name, dump(recogniser), origin, result, trained_on=trained_on
-    )
+    return project.runs.add_training(KIND, name, content, origin, result, trained_on=trained_on)

@@ -6,6 +6,7 @@ import threading
 import time
 from contextlib import ExitStack, contextmanager, suppress
 from io import StringIO
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,8 @@ from forcelab.capture.reader import RingBuffer
 from forcelab.capture.replay import extract_sensors
 from forcelab.capture.save import unfinished_journals
 from forcelab.capture.stream_merger import StreamMerger
+from forcelab.cli.commands.capture import LiveTrackRecorder
+from forcelab.cli.output import quietly
 from forcelab.formats.calibration import read_calibrations
 from forcelab.labels import to_codes
 from forcelab.live.recognition import LiveRecognition
@@ -129,6 +132,18 @@ def test_on_a_terminal_the_line_shows_the_action_and_how_sure_it_is(
         r"force \(99 %: \d\.\d\d s\), [\d.]+ % of a core\.",
         second,
     )
+
+
+def test_on_a_terminal_that_is_to_be_quiet_segments_are_printed_as_they_end(
+    terminal, capsys, monkeypatch
+):
+    ended = SimpleNamespace(start=1.0, end=2.5, action="grab", probability=0.9)
+    live = SimpleNamespace(begun=0.5, look=lambda: [ended])
+    monkeypatch.setattr(sys, "stderr", terminal)
+    for quiet, printed in ((False, ""), (True, "   0.50    2.00  grab  0.90\n")):
+        with quietly(quiet):
+            LiveTrackRecorder(live, sys.stdout).look()
+        assert capsys.readouterr().out == printed
 
 
 @pytest.mark.parametrize("step", ["look", "finish", "keep"])

@@ -26,6 +26,7 @@ from forcelab.gui.qt_check import QtPlatform
 from forcelab.jobs import Progress
 from forcelab.project import Project
 from forcelab.project.runs import RunStore
+from forcelab.recognition.ensemble import FitProgress
 from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.settings import CLASSIFIERS
 from forcelab.resources import asset
@@ -576,6 +577,18 @@ def test_a_bar_tells_how_long_its_stage_still_takes(terminal, monkeypatch):
             watch(Progress(*step))
             shown = terminal.getvalue().rpartition("\r")[2]
             assert re.sub(r"[█·]+ |\x1b\[K", "", shown) == line
+
+
+def test_a_bar_tells_the_most_that_a_fit_takes_which_may_end_before_its_last_epoch(
+    terminal, monkeypatch
+):
+    now = [0.0]
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr("forcelab.cli.output.time.monotonic", lambda: now[0])
+    with progress_bar() as watch:
+        for now[0] in (0.0, 2.0, 4.0):
+            watch(FitProgress(round(1 + 10 * now[0]), 200, "fit", loss=0.5))
+        assert "fit 41/200, up to 20 s left" in re.sub("[█·]+ ", "", terminal.getvalue())
 
 
 def test_a_bar_fits_the_terminal(terminal, monkeypatch):

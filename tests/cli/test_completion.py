@@ -13,15 +13,16 @@ import pytest
 
 from forcelab.cli import main
 
-#: How a shell starts without anybody's settings, and what makes Ctrl+X show the line so far.
+#: How a shell starts without anybody's settings, and what makes Ctrl+T show the line so far.
+#: A key that others begin with, such as Ctrl+X, is waited after for half a second.
 STARTS = {
     "bash": (
         ["bash", "--norc", "--noprofile", "-i"],
-        r"""bind -x '"\C-x": printf "<<%s>>" "$READLINE_LINE"'; source {folder}/bash""",
+        r"""bind -x '"\C-t": printf "<<%s>>" "$READLINE_LINE"'; source {folder}/bash""",
     ),
     "zsh": (
         ["zsh", "-f", "-i"],
-        r"""show() {{ print -rn -- "<<$BUFFER>>" }}; zle -N show; bindkey "^X" show
+        r"""show() {{ print -rn -- "<<$BUFFER>>" }}; zle -N show; bindkey "^T" show
 fpath=({folder} $fpath); autoload -Uz compinit; compinit -D -u""",
     ),
 }
@@ -83,7 +84,7 @@ class Prompt:
 
     def complete(self, line):
         """The line after the Tab key; it is cleared again."""
-        self.type(f"{line}\t\x18")
+        self.type(f"{line}\t\x14")
         shown = self.read_until(">>")
         self.type("\x15")
         return shown.rpartition("<<")[2].partition(">>")[0]

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from forcelab.formats import label_tables
+from forcelab.labels import Segment
 from forcelab.project import Project
 
 
@@ -22,6 +23,24 @@ def test_a_table_of_some_demonstrations(forcelab, project, tmp_path):
             segments = opened.tracks.get(opened.demonstrations.load(name).id, "coder").segments
             output = [float(row["start"]) for row in rows if row["demonstration"] == name]
             assert output == pytest.approx([segment.start for segment in segments])
+
+
+def test_the_table_tells_what_was_proposed_with_times_to_the_microsecond(forcelab, project):
+    with Project.open(project) as opened:
+        first = opened.demonstrations.id_of("foam-01")
+        labels = opened.tracks.get(first, "coder").segments
+        opened.tracks.edit(first, "coder", labels, (), "erased")
+        own, accepted = Segment(0.1, 1.987888107514004, "grab"), Segment(2.0, 2.25, "hold")
+        opened.tracks.edit(first, "coder", (), (own,), "painted")
+        opened.tracks.edit(
+            first, "coder", (own,), (own, accepted), "accepted", proposed_by="model paper 1"
+        )
+    rows = forcelab("export", project, "--out", "-", "--format", "table", "--demo", "foam-01").out
+    assert [line.split(",", 6)[6] for line in rows.splitlines()] == [
+        "action,start,end,duration,proposed_by",
+        "grab,0.1,1.987888,1.887888,",
+        "hold,2.0,2.25,0.25,model paper 1",
+    ]
 
 
 def test_a_table_of_all_is_not_taken_for_labels_of_one_recording(forcelab, project, tmp_path):

@@ -44,3 +44,17 @@ def test_the_page_describes_every_command_with_its_options_and_examples(page):
     assert "boundary_ms, 0 wherever" in evaluate  # what stands behind the options
     assert not re.search(r"^ +-q, --quiet", evaluate, re.M)  # said once, for all commands
     assert shown.count("-q, --quiet") == 1
+
+
+def test_on_a_narrow_terminal_all_but_examples_is_broken_between_words(page):
+    shown = run_on(page, "groff", "-man", "-Tascii", "-P-cbou").stdout
+    # An example may be copied as it stands; it is indented further than the text, and less than
+    # what an option means.
+    assert [x for x in shown.splitlines() if len(x) > 80 and not re.match(" {9}\\S", x)] == []
+    assert "ULE:FUNCTION" not in shown.replace("MODULE:FUNCTION", "")
+    rows = shown.partition("\n   export\n")[2]
+    assert re.search(
+        r"^       csv    one per demonstration, one row per segment:\n {14}start", rows, re.M
+    )
+    assert re.search(r"^       --task TASK\n {14}only this", rows, re.M)
+    assert "\\fB\\-\\-task\\fR \\fITASK\\fR\n" in page.read_text("utf-8")

@@ -10,6 +10,7 @@ from forcelab.recognition import plugins
 
 MODULE = """
 import pathlib
+import threading
 
 import numpy as np
 
@@ -24,6 +25,14 @@ class NearestMean:
 
     def predict(self, X):
         return self.classes_[((X[:, None, :] - self.means_) ** 2).sum(axis=2).argmin(axis=1)]
+
+
+class Locked(NearestMean):
+    def fit(self, X, y):
+        with open("fitted", "a") as file:
+            print(len(X), file=file)
+        self.lock = threading.Lock()
+        return super().fit(X, y)
 
 
 def energy(signals, rate):
@@ -127,3 +136,13 @@ def test_features_of_ones_own_are_evaluated_and_asked_for_again(
     plan = forcelab("plan", project, "sponge-11", "--features", own)
     assert f"computed  {own} " in plan.out
     assert "4 a time step" in plan.out
+
+
+def test_what_no_file_can_hold_is_refused_before_the_long_training(forcelab, project, lab):
+    own = f"{lab}:Locked"
+    refused = forcelab("train", project, *QUICK, "--classifier", own, "--out", "own.skops")
+    assert f"A recogniser with '{own}' cannot be kept in a file (" in refused.sentence
+    assert not Path("own.skops").exists()
+    (few,) = Path("fitted").read_text().split()
+    assert forcelab("evaluate", project, *QUICK, "--jobs", "1", "--classifier", own).status == 0
+    assert int(few) < min(map(int, Path("fitted").read_text().split()[1:]))

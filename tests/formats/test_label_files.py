@@ -46,7 +46,7 @@ def test_the_table_of_all_segments_is_a_set_for_each_demonstration_without_predi
     path = tmp_path / "lab.segments.csv"
     model = Track("model paper", (Segment(0.0, 1.0, "grab"),))
     rows = [
-        AnnotatedTrack("01", "pen", 3.5, "coder", ANN),
+        AnnotatedTrack("01", "pen", 3.5, "coder", ANN, {ANN.segments[0]: "model paper 1"}),
         AnnotatedTrack("01", "pen", 3.5, "model", model),
         AnnotatedTrack("02", "", 4.0, "coder", BEN),
     ]

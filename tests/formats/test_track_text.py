@@ -15,7 +15,15 @@ from forcelab.formats import read
 from forcelab.formats.label_tables import is_label_table, read_tracks
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table_columns import is_unlabelled
-from forcelab.formats.track_text import on_samples, plain_text, plain_times, to_audacity, to_csv
+from forcelab.formats.track_text import (
+    AnnotatedTrack,
+    on_samples,
+    plain_text,
+    plain_times,
+    to_audacity,
+    to_csv,
+    to_statistics_table,
+)
 from forcelab.labels import Segment, Track, from_codes, to_codes
 
 ACTIONS = ("grab", "hold", "slip")
@@ -91,9 +99,10 @@ def test_what_is_written_is_read_back_onto_the_same_samples(rate, offset, data):
     track = Track("Ada", from_codes(codes, times, ACTIONS))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.labels.csv"
-        path.write_bytes(to_csv([track]).encode())
-        (read,) = on_samples(read_tracks(path, ReadOptions()) or (Track("Ada"),), times)
-    assert to_codes(read.segments, times, ACTIONS).tolist() == codes.tolist()
+        for text in (to_csv([track]), to_statistics_table([AnnotatedTrack("a", "", 9, "", track)])):
+            path.write_bytes(text.encode())
+            (read,) = on_samples(read_tracks(path, ReadOptions()) or (Track("Ada"),), times)
+            assert to_codes(read.segments, times, ACTIONS).tolist() == codes.tolist()
 
 
 def test_a_label_file_beside_a_recording_comes_onto_its_samples(tmp_path):

@@ -36,6 +36,8 @@ def dialog(document):
     window = QWidget()
     jobs = Jobs(window)
     dialog = ExportDialog(document, jobs, [info.id for info in document.infos], window)
+    dialog.author.setCurrentIndex(0)
+    dialog.form.setCurrentIndex(dialog.form.findData("csv"))
     yield dialog
     dialog.reject()
     jobs.close()
@@ -73,11 +75,16 @@ def test_it_is_told_how_many_of_all_have_no_labels(dialog, document, tmp_path, u
     document.project.demonstrations.add(bare)
     document.reread()
     other = ExportDialog(document, dialog._jobs, [info.id for info in document.infos])
+    other.author.setCurrentIndex(0)
     other.which.setCurrentIndex(other.which.findText("All", Qt.MatchFlag.MatchStartsWith))
     other.export(tmp_path / "all")
     until(other.go.isEnabled)
     told = "\n1 demonstration has no labels yet."
     assert any(label.text().endswith(told) for label in other.findChildren(QLabel))
+    other.author.setCurrentIndex(other.author.findText("Zoe"))
+    other.export(tmp_path / "hers")
+    until(other.go.isEnabled)
+    assert "1 demonstration has no labels by Zoe yet." in other._report_label.text()
     other.reject()
     other.deleteLater()
 
@@ -94,6 +101,7 @@ def test_the_whole_project_is_offered_beside_what_a_search_has_left(document, tm
     assert offered[1][1:] == ["The whole project (2)"]
     assert all_.which.count() == 2
     searched.which.setCurrentIndex(2)
+    searched.form.setCurrentIndex(searched.form.findData("csv"))
     searched.export(tmp_path / "all")
     until(searched.go.isEnabled)
     assert len(written(tmp_path / "all")) == len(ids)
@@ -139,9 +147,45 @@ def test_recent_projects_are_opened_from_the_menu(app, tmp_path):
     assert opened_ == [tmp_path / "one"]
 
 
+def test_it_begins_with_the_own_labels_as_one_table_and_then_with_the_last_format(
+    dialog, document, tmp_path, until
+):
+    shown = [info.id for info in document.infos]
+    first = ExportDialog(document, dialog._jobs, shown)
+    assert (first.author.currentText(), first.form.currentData()) == (document.author, "table")
+    first.form.setCurrentIndex(first.form.findData("textgrid"))
+    first.export(tmp_path)
+    until(first.go.isEnabled)
+    assert first._report_label.text().startswith("Written: ")
+    first.form.setCurrentIndex(first.form.findData("archive"))
+    assert first._report_label.text() == ""  # what was written is no archive
+    second = ExportDialog(document, dialog._jobs, shown)
+    assert second.form.currentData() == "textgrid"
+    for other in (first, second):
+        other.reject()
+        other.deleteLater()
+
+
+def test_models_are_named_where_they_have_tracks_and_predictions_where_a_format_holds_them(
+    dialog, document
+):
+    for name, format_ in FORMATS.items():
+        dialog.form.setCurrentIndex(dialog.form.findData(name))
+        assert ("predictions" in format_.label) == format_.predictions
+        assert ("and predictions" in dialog.author.itemText(0)) == format_.predictions
+        assert ("(no predictions)" in dialog.author.itemText(1)) == format_.predictions
+    first = document.infos[0].id
+    document.project.tracks.edit(first, "model live", (), GRAB, "predicted", kind="predict")
+    document.reread()
+    other = ExportDialog(document, dialog._jobs, [first])
+    assert other.author.itemText(0) == "All coders and models"
+    other.reject()
+    other.deleteLater()
+
+
 def test_labels_by_one_coder(dialog, document, tmp_path, until):
     authors = [dialog.author.itemText(i) for i in range(dialog.author.count())]
-    assert authors == ["All coders and models", document.author, "Zoe"]
+    assert authors == ["All coders", document.author, "Zoe"]
     dialog.author.setCurrentIndex(2)
     dialog.export(tmp_path / "one")
     until(dialog.go.isEnabled)

@@ -229,7 +229,7 @@ def test_ten_own_recordings_are_in_a_new_project_after_six_actions(window, recor
         until(lambda: window.document.id)
         assert not dialog.project_name.isVisible()
         until(dialog._report.isVisible)
-        assert "10 demonstrations imported." in dialog._report_label.text()
+        assert "10 demonstrations imported." in dialog._report_labels[0].text()
         QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
         actions.append("close")
         assert not dialog.isVisible()
@@ -277,7 +277,7 @@ def test_nothing_is_made_where_nothing_is_imported(window, recordings, until, re
             click(dialog._go)
             until(dialog._report.isVisible)
             words = "make it first" if reason == "no such folder" else "pull-00.csv"
-            assert words in dialog._report_label.text()
+            assert words in dialog._report_labels[1].text()
 
     in_dialog(window, use)
     assert window.document.project is None

@@ -91,7 +91,8 @@ def import_button(dialog):
 
 
 def report(dialog):
-    return dialog.findChild(QScrollArea).widget().text()
+    labels = dialog.findChild(QScrollArea).widget().findChildren(QLabel)
+    return "\n".join(label.text() for label in labels if label.text())
 
 
 def warns_of_no_task(dialog):
@@ -218,8 +219,24 @@ def test_files_that_cannot_be_read_are_left_out_and_selected(document, dialog, t
     lines = report(dialog)
     assert "1 demonstration imported" in lines
     assert all(name in lines for name in wrong)
+    labels = dialog.findChild(QScrollArea).widget().findChildren(QLabel)
+    (red,) = [label.text() for label in labels if label.property("tone") == "trouble"]
+    assert "1 demonstration imported" not in red
+    assert all(name in red for name in wrong)
     guard_typing()  # as in the program
     QTest.keyClick(file_list(dialog), Qt.Key.Key_Delete)
+    assert files(dialog) == []
+
+
+def test_a_video_of_no_recording_is_no_failure(document, open_on, tmp_path, until):
+    film = tmp_path / "VP01_kamera.mp4"
+    film.write_bytes(b"\0\0\0\x18ftypmp42")
+    dialog = open_on(film, FOAM)
+    import_button(dialog).click()
+    until(lambda: document.id)
+    sentence = "VP01_kamera.mp4 is a video: attach it by Demonstration > Attach video…"
+    assert sentence in report(dialog)
+    assert "could not be read" not in report(dialog)
     assert files(dialog) == []
 
 
@@ -339,6 +356,19 @@ def test_an_archive_is_not_asked_for_a_task(open_on, tmp_path):
     assert import_button(dialog).text() == "Import"
     dialog.add_files([FOAM])
     assert warns_of_no_task(dialog)
+
+
+def test_a_project_made_of_an_archive_is_named_like_it(app, tmp_path):
+    with Project.create(tmp_path / "lab.forcelab") as project:
+        project.demonstrations.add(foam_demonstration())
+    (archive,) = finish(exporting(tmp_path / "lab.forcelab", tmp_path / "sent", "archive"))
+    document, jobs = Document("Ann"), PreviewingAtOnce()
+    dialog = ImportDialog(document, jobs, files=[archive])
+    assert dialog.project_name.text() == "lab.forcelab"
+    assert dialog.project_name.cursorPosition() == 0
+    dialog.close()
+    jobs.close()
+    document.close()
 
 
 GERMAN = "Uhrzeit;Paket;Kraft_x;Taster\n" + "".join(

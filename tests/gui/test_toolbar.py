@@ -191,6 +191,30 @@ def test_one_key_marks_it_as_done_and_opens_the_next_that_is_not(window, answers
     assert window.focusWidget() is window.label.tracks
 
 
+@pytest.mark.parametrize(
+    ("starts", "told"),
+    [
+        ((1.0, 1.55, 2.5), "'01' is marked as done; 1 of 4 are done."),
+        (
+            (1.0, 1.513, 2.5),
+            "'01' is marked as done, with 1 gap below 50 ms (Ctrl+G there fills it); "
+            "1 of 4 are done.",
+        ),
+        (
+            (1.0, 1.513, 2.013),
+            "'01' is marked as done, with 2 gaps below 50 ms (Ctrl+G there fills them); "
+            "1 of 4 are done.",
+        ),
+    ],
+)
+def test_gaps_that_look_like_slips_are_told_when_it_is_done(window, starts, told):
+    messages, ends = status_messages(window.document), (1.5, 2.0, 3.0)
+    for start, end, action in zip(starts, ends, ("grab", "hold", "release"), strict=True):
+        window.document.editor.paint(start, end, action)
+    press_done_and_next(window)
+    assert messages[-1] == (told, False)
+
+
 def test_one_click_does_the_same(window, until):
     until(button(window, "done_and_next").isEnabled)
     click(window, "done_and_next")

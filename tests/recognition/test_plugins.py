@@ -1,10 +1,12 @@
 """Classifiers and features from outside forcelab."""
 
 import dataclasses
+import json
 import os
 import pickle
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -195,12 +197,25 @@ def test_what_consists_of_scikit_learn_is_kept_as_it_is(three, path, factory):
         load_recogniser(path)
 
 
-def test_a_type_of_another_package_is_not_saved(three, path):
+@pytest.mark.parametrize(
+    ("what", "reason"),
+    [
+        (subprocess.CompletedProcess((), 0), "it holds the type subprocess.CompletedProcess, whi"),
+        ((number for number in ()), "cannot pickle 'generator' object"),
+    ],
+)
+def test_what_no_file_can_hold_is_not_saved(three, path, what, reason):
     name = plugins.register_classifier(gaussian)
     recogniser = train(three[:2], QUICK.replace(classifier=name))
-    recogniser.classifier.friend = subprocess.CompletedProcess((), 0)
-    with pytest.raises(InputError, match="not saved.*holds the type subprocess.CompletedProcess, "):
+    recogniser.classifier.friend = what
+    with pytest.raises(InputError) as refusal:
         save_recogniser(recogniser, path)
+    sentence = str(refusal.value)
+    assert sentence.startswith(f"A recogniser with '{name}' cannot be kept in a file ({reason}")
+    assert sentence.endswith(
+        "); let the classifier consist of plain values, arrays and objects of "
+        "scikit-learn and of its own package."
+    )
 
 
 # --- features -----------------------------------------------------------------------------------
@@ -331,6 +346,30 @@ def test_a_file_calls_nothing_of_a_module_that_was_named(three, lab, path, what)
     with pytest.raises(InputError, match=f"holds the type {lab}.{what}, which is neither"):
         load_recogniser(path)
     assert not Path("pwned").exists()
+
+
+@pytest.mark.parametrize("protocol", [2, 0])
+def test_a_file_gets_no_class_that_it_could_have_called_later(three, lab, path, protocol):
+    """As the function of a FunctionTransformer, say, with arguments that the file gives."""
+    plugins.load_plugin("classifier", plugins.name_path("classifier", f"{lab}:make_nearest"))
+    hostile(three, lab, path, [int])
+    with zipfile.ZipFile(path) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    schema = json.loads(parts["schema.json"])
+    schema["protocol"] = protocol
+    schema["content"]["classifier"]["content"][0] = {
+        2: {"__class__": "NearestMean", "__module__": lab, "__loader__": "TypeNode"},
+        0: {
+            **{"__class__": "function", "__module__": "builtins", "__loader__": "FunctionNode"},
+            "content": {"module_path": lab, "function": "NearestMean"},
+        },
+    }[protocol]
+    parts["schema.json"] = json.dumps(schema).encode()
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in parts.items():
+            archive.writestr(name, content)
+    with pytest.raises(InputError, match=f"holds the type {lab}.NearestMean, which is neither"):
+        load_recogniser(path)
 
 
 def refuses_a_changed_tree(recogniser, path):

@@ -17,6 +17,7 @@ from factories import (
     make_labelled_project,
     synthetic_set,
 )
+from sklearn.naive_bayes import GaussianNB
 
 from forcelab.cli import main
 from forcelab.errors import InputError
@@ -24,6 +25,7 @@ from forcelab.jobs import Progress, finish
 from forcelab.labels import Segment, Track, from_codes
 from forcelab.process import run_in_process
 from forcelab.project import Project
+from forcelab.recognition import plugins
 from forcelab.recognition import training as training_module
 from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.dataset import DataSelection
@@ -292,6 +294,31 @@ def test_folds_that_cannot_be_trained_leave_the_final_recogniser(tmp_path):
     assert result.tested == ()
     assert set(result.actions) == {"grab", "hold"}
     assert any(remark.startswith("Nothing could be tested: With") for remark in result.remarks)
+
+
+class Unstorable(GaussianNB):
+    """Holds what no file can hold, as a classifier with a process of its own would."""
+
+    def fit(self, X, y):
+        self.lock = threading.Lock()
+        return super().fit(X, y)
+
+
+def test_scores_and_proposals_stay_where_no_file_can_hold_the_recogniser(tmp_path, monkeypatch):
+    monkeypatch.setitem(plugins._named, "classifier", {})
+    name = plugins.register_classifier(Unstorable)
+    path = make_labelled_project(tmp_path / "p.forcelab")
+    settings = BAYES_SETTINGS.replace(classifier=name)
+    with Project.open(path) as project:
+        result = load_run(project, finish(review_job(path, settings, FOAM_SELECTION, "foam")))
+        assert project.runs.recognisers() == ()
+    assert len(result.tested) == 3
+    assert [item.name for item in result.proposals] == ["foam 04"]
+    assert result.recogniser == ""
+    assert any(
+        remark.startswith(f"A recogniser with '{name}' cannot be kept in a file (")
+        for remark in result.remarks
+    )
 
 
 @pytest.mark.parametrize(

@@ -163,7 +163,7 @@ class LiveTrackRecorder:
 
     def __init__(self, live: LiveRecognition, out: TextIO | None) -> None:
         self._live = live
-        self._out = None if sys.stderr.isatty() else out
+        self._out = None if shows_progress() else out
         self.trouble = ""
 
     @property

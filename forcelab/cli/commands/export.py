@@ -2,7 +2,8 @@
 
 Tables:
   csv           one per demonstration, one row per segment: start,end,action,author
-  table         one of all, one row per segment, for statistics
+  table         one of all, one row per segment, for statistics; the column proposed_by
+                names the model whose prediction the coder accepted
   samples       one per demonstration, labelled or not, one row per sample: forces, labels
                 of each coder, and what the task's latest run predicts, with its probability
   parquet       the same as Parquet (extra parquet)

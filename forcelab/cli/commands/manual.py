@@ -13,7 +13,7 @@ import re
 import textwrap
 from collections.abc import Iterator
 from datetime import date
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 from forcelab.cli import GENERAL, MANUAL, build_parser, grouped
 from forcelab.cli.options import Parser
@@ -44,8 +44,10 @@ def manual_page() -> str:
     parsers: dict[str, Parser] = commands.choices
     lines = [
         f'.TH FORCELAB 1 {date.today()} "forcelab {__version__}" "User Commands"',
+        # Names are copied from it: none is hyphenated, and no line is stretched.
+        *(".nh", ".ad l"),
         *(".SH NAME", r"forcelab \- label and recognise force actions"),
-        *(".SH SYNOPSIS", *_verbatim("forcelab [PROJECT]\nforcelab COMMAND [options] ...")),
+        *(".SH SYNOPSIS", "forcelab [PROJECT]", ".br", "forcelab COMMAND [options] ..."),
         *(".SH DESCRIPTION", *_text(MANUAL)),
         *(".SH OPTIONS", "Of every command:", *_options(parsers["list"], only=GENERAL)),
     ]
@@ -53,7 +55,7 @@ def manual_page() -> str:
         lines.append(f'.SH "{title.upper()}"')
         for name in names:
             command = parsers[name]
-            lines += [f".SS {_escaped(name)}", *_verbatim(_usage(command))]
+            lines += [f".SS {_escaped(name)}", _usage(command)]
             lines += [*_text(command.description or ""), *_options(command), *_text(command.epilog)]
     lines.append('.SH "EXIT STATUS"')
     for status, meaning in STATUS.items():
@@ -65,7 +67,9 @@ def manual_page() -> str:
 
 
 def _usage(parser: Parser) -> str:
-    return " ".join(parser.format_usage().removeprefix("usage: ").split())
+    words = " ".join(parser.format_usage().removeprefix("usage: ").split())
+    # A line is not broken between an option and its value.
+    return re.sub(r"\[[^]]*\]", lambda match: match[0].replace(" ", r"\ "), _escaped(words))
 
 
 def _options(parser: Parser, only: str | None = None) -> Iterator[str]:
@@ -82,24 +86,42 @@ def _options(parser: Parser, only: str | None = None) -> Iterator[str]:
         for action in group._group_actions:
             words = _escaped(formatter._format_action_invocation(action))
             help_ = formatter._expand_help(action) if action.help else ""
-            yield from (".TP", rf"\fB{words}\fR", *map(_escaped, _wrapped(help_)))
+            yield from (".TP", re.sub(r"\S+", _in_face, words), *map(_escaped, _wrapped(help_)))
+
+
+def _in_face(word: re.Match[str]) -> str:
+    """Options in bold and their values underlined, as in other pages; a long list may be broken."""
+    face = "B" if word[0].startswith(r"\-") else "I"
+    breakable = re.sub(",(?=.)", r",\\:", word[0])
+    return rf"\f{face}{breakable}\fR"
 
 
 def _text(text: str | None) -> Iterator[str]:
-    """Paragraphs; those with indented lines, which are tables or examples, line by line."""
+    """Paragraphs and tables; other indented lines, which are examples, stay as they are."""
     for block in re.split(r"\n\s*\n", (text or "").strip("\n")):
-        if re.search(r"^ ", block, re.M):
-            yield from _verbatim(block)
-        elif block:
-            yield from (".PP", *map(_escaped, _wrapped(block)))
+        above = False
+        for indented, group in groupby(block.splitlines(), lambda line: line.startswith(" ")):
+            lines = list(group)
+            if indented and "  " in lines[0].strip():
+                yield from _table(lines)
+            elif indented:
+                yield from (*(() if above else (".PP",)), ".nf", *map(_escaped, lines), ".fi")
+            else:
+                yield from (".PP", *map(_escaped, _wrapped("\n".join(lines))))
+            above = True
+
+
+def _table(lines: list[str]) -> Iterator[str]:
+    """Rows of a word and what it means, in lines as short as the terminal's."""
+    for line in lines:
+        word, _, meaning = line[2:].partition("  ")
+        if word:
+            yield from (".TP", rf"\fB{_escaped(word)}\fR")
+        yield from [_escaped(meaning.strip())] * bool(meaning)
 
 
 def _wrapped(text: str) -> list[str]:
     return textwrap.wrap(text, 72, break_on_hyphens=False, break_long_words=False)
-
-
-def _verbatim(text: str) -> Iterator[str]:
-    yield from (".PP", ".nf", *map(_escaped, text.splitlines()), ".fi")
 
 
 def _escaped(line: str) -> str:

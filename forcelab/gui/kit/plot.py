@@ -528,8 +528,9 @@ class Plot(PlotView):
     def say(self, sentence: str) -> None:
         """Show a sentence in place of the plot, or the plot."""
         self.sentence, self.zoomed = sentence, self.zoomed and not sentence
-        for item in self._shown:  # a hidden axis has no room, which only its own show gives back
-            item.hide() if sentence else item.show()
+        for item in self._shown:
+            item.setVisible(not sentence)
+        self.place()  # hidden axes have no height, and so no room for their numbers
         if sentence:
             self._pointer = None
         self.invalidate()

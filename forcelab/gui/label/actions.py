@@ -435,7 +435,14 @@ class ActionList(SideList):
 
     def _toggle_brush(self, name: str) -> None:
         """Set the action as the brush, or clear the brush if it is that already."""
-        self.document.set_action(None if self.document.action == name else name)
+        brush = None if self.document.action == name else name
+        self.document.set_action(brush)
+        self.document.show_message(
+            "No brush: a drag on your track asks for the action."
+            if brush is None
+            else f"'{brush}' is the brush: every drag on your track paints it. Click it "
+            "again to put the brush down."
+        )
 
     def add(self, name: str) -> bool:
         name = " ".join(name.split())

@@ -307,7 +307,8 @@ def paint_groups(painter: QPainter, lanes: Sequence[Lane]) -> None:
                 QLineF(15.5, bottom, 18.0, bottom),
             ]
         )
-        name = f"sensor {group}" if group.isdigit() else group
+        # A letter alone is hard to read upwards: an l looks like a dash.
+        name = f"sensor {group}" if group.isdigit() or len(group) == 1 else group
         if text.width(name, face) > bottom - top:
             name = text.elided_name(group, face, bottom - top)
         middle = (top + bottom) / 2

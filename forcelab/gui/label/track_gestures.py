@@ -41,7 +41,7 @@ class SnapTargets:
     samples: NDArray[np.float64]
     frames: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     contacts: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
-    #: Tracks whose edges count.
+    #: Tracks whose edges count, the coder's own first.
     tracks: Sequence[Segments] = ()
     #: Few further edges: the demonstration's start and end, the marked range.
     marks: Sequence[float] = ()
@@ -135,9 +135,12 @@ def adjacent_edge(document: Document, time: float, pixel: float) -> Snap | None:
     if edge is None:
         return None
     target = snap(time, 1 / pixel, snap_targets(document))
-    # Farther away than anything snaps, what is pointed at counts for more.
-    pointed = target is not None and target.kind in ("contact", "edge")
-    return None if pointed and abs(edge - time) > SNAP_REACH * pixel else Snap(edge, "edge")
+    # Farther away than anything snaps, what is pointed at counts for more; but from there to the
+    # edge no gap may be left that is too narrow to be seen.
+    if target is None or target.kind not in ("contact", "edge"):
+        return Snap(edge, "edge")
+    nearest = min(abs(edge - time), abs(edge - target.time))
+    return None if nearest > SNAP_REACH * pixel else Snap(edge, "edge")
 
 
 def is_on_target(time: float, targets: SnapTargets) -> bool:
@@ -317,6 +320,19 @@ class BrushGesture(Gesture):
         super().__init__(pressed, (pressed,), bounds)
         self.start = start
         self.action = action
+
+    def follow(
+        self, time: float, pixels_per_second: float, targets: SnapTargets | None
+    ) -> Snap | None:
+        """As any drag, but on to the coder's own edge if a gap too narrow to see would be left."""
+        target = super().follow(time, pixels_per_second, targets)
+        if targets is None or target is None or not targets.tracks:
+            return target
+        edge = edge_beside(targets.tracks[0], self.at, SNAP_REACH / pixels_per_second)
+        if edge is None or (edge - self.at) * (self.at - self.start) <= 0:  # not ahead
+            return target
+        self.at = edge
+        return Snap(edge, "edge")
 
     @property
     def span(self) -> tuple[float, float]:

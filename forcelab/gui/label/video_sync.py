@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QSignalBlocker, QSize, Qt
+from PySide6.QtCore import QByteArray, QPoint, QPointF, QSignalBlocker, QSize, Qt
 from PySide6.QtGui import QCloseEvent, QImage, QMouseEvent
 from PySide6.QtWidgets import (
     QApplication,
@@ -35,6 +35,7 @@ from PySide6.QtWidgets import (
 from forcelab.clock import ClockMap, fit_clock
 from forcelab.demonstration import Demonstration, VideoReference
 from forcelab.errors import InputError
+from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.text import signed
@@ -42,7 +43,7 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.kit.plot import Plot
 from forcelab.gui.label.picture_view import PictureView
 from forcelab.gui.label.video_frames import VideoFrames
-from forcelab.gui.layout import set_enabled_with_reason, whole_rows
+from forcelab.gui.layout import FRAME, set_enabled_with_reason, whole_rows
 from forcelab.gui.theme import colours
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.jobs import Progress
@@ -319,7 +320,8 @@ class SynchroniseDialog(QDialog):
     """Offset and rate of the video's clock, from taps marked by hand or found automatically.
 
     Of several videos one is chosen, at first that which is given. `rows` are the taps, `candidate`
-    the clock that Accept would store, `proposal` what was found.
+    the clock that Accept would store, `proposal` what was found. Size and place are those of the
+    last time, and kept for the next one, if `remembering`.
     """
 
     def __init__(
@@ -328,8 +330,11 @@ class SynchroniseDialog(QDialog):
         jobs: Jobs,
         parent: QWidget | None = None,
         video: VideoReference | None = None,
+        *,
+        remembering: bool = True,
     ) -> None:
         super().__init__(parent)
+        self._remembering = remembering
         demonstration = document.demonstration
         assert demonstration is not None
         self.document = document
@@ -373,6 +378,7 @@ class SynchroniseDialog(QDialog):
         document.demonstration_changed.connect(self._close_if_other)
         self._show_cursor()
         self.show_video(self.video)
+        self._restore()
 
     @property
     def settled(self) -> bool:
@@ -383,6 +389,22 @@ class SynchroniseDialog(QDialog):
         """Large enough to see a fingertip."""
         line = self.fontMetrics().height()
         return QSize(60 * line, 42 * line).expandedTo(super().sizeHint())
+
+    def _restore(self) -> None:
+        """Have size and place of the last time, else be small at the window's bottom right.
+
+        The forces, which are to be clicked, stay in view there.
+        """
+        parent = self.parentWidget()
+        geometry = settings.data("synchronise/geometry") if self._remembering else b""
+        if geometry:
+            self.restoreGeometry(QByteArray(geometry))
+        elif parent is not None:
+            room = parent.window().geometry()
+            least = self.minimumSizeHint()
+            self.resize(self.sizeHint().boundedTo(room.size() / 2).expandedTo(least))
+            outside = self.size() + FRAME
+            self.move(room.bottomRight() - QPoint(outside.width(), outside.height()))
 
     def _choice_row(self, videos: Sequence[VideoReference]) -> QHBoxLayout:
         self.choice = choice = ElidedComboBox()
@@ -449,11 +471,11 @@ class SynchroniseDialog(QDialog):
         named = (
             ("stored", self.stored_label, 1),
             ("new", self.new_label, 1),
-            ("taps are off by", self.residual_label, 2),
+            ("taps are off by", self.residual_label, 3),
             ("confidence", self.confidence_label, 2),
         )
         for row, (name, value, lines) in enumerate(named):
-            value.setWordWrap(True)
+            value.setWordWrap(lines > 1)
             value.setAlignment(Qt.AlignmentFlag.AlignTop)
             # Room for the longest sentence, so that nothing jumps.
             value.setMinimumHeight(lines * self.fontMetrics().lineSpacing())
@@ -548,6 +570,8 @@ class SynchroniseDialog(QDialog):
 
     def done(self, result: int) -> None:
         """Close in any way: the search ends and the file is closed."""
+        if self._remembering:
+            settings.store("synchronise/geometry", bytes(self.saveGeometry().data()))
         self.jobs.cancel(KEY)
         self.preview.close_video()
         super().done(result)
@@ -653,10 +677,16 @@ class SynchroniseDialog(QDialog):
         self.residual_label.setText(self._residual_text(proposed))
         self.confidence_label.setText(self._confidence_text() if proposed else "–")
         doubtful = proposed and self.proposal is not None and self.proposal.doubtful
-        colour = colours().warning if doubtful else colours().text
-        self.confidence_label.setStyleSheet(f"color: {colour}")
+        for label, wrong in (
+            (self.confidence_label, doubtful),
+            (self.residual_label, self._rate_is_wrong),
+        ):
+            colour = colours().warning if wrong else colours().text
+            label.setStyleSheet(f"color: {colour}")
         none = "Set a video tap and its force tap, or press Find taps."
         set_enabled_with_reason(self.accept_button, none if self.candidate is None else "")
+        # What is doubtful is accepted by whoever means it, not by Enter.
+        self.accept_button.setDefault(not doubtful and not self._rate_is_wrong)
         if self.choice is not None:  # another video's taps would be lost
             set_enabled_with_reason(
                 self.choice, "Accept or reset the taps first." if self.rows else ""
@@ -676,6 +706,11 @@ class SynchroniseDialog(QDialog):
         if self.rows:
             self.table.setCurrentCell(len(self.rows) - 1, 0)
 
+    @property
+    def _rate_is_wrong(self) -> bool:
+        """Whether the new clock runs as no clock does."""
+        return self.candidate is not None and abs(self.candidate.rate - 1) > LARGEST_RATE_ERROR
+
     def _residual_text(self, proposed: bool) -> str:
         """How far the taps lie from the new clock, and what that tells."""
         count = sum(row.video is not None and row.force is not None for row in self.rows)
@@ -683,7 +718,7 @@ class SynchroniseDialog(QDialog):
             return "–"
         if count == 1 and not proposed:
             return "one tap: the rate stays"
-        if abs(self.candidate.rate - 1.0) > LARGEST_RATE_ERROR:
+        if self._rate_is_wrong:
             return "clocks never differ this much: check the taps, or do not fit the rate"
         if self.residual is None or (count == 2 and self.residual < 1e-6):
             return "two taps always fit exactly; a third shows the error"

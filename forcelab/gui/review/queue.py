@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from functools import partial
@@ -29,6 +29,7 @@ from forcelab.gui.review.queue_list import (
     QueueItem,
     QueueList,
     QueueModel,
+    QueueSection,
     action_name,
 )
 from forcelab.gui.review.reviewed_run import blind_demonstrations, untested_text, visible_run
@@ -247,6 +248,15 @@ def queue_summary(queue: Queue) -> str:
         f"{sum(pair.model_right for pair in pairs)}; ambiguous "
         f"{sum(pair.ambiguous for pair in pairs)}."
     )
+
+
+def what_is_left_text(folded: Sequence[QueueSection]) -> str:
+    """What is left to judge when all that is unfolded is judged."""
+    if not folded:
+        return "That was the last one; everything listed is judged."
+    left = ", ".join(f"{section.title} ({len(section)})" for section in folded)
+    key = keys().shown("next_review") or "a click on the heading"
+    return f"All unfolded places are judged. Left: {left}; {key} unfolds them."
 
 
 #: What a button needs beside its text, in pixels.
@@ -536,7 +546,7 @@ class QueueView(QWidget):
         if after is not None:
             self.document.review.examine(after)
         elif not self.list.waiting:
-            self.document.show_message("That was the last one; everything listed is judged.")
+            self.document.show_message(what_is_left_text(self.list.folded))
         self.reader.track_changed()
         return True
 

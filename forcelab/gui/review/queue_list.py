@@ -557,12 +557,17 @@ class QueueList(QTableView):
             self._last = self._position() or 0
             self.scrollTo(index, QAbstractItemView.ScrollHint.EnsureVisible)
 
+    @property
+    def folded(self) -> list[QueueSection]:
+        """The folded sections with something to judge."""
+        folded = self._model.folded - {"judged"}
+        return [section for section in self._model.sections if section.kind in folded]
+
     def unfold_first(self) -> bool:
         """Unfold the first section with something to judge; gives whether there is one."""
-        for number, section in enumerate(self._model.sections):
-            if section.kind in self._model.folded and section.kind != "judged":
-                self._model.fold(number, False)
-                return True
+        for section in self.folded:
+            self._model.fold(self._model.sections.index(section), False)
+            return True
         return False
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

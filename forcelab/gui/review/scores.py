@@ -15,7 +15,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, copy_text
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout
+from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, toned_label
 from forcelab.gui.review.metrics import (
     AGREEMENT_METRICS,
     ERROR_METRICS,
@@ -145,7 +145,6 @@ class ScoresView(QWidget):
         self.sorting = Sorting()
         self._run: RunResult | None = None
         self._visible: tuple[DemonstrationResult, ...] = ()
-        self._warnings: list[str] = []
         self._ids: tuple[str, ...] = ()
         self.which = combo_box(
             "Scores to show",
@@ -157,7 +156,7 @@ class ScoresView(QWidget):
         self.model = TextModel(self)
         self.table = TextTable(self.model)
         self.table.setAccessibleName("Scores")
-        self.note = muted_label()
+        self.warning, self.note = toned_label("warning"), muted_label()
         self._lay_out()
         self.which.currentIndexChanged.connect(self._unsort)
         self.copy_button.clicked.connect(self.copy)
@@ -224,8 +223,9 @@ class ScoresView(QWidget):
         if corner is not None:
             corner.setEnabled(False)
         page = QWidget()
-        self.note.setContentsMargins(8, 4, 8, 4)
-        page_layout(page, self.table, self.note, growing=self.table)
+        for label in (self.warning, self.note):
+            label.setContentsMargins(8, 4, 8, 4)
+        page_layout(page, self.table, self.warning, self.note, growing=self.table)
         self.pages = PageOrPlaceholder(page)
         page_layout(self, self._bar, self.pages, growing=self.pages)
 
@@ -253,7 +253,9 @@ class ScoresView(QWidget):
         elif [d.id for d in self._visible] == [d.id for d in visible.tested]:
             return
         self._visible = visible.tested
-        self._warnings = [remark for remark in visible.remarks if TOO_HIGH in remark]
+        warnings = [remark for remark in visible.remarks if TOO_HIGH in remark]
+        self.warning.setText("\n".join(warnings))
+        self.warning.setVisible(bool(warnings))
         self._show()
 
     def _take(self, intervals: dict[str, Intervals]) -> None:
@@ -289,7 +291,7 @@ class ScoresView(QWidget):
         run = self._run
         assert run is not None
         note = f"Run {run.number}, seed {run.settings.seed}. 95 % intervals: {state}"
-        return "\n".join((*self._warnings, note, reliability_text(run.reliability))).strip()
+        return "\n".join((note, reliability_text(run.reliability))).strip()
 
     def _show_empty(self, text: str) -> None:
         self._bar.hide()

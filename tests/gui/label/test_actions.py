@@ -47,6 +47,13 @@ def test_a_click_takes_up_the_brush_and_another_puts_it_down(view, document):
     assert document.action is None
 
 
+def test_what_the_brush_paints_is_said(view, messages):
+    click(view, 1)
+    assert messages[-1][0].startswith("'hold' is the brush: every drag on your track paints it.")
+    click(view, 1)
+    assert messages[-1] == ("No brush: a drag on your track asks for the action.", False)
+
+
 def test_escape_and_another_project_empty_the_line_of_a_new_action(view, document):
     view.entry.setFocus()
     QTest.keyClicks(view.entry, "pres")

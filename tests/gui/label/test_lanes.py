@@ -8,9 +8,18 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QColor, QPainter, QPicture
 
 from forcelab.demonstration import Channel
+from forcelab.gui.figures import text
 from forcelab.gui.kit.plot import PlotView
 from forcelab.gui.kit.traces import fill_columns
-from forcelab.gui.label.lanes import LaneAxis, axis_of, group_of, lanes, number_format, spanning
+from forcelab.gui.label.lanes import (
+    LaneAxis,
+    axis_of,
+    group_of,
+    lanes,
+    number_format,
+    paint_groups,
+    spanning,
+)
 
 
 @pytest.mark.parametrize(
@@ -41,6 +50,20 @@ def test_channels_of_a_sensor_stand_together_and_hidden_ones_take_no_room():
     for above, below in pairwise(found):
         assert (below.top > above.bottom) == (below.group != above.group)
     assert lanes(channels, [], 200.0, overlaid=False) == ()
+
+
+@pytest.mark.parametrize(
+    ("channels", "name"), [("lr", "sensor l"), ("12", "sensor 1"), (("left", "right"), "left")]
+)
+def test_a_letter_alone_is_named_as_a_sensor(app, monkeypatch, channels, name):
+    drawn = []
+    monkeypatch.setattr(text, "draw_text_upwards", lambda *args, **_: drawn.append(args[3]))
+    found = [Channel(f"F{axis}_{sensor}") for sensor in channels for axis in "xyz"]
+    shown = lanes(found, [channel.name for channel in found], 600.0, overlaid=False)
+    picture = QPicture()
+    with QPainter(picture) as painter:
+        paint_groups(painter, shown)
+    assert drawn[0] == name
 
 
 @given(low=st.floats(allow_nan=False, allow_infinity=False), size=st.floats(0, 1e300))

@@ -192,6 +192,22 @@ def test_a_drag_jumps_to_a_contact_event_before_a_frame(document, hand):
     assert (3.5, 4.213, "hold") in stored_rows(document)
 
 
+@pytest.mark.parametrize(("start", "end"), [(3.12, 4.0), (4.0, 3.07), (4.0, 4.88)])
+def test_no_gap_too_narrow_to_be_seen_is_left_to_a_contact_event(document, hand, start, end):
+    document.view.contacts = np.array([3.06, 4.94])
+    document.set_action("release")
+    hand.drag(start, end)
+    low, high = (3.0, 4.0) if end != 4.88 else (4.0, 6.0)  # it joins the release that follows
+    assert (low, high, "release") in stored_rows(document)
+
+
+def test_a_segment_narrower_than_the_reach_ends_at_its_contact_event(document, hand):
+    document.view.contacts = np.array([3.06])
+    document.set_action("release")
+    hand.drag(3.01, 3.07)
+    assert (3.0, 3.06, "release") in stored_rows(document)
+
+
 def test_alt_bypasses_snapping(document, hand):
     document.set_action("hold")
     hand.press(3.5, ALT)

@@ -1,10 +1,13 @@
 """The dialog that synchronises video and force, driven by its widgets."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from factories import VIDEO_OFFSET, VIDEO_TAPS, demonstration_with_video
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QWidget
 
 from forcelab.clock import ClockMap, fit_clock
 from forcelab.gui.document import Document
@@ -171,6 +174,59 @@ def test_a_proposal_is_shown_and_accepted(document, dialog, until):
     assert document.demonstration.video.clock == dialog.candidate
     with Project.open(document.project.path) as project:
         assert project.demonstrations.load(document.id).video.clock == dialog.candidate
+
+
+def test_what_is_doubtful_is_not_accepted_by_enter(document, dialog, until, monkeypatch):
+    press(dialog.propose_button)
+    until(lambda: dialog.proposal is not None)
+    assert dialog.accept_button.isDefault()
+    dialog._proposed(replace(dialog.proposal, confidence=0.33))
+    assert not dialog.accept_button.isDefault()
+    QTest.keyClick(dialog, Qt.Key.Key_Return)
+    assert dialog.isVisible()
+    assert document.demonstration.video.clock == ClockMap(0.25, 1.00001)
+    press(dialog.accept_button)  # whoever has looked at it may
+    assert document.demonstration.video.clock == dialog.candidate
+
+
+def test_a_rate_that_no_clock_has_is_not_accepted_by_enter(dialog):
+    mark(dialog, 27, 0.5)
+    assert dialog.accept_button.isDefault()
+    mark(dialog, 60, 1.61)
+    assert "clocks never differ this much" in dialog.residual_label.text()
+    assert not dialog.accept_button.isDefault()
+    press(dialog.fit_rate)
+    assert dialog.accept_button.isDefault()
+
+
+def test_the_curves_have_times_below_them(dialog, until):
+    press(dialog.propose_button)
+    until(lambda: dialog.proposal is not None)
+    area, picture = dialog.plot.area, dialog.plot.grab().toImage()
+    below = range(round(area.bottom()) + 7, round(area.bottom()) + 16)
+    assert len({picture.pixel(x, y) for x in range(picture.width()) for y in below}) > 3
+
+
+def test_it_begins_at_the_bottom_right_and_then_where_it_was(document, jobs, app):
+    window = QWidget()
+    window.setGeometry(20, 20, 780, 720)
+    window.show()
+    first = SynchroniseDialog(document, jobs, window)
+    first.show()
+    assert first.geometry().bottomRight().x() <= window.geometry().right()
+    assert first.geometry().bottomRight().y() <= window.geometry().bottom()
+    assert first.geometry().left() > window.geometry().left() + 60
+    assert first.height() < 560
+    first.move(10, 30)
+    first.reject()
+    second = SynchroniseDialog(document, jobs, window)
+    second.show()
+    assert (second.x(), second.y()) == (10, 30)
+    second.reject()
+    picture = SynchroniseDialog(document, jobs, window, remembering=False)
+    assert (picture.x(), picture.y()) != (10, 30)
+    picture.reject()
+    window.close()
 
 
 def test_cancelling_while_it_searches_stores_nothing(document, dialog, until):

@@ -214,6 +214,18 @@ def test_human_right_keeps_the_label_and_goes_on(view, until):
     assert stored_rows(view.document) == before
 
 
+def test_after_the_last_unfolded_place_it_says_what_is_left_and_where(view, until):
+    view.step(1)
+    assert view.judge("human")
+    assert view.judge("human")
+    assert view.messages[-1][0] == (
+        "All unfolded places are judged. Left: Boundaries only (1), Labelled by the model only "
+        "(1); N unfolds them."
+    )
+    view.step(1)
+    until(lambda: examined(view) == EDGE)
+
+
 def test_model_right_repaints_as_one_edit_and_undo_opens_it_again(view, until):
     view.step(1)
     assert view.judge("model")

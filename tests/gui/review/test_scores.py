@@ -71,7 +71,9 @@ def test_that_proposals_were_tested_stands_beside_the_scores(view, document, unt
     run = replace(document.review.run, remarks=("Left out in 4 groups of up to 2.", remark))
     document.review.set_run(run)
     until(lambda: view.intervals)
-    assert view.note.text().startswith(f"{remark}\nRun ")
+    assert (view.warning.text(), view.warning.isVisible()) == (remark, True)
+    document.review.set_run(replace(run, remarks=run.remarks[:1]))
+    assert not view.warning.isVisible()
 
 
 def test_numbers_have_units_and_as_many_decimals_in_every_row(view):
