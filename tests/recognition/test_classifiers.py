@@ -276,4 +276,4 @@ def test_a_new_classifier_is_one_entry_of_the_registry(tmp_path):
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    assert "discriminant; or your own" in " ".join(done.stdout.split())
+    assert "discriminant; or your own as MODULE:FUNCTION (mlp)" in " ".join(done.stdout.split())
