@@ -663,3 +663,54 @@ def run_result_of(project, number=1, task="foam", author="Ann", proposed=(), **c
         seconds={"features": 0.25, "fit": 3.5, "predict": 0.1, "filter": 0.05},
     )
     return replace(result, **changes)
+
+
+#: The module of somebody else, which leaves a mark when it is imported.
+FOREIGN_MODULE = """
+import os
+import pathlib
+import threading
+from subprocess import Popen
+
+import numpy as np
+
+pathlib.Path(__file__).with_name("imported").touch()
+
+
+class NearestMean:
+    def __init__(self, scale=1.0):
+        self.scale = scale
+
+    def fit(self, X, y):
+        self.classes_ = np.unique(y)
+        self.means_ = np.stack([X[y == code].mean(axis=0) for code in self.classes_])
+        return self
+
+    def predict_proba(self, X):
+        far = ((X[:, None, :] - self.means_) ** 2).mean(axis=2)
+        near = np.exp(far.min(axis=1, keepdims=True) - far)
+        return near / near.sum(axis=1, keepdims=True)
+
+    def predict(self, X):
+        return self.classes_[self.predict_proba(X).argmax(axis=1)]
+
+
+class Locked(NearestMean):
+    def fit(self, X, y):
+        with open("fitted", "a") as file:
+            print(len(X), file=file)
+        self.lock = threading.Lock()
+        return super().fit(X, y)
+
+
+def energy(signals, rate):
+    return np.square(np.gradient(signals, axis=0) * rate)
+
+
+def make_nearest():
+    return NearestMean()
+
+
+def fail():
+    raise ArithmeticError("out of\\ncheese")
+"""

@@ -277,8 +277,11 @@ def _dialog_image(window: Window, options: LaunchOptions) -> QPixmap:
 
     QTimer.singleShot(0, draw_dialog)
     window.open_dialog(options.dialog, options.files)
+    deadline = time.monotonic() + DRAWING_TIMEOUT
     while not images and not errors:  # those that the window does not wait for
-        QApplication.processEvents()
+        if time.monotonic() > deadline:
+            raise InputError(f"The dialog '{options.dialog}' was not drawn; try once more.")
+        QApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 20)
     if errors:
         raise errors[0]
     return images[0]

@@ -4,40 +4,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from factories import FOREIGN_MODULE
 
 from forcelab.project import Project
 from forcelab.recognition import plugins
 
-MODULE = """
-import pathlib
-import threading
-
-import numpy as np
-
-pathlib.Path(__file__).with_name("imported").touch()
-
-
-class NearestMean:
-    def fit(self, X, y):
-        self.classes_ = np.unique(y)
-        self.means_ = np.stack([X[y == code].mean(axis=0) for code in self.classes_])
-        return self
-
-    def predict(self, X):
-        return self.classes_[((X[:, None, :] - self.means_) ** 2).sum(axis=2).argmin(axis=1)]
-
-
-class Locked(NearestMean):
-    def fit(self, X, y):
-        with open("fitted", "a") as file:
-            print(len(X), file=file)
-        self.lock = threading.Lock()
-        return super().fit(X, y)
-
-
-def energy(signals, rate):
-    return np.square(np.gradient(signals, axis=0) * rate)
-"""
 LAB = "lab_of_the_command_line"
 QUICK = ["--task", "foam", "--max-scale", "64", "--stride", "4"]
 QUICK += ["--threshold", "off", "--median", "5"]
@@ -63,7 +34,7 @@ def lab(tmp_path, monkeypatch, new_process):
     """The folder that one works in, with a module."""
     folder = tmp_path / "code"
     folder.mkdir()
-    (folder / f"{LAB}.py").write_text(MODULE)
+    (folder / f"{LAB}.py").write_text(FOREIGN_MODULE)
     monkeypatch.setattr(sys, "path", [*sys.path])
     monkeypatch.chdir(folder)
     return LAB

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from factories import FOREIGN_MODULE
 from sklearn.base import clone
 from sklearn.ensemble import (
     HistGradientBoostingClassifier,
@@ -38,42 +39,6 @@ from forcelab.signals.channels import channel_map
 
 #: Features and filters whose computation takes no time.
 QUICK = Settings(max_scale=64.0, threshold=0.5, median=None, drop=None, rate=100.0, stride=2)
-#: Somebody's module, which leaves a mark when it is imported.
-MODULE = """
-import os
-import pathlib
-from subprocess import Popen
-
-import numpy as np
-
-pathlib.Path(__file__).with_name("imported").touch()
-
-
-class NearestMean:
-    def __init__(self, scale=1.0):
-        self.scale = scale
-
-    def fit(self, X, y):
-        self.classes_ = np.unique(y)
-        self.means_ = np.stack([X[y == code].mean(axis=0) for code in self.classes_])
-        return self
-
-    def predict_proba(self, X):
-        far = ((X[:, None, :] - self.means_) ** 2).mean(axis=2)
-        near = np.exp(far.min(axis=1, keepdims=True) - far)
-        return near / near.sum(axis=1, keepdims=True)
-
-    def predict(self, X):
-        return self.classes_[self.predict_proba(X).argmax(axis=1)]
-
-
-def make_nearest():
-    return NearestMean()
-
-
-def fail():
-    raise ArithmeticError("out of\\ncheese")
-"""
 
 
 @pytest.fixture(autouse=True)
@@ -91,7 +56,7 @@ def lab(tmp_path, monkeypatch):
     name = f"lab_{tmp_path.name.replace('-', '_')}"
     folder = tmp_path / "code"
     folder.mkdir()
-    (folder / f"{name}.py").write_text(MODULE)
+    (folder / f"{name}.py").write_text(FOREIGN_MODULE)
     monkeypatch.setattr(sys, "path", [*sys.path])
     monkeypatch.chdir(folder)
     yield name
@@ -185,13 +150,19 @@ def stacked():
     return StackingClassifier(members, final_estimator=DecisionTreeClassifier(), cv=2)
 
 
+def check_kept(recogniser, path, demonstration):
+    """What comes back from its file predicts the same."""
+    save_recogniser(recogniser, path)
+    kept, loaded = (r.predict(demonstration) for r in (recogniser, load_recogniser(path)))
+    np.testing.assert_array_equal(kept.probabilities, loaded.probabilities)
+    np.testing.assert_array_equal(kept.filtered, loaded.filtered)
+
+
 @pytest.mark.parametrize("factory", [scaled, forest, boosting, stacked, DecisionTreeClassifier])
 def test_what_consists_of_scikit_learn_is_kept_as_it_is(three, path, factory):
     name = plugins.register_classifier(factory)
     recogniser = train(three[:2], QUICK.replace(classifier=name, stride=9))
-    save_recogniser(recogniser, path)
-    predictions = [r.predict(three[2].demonstration) for r in (recogniser, load_recogniser(path))]
-    np.testing.assert_array_equal(*(prediction.probabilities for prediction in predictions))
+    check_kept(recogniser, path, three[2].demonstration)
     plugins._named["classifier"].clear()
     with pytest.raises(InputError, match=f"The classifier '{name}' is code from outside"):
         load_recogniser(path)
@@ -258,9 +229,7 @@ def test_a_recogniser_with_features_of_ones_own_is_kept_and_asks_for_them(three,
     name = plugins.register_features(energy)
     settings = preset("fast").replace(features=name + beside, decoder="filters")
     recogniser = train(three[:2], settings)
-    save_recogniser(recogniser, path)
-    predictions = [r.predict(three[2].demonstration) for r in (recogniser, load_recogniser(path))]
-    np.testing.assert_array_equal(*(prediction.filtered for prediction in predictions))
+    check_kept(recogniser, path, three[2].demonstration)
     plugins._named["features"].clear()
     with pytest.raises(InputError, match=f"{path}: The features '{name}' are code from outside"):
         load_recogniser(path)
