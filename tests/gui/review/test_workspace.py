@@ -59,7 +59,8 @@ def open_window(window_of_file, until):
     def open_(path, workspace="label", demonstration=""):
         start = LaunchOptions(project=path, workspace=workspace, demonstration=demonstration)
         window = window_of_file(start, "Ada", (780, 700))  # a wide one lets the next be smaller
-        until(lambda: window.settled and not window.jobs.busy)
+        window.activateWindow()
+        until(lambda: window.isActiveWindow() and window.settled and not window.jobs.busy)
         return window
 
     return open_
