@@ -405,17 +405,10 @@ def test_the_columns_are_shown_as_they_will_be_read(german):
         "Kraft_x": "signal",
         "Taster": "signal",
     }
+    assert not german.columns.others.isVisible()  # where no axis is of a force none is beside them
     file_list(german).selectAll()
     file_list(german).actions()[0].trigger()
     assert not german.columns.isVisible()
-
-
-def test_a_column_that_is_left_out_is_no_channel(document, german, until):
-    choose(german, "Taster", "left out")
-    import_button(german).click()
-    until(lambda: document.id)
-    assert [channel.name for channel in document.demonstration.channels] == ["Kraft_x"]
-    assert document.demonstration.duration == pytest.approx(3.0)
 
 
 def test_signals_beside_force_axes_are_named_until_they_are_left_out(open_on, tmp_path):
@@ -432,10 +425,6 @@ def test_signals_beside_force_axes_are_named_until_they_are_left_out(open_on, tm
     assert others.text().startswith("Trigger is no force axis and will be read as a signal too;")
     columns.wish("Trigger", "left out")
     assert not others.isVisible()
-
-
-def test_without_force_axes_no_signal_is_beside_them(german):
-    assert not german.columns.others.isVisible()
 
 
 def test_what_is_taken_for_a_counter_can_be_made_a_signal(document, german, until):
