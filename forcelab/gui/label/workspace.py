@@ -198,6 +198,8 @@ class LabelWorkspace(DockedWindow):
         #: The heights of the lists once there are segments; None while there are.
         self._list_heights: tuple[int, int] | None = None
         self._room_distributed = False
+        #: The widths that the lists were given at first: nobody has dragged them if they have them.
+        self._standard_widths: dict[QDockWidget, int] | None = None
         self._video_has_room = False  # nobody has seen one yet, or it has its place
         document.demonstration_changed.connect(self._demonstration_changed)
         document.tracks_changed.connect(self._fit_lists)
@@ -288,8 +290,11 @@ class LabelWorkspace(DockedWindow):
         QTimer.singleShot(0, self, self._fit_lists)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep an empty list small."""
+        """Keep an empty list small, and a video as large as a large screen allows."""
+        wide_before = event.oldSize().width() >= LARGE
         super().resizeEvent(event)
+        if wide_before != (self.width() >= LARGE) and self._widths == self._standard_widths:
+            self._distribute_room()
         if self._list_heights is not None:
             self._share_height(0.0)
 
@@ -344,6 +349,7 @@ class LabelWorkspace(DockedWindow):
             width = min(self.width() * 3 // 8, 720)
         # All of them: one that is hidden, as the video may be, has no say.
         self.set_widths([video, actions, segments], width)
+        self._standard_widths = dict(self._widths)
         rest = max(self.height() - width * 3 // 4, 2)
         heights = [width * 3 // 4, rest // 2, rest // 2]
         self.resizeDocks([video, actions, segments], heights, Qt.Orientation.Vertical)
