@@ -152,21 +152,13 @@ def _edit_from(row: sqlite3.Row) -> Edit:
 
 @dataclass(frozen=True, slots=True)
 class UndoResult:
-    """What an undo or a redo has changed.
+    """What an undo or a redo has changed."""
 
-    Parameters
-    ----------
-    edits : tuple of Edit
-        The undo, or redo, of each track; that of the demonstration that was asked for comes first.
-    tasks : mapping of str to str
-        By the id of each demonstration among them, its task.
-    left : tuple of str
-        Names of further demonstrations where the same was done and stays as it is, as something
-        else was edited there since.
-    """
-
+    #: The undo, or redo, of each track; that of the demonstration that was asked for comes first.
     edits: tuple[Edit, ...]
-    tasks: Mapping[str, str]
+    tasks: Mapping[str, str]  # by the id of each demonstration among them, its task
+    #: Names of further demonstrations where the same was done and stays as it is, as something else
+    #: was edited there since.
     left: tuple[str, ...] = ()
 
     @property
