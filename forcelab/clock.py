@@ -14,8 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from forcelab.errors import InputError
 
-__all__ = ["ClockFit", "ClockMap", "fit_clock"]
-
 #: Seconds between two clocks' zeros at most, and how many times as fast one may run: beyond, a
 #: number is mistyped.
 _FARTHEST, _FASTEST = 1e12, 1e6
@@ -60,37 +58,19 @@ class ClockMap:
 
 @dataclass(frozen=True, slots=True)
 class ClockFit:
-    """A fitted map, and how far the taps lie from it.
-
-    Parameters
-    ----------
-    clock : ClockMap
-        The map in the least-squares sense.
-    residual : float
-        Root mean square distance of the taps from the map, in force seconds. Zero for one or two
-        taps, which a map meets exactly: it says nothing about the error then.
-    """
+    """A fitted map, and how far the taps lie from it."""
 
     clock: ClockMap
+    #: Root mean square distance of the taps from the map, in force seconds. Zero for one or two
+    #: taps, which a map meets exactly: it says nothing about the error then.
     residual: float
 
 
 def fit_clock(device: Sequence[float], force: Sequence[float]) -> ClockFit:
     """Fit a clock map to events seen on both clocks, such as taps.
 
-    One tap fixes the offset alone (the rate stays 1); two or more fix offset and rate by least
-    squares.
-
-    Parameters
-    ----------
-    device, force : sequence of float, length m >= 1
-        Times (s) of the same events on the device's clock and on the force recording's clock.
-
-    Raises
-    ------
-    InputError
-        If the numbers of taps differ, there is none, the device times are all the same, or time
-        would run backwards.
+    `device`, `force`: their times on both, s, one at least. One tap fixes the offset alone (the
+    rate stays 1); two or more fix offset and rate by least squares. What gives no map is refused.
     """
     d = np.asarray(device, dtype=np.float64)
     f = np.asarray(force, dtype=np.float64)

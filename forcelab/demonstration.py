@@ -22,7 +22,6 @@ from forcelab.text import counted, unknown_word
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-__all__ = ["GAP_PERIODS", "LARGEST", "Channel", "Demonstration", "VideoReference"]
 
 #: Neighbouring stamps further apart than this many sample periods have a gap between them.
 GAP_PERIODS = 5.0
