@@ -45,12 +45,11 @@ from forcelab.gui.layout import (
     toned_label,
 )
 from forcelab.gui.review.trainer import Trainer, default_author
-from forcelab.gui.review.training_preferences import PRESET_TEXTS
+from forcelab.gui.review.training_preferences import PRESET_TEXTS, TrainingChoice
 from forcelab.gui.setting_editors import Editor, editor_for
 from forcelab.gui.text import escape_ampersands, thousands
 from forcelab.gui.widgets import combo_box
 from forcelab.label_map import MergeMap
-from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.plugins import known_paths
 from forcelab.recognition.presets import PRESETS, preset
 from forcelab.recognition.settings import FIELD_GROUPS, FIELDS, Settings, applies
@@ -79,7 +78,7 @@ class TrainingFacts:
         return features, round(self.labelled * steps / settings.training_stride(rate))
 
 
-def training_facts(document: Document, choice: DataSelection) -> TrainingFacts:
+def training_facts(document: Document, choice: TrainingChoice) -> TrainingFacts:
     """The facts of a choice, from the list of demonstrations; opens no array."""
     if document.project is None:
         return TrainingFacts()
