@@ -249,6 +249,14 @@ def test_only_the_time_that_is_trained_on_is_counted(app):
         ).labelled == pytest.approx(10.0)
 
 
+def test_of_two_scales_that_cannot_be_together_one_is_marked_though_both_are_new(facts):
+    dialog = SettingsDialog(preset("paper").replace(min_scale=64.0), facts)
+    for name, value in (("max_scale", 16.0), ("min_scale", 2000.0)):
+        dialog.form.editors[name].box.setValue(value)
+    marked = [name for name, label in dialog.form.troubles.items() if label.text()]
+    assert marked == ["min_scale"]
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [("seed", 2**32 - 1), ("rate", 2e5), ("median", 200_001), ("drop", 200.0), ("step", 20.0)],
