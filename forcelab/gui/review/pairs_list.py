@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
-from itertools import accumulate, pairwise
+from itertools import accumulate
 from time import perf_counter
 
 import numpy as np
@@ -36,7 +36,6 @@ from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.colormap import mixed
 from forcelab.gui.figures.pairs import (
     CAPTION,
-    Pair,
     PairBoxes,
     PairGeometry,
     captions,
@@ -44,7 +43,7 @@ from forcelab.gui.figures.pairs import (
     paint_pair,
 )
 from forcelab.gui.figures.tracks import LabelStyle, difference_box
-from forcelab.gui.label.track_painting import narrow_columns, outline
+from forcelab.gui.label.track_painting import outline
 from forcelab.gui.review.pair_entries import PairEntry
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, is_plain
@@ -266,8 +265,6 @@ def _distance(box: QRectF, x: float) -> float:
 
 #: How many rows' pictures are kept: some screens of them.
 PICTURES_KEPT = 48
-#: Tracks of more segments than this are brought onto columns of pixels before they are drawn.
-MANY_SEGMENTS = 300
 #: How much of the accent the ground of the open demonstration has.
 OPEN_TINT = 0.13
 
@@ -296,35 +293,6 @@ class RowPictures:
         self.painted += 1
         while len(self._pictures) > PICTURES_KEPT:
             self._pictures.popitem(last=False)
-
-
-def thinned_segments(segments: Segments, axis: Axis, ratio: float) -> Segments:
-    """Segments of a pixel or more that look the same as very many narrow ones."""
-    if len(segments) <= MANY_SEGMENTS:
-        return segments
-    count = max(1, round((axis.finish - axis.begin) * ratio))
-    pixel = (axis.end - axis.start) / count
-    wide, columns, names = narrow_columns(segments, axis.start, pixel, count, 3.0 * pixel)
-    cuts = np.concatenate([[0], np.flatnonzero(np.diff(columns)) + 1, [count]]).tolist()
-    narrow = (
-        Segment(axis.start + first * pixel, axis.start + last * pixel, names[columns[first]])
-        for first, last in pairwise(cuts)
-        if columns[first] >= 0
-    )
-    return tuple(sorted((*wide, *narrow)))
-
-
-def _thinned_pair(pair: Pair, axis: Axis, ratio: float) -> Pair:
-    """A pair that looks the same and costs no more than its pixels."""
-    return replace(
-        pair,
-        human=None if pair.human is None else thinned_segments(pair.human, axis, ratio),
-        predicted=thinned_segments(pair.predicted, axis, ratio),
-        lanes=tuple(
-            replace(lane, segments=thinned_segments(lane.segments, axis, ratio))
-            for lane in pair.lanes
-        ),
-    )
 
 
 #: What one notch of the wheel scrolls by, in pixels.
@@ -461,9 +429,8 @@ class PairsList(QAbstractScrollArea):
             spots = [axis.at(value) for value, _ in axis.marks(upright=False)]
             painter.drawLines([QLineF(x, 0, x, height) for x in spots])
         on_track = replace(theme, text=theme.on_unlabelled)
-        pair = _thinned_pair(entry.pair, axis, self.devicePixelRatioF())
         mark = QColor(theme.trouble)
-        paint_pair(painter, boxes, axis, pair, styles=self._styles, theme=on_track, mark=mark)
+        paint_pair(painter, boxes, axis, entry.pair, styles=self._styles, theme=on_track, mark=mark)
         self._paint_texts(painter, row, text.font(bold=opened))
 
     def _paint_texts(self, painter: QPainter, row: int, face: QFont) -> None:
