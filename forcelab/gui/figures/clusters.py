@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QRectF, QSizeF
 from PySide6.QtGui import QColor, QPainter, QPen
 
-from forcelab.errors import InputError
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import (
     CURVE_COLOURS,
@@ -49,18 +48,6 @@ class ClusterFigure(Figure):
     rows: tuple[tuple[str, NDArray[np.int64]], ...]
     unit: str = "N"
     theme: Theme = LIGHT
-
-    def __post_init__(self) -> None:
-        n = len(self.times)
-        lengths = {len(self.signal), *(len(codes) for _, codes in self.rows)}
-        if n < 2 or lengths != {n} or not self.rows:
-            raise InputError(
-                f"Clusters need two or more samples, as many times as values and codes; there are "
-                f"{n} times and {len(self.rows)} rows of {sorted(lengths)} values."
-            )
-        for name, codes in self.rows:
-            if codes.min() < 0 or codes.max() >= len(CURVE_COLOURS):
-                raise InputError(f"'{name}' has clusters other than 0 .. {len(CURVE_COLOURS) - 1}.")
 
     @property
     def size(self) -> QSizeF:

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, QSizeF
 from PySide6.QtGui import QColor, QFont, QLinearGradient, QPainter
 
-from forcelab.errors import InputError
 from forcelab.gui.figures import text
 from forcelab.gui.figures.colormap import COLORMAP_STOPS, colormap_colours
 from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
@@ -78,25 +77,15 @@ KEYS = {
 UNITS = {"samples": "samples", "s": "time in seconds", "segments": "segments"}
 
 
-@dataclass(frozen=True, slots=True)
-class MatrixLabels:
-    """The texts around a matrix; `last` is the name of its last column."""
-
-    human: str = "human"
-    predicted: str = "predicted"
-    last: str = "unlabelled"
-    total: str = "total"
-
-
 @dataclass(frozen=True, eq=False)
 class ConfusionMatrix(Figure):
     """Counts of samples, seconds or segments by human and predicted action.
 
     `counts` has the shape (k, k + 1): rows are human, columns predicted, the last column counts
-    what is predicted unlabelled. Colours and per cents are shares of a row, of a column, or,
-    without per cents, of the largest cell. The cells take about `room` pixels together, as far as
-    their sizes allow. Without being `headed` by title, key and scale it is as small as it can be.
-    On a dark ground the cells' shades run from dark to light.
+    what is predicted unlabelled; the sums of the rows stand below `total`. Colours and per cents
+    are shares of a row, of a column, or, without per cents, of the largest cell. The cells take
+    about `room` pixels together, as far as their sizes allow. Without being `headed` by title, key
+    and scale it is as small as it can be. On a dark ground shades run from dark to light.
     """
 
     title: str
@@ -107,20 +96,7 @@ class ConfusionMatrix(Figure):
     share: Literal["row", "column", "counts"] = "row"
     room: float = MATRIX
     headed: bool = True
-    labels: MatrixLabels = MatrixLabels()
-
-    def __post_init__(self) -> None:
-        counts = np.array(self.counts, dtype=np.float64 if self.unit == "s" else np.int64)
-        k = len(self.actions)
-        if k == 0 or counts.shape != (k, k + 1):
-            raise InputError(
-                f"A confusion matrix of {k} actions needs {k} rows and {k + 1} columns and at "
-                f"least one action; its shape is {counts.shape}."
-            )
-        if counts.min() < 0:
-            raise InputError("A confusion matrix counts samples; none of its counts is negative.")
-        counts.flags.writeable = False
-        object.__setattr__(self, "counts", counts)
+    total: str = "total"
 
     @property
     def shares(self) -> NDArray[np.float64]:
@@ -166,15 +142,15 @@ class ConfusionMatrix(Figure):
 
     def paint(self, painter: QPainter) -> None:
         """Draw title, names, cells, totals and the scale of colours."""
-        muted, small, labels = QColor(self.theme.muted), text.font(10), self.labels
+        muted, small = QColor(self.theme.muted), text.font(10)
         if self.headed:
             self.paint_title(painter)
             text.draw_text(painter, MARGIN, MARGIN + 26, self._key, face=small, ink=muted)
         middle, margin = self._matrix.center(), self._margin
         x, y = middle.x(), self._predicted_at
-        text.draw_text(painter, x, y, labels.predicted, face=small, ink=muted, align=0.5)
+        text.draw_text(painter, x, y, "predicted", face=small, ink=muted, align=0.5)
         x, y = margin + 6, middle.y()
-        text.draw_text_upwards(painter, x, y, labels.human, face=small, ink=muted, align=0.5)
+        text.draw_text_upwards(painter, x, y, "human", face=small, ink=muted, align=0.5)
         self._paint_names(painter)
         self._paint_cells(painter)
         if self.headed:
@@ -203,7 +179,7 @@ class ConfusionMatrix(Figure):
     def _names(self) -> tuple[str, ...]:
         """The columns' names, elided; all but the last are the rows' too."""
         room = NAME_ROOM if self.headed else TIGHT_NAME_ROOM
-        names = (*self.actions, self.labels.last)
+        names = (*self.actions, "unlabelled")
         return tuple(text.elided_name(name, text.font(), room, names) for name in names)
 
     @cached_property
@@ -236,7 +212,7 @@ class ConfusionMatrix(Figure):
 
     @property
     def _totals_right(self) -> float:
-        column = text.widest((*self._totals, self.labels.total), text.font(10))
+        column = text.widest((*self._totals, self.total), text.font(10))
         return self._matrix.right() + 12 + column
 
     @property
@@ -258,7 +234,7 @@ class ConfusionMatrix(Figure):
             painter,
             self._totals_right,
             matrix.top() - 13,
-            self.labels.total,
+            self.total,
             face=small,
             ink=muted,
             align=1.0,

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPen
 
-from forcelab.errors import InputError
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import (
     CURVE_COLOURS,
@@ -91,17 +90,6 @@ class WaveletFigure(Figure):
     signal: NDArray[np.float64]
     tones: tuple[float, ...] = ()
     theme: Theme = LIGHT
-
-    def __post_init__(self) -> None:
-        n = len(self.times)
-        if not self.views or n < 2 or len(self.signal) != n:
-            raise InputError(
-                f"A wavelet figure needs a wavelet and a signal of two or more samples; there are "
-                f"{len(self.views)} wavelets, {n} times and {len(self.signal)} values."
-            )
-        for view in self.views:
-            if len(view.t) != len(view.psi) or view.magnitudes.shape != (len(view.hertz), n):
-                raise InputError(f"The arrays of '{view.title}' do not fit each other.")
 
     @property
     def size(self) -> QSizeF:

@@ -36,7 +36,7 @@ from PySide6.QtWidgets import (
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
-from forcelab.gui.figures.confusion import MATRIX, ConfusionMatrix, MatrixLabels
+from forcelab.gui.figures.confusion import MATRIX, ConfusionMatrix
 from forcelab.gui.figures.figure import LIGHT, Figure
 from forcelab.gui.file_dialogs import ask_picture, save_picture
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, as_tsv, copy_text
@@ -601,16 +601,9 @@ class ConfusionView(QWidget):
 
     def _figure(self, *, headed: bool) -> ConfusionMatrix:
         assert self.cells is not None
-        run, unit, matrix = (
-            self.document.review.run,
-            self.switches.unit,
-            self.cells.matrix(self.switches.unit),
-        )
-        title = "" if run is None else run.title
+        run, unit = self.document.review.run, self.switches.unit
+        matrix, title = self.cells.matrix(unit), "" if run is None else run.title
         stage = self.switches.stage
-        # In the cells are shares: only the totals have a unit.
-        total = "total (s)" if unit == "time" else "total"
-        words = MatrixLabels("human", "predicted", "unlabelled", total)
         return ConfusionMatrix(
             f"{title}, after the filters" if stage == "filtered" else f"{title}, raw predictions",
             self.cells.actions,
@@ -619,7 +612,8 @@ class ConfusionView(QWidget):
             unit="s" if unit == "time" else "segments",
             share=self.switches.share,
             headed=headed,
-            labels=MatrixLabels() if headed else words,
+            # In the cells are shares: only the totals have a unit.
+            total="total (s)" if unit == "time" and not headed else "total",
         )
 
     def _draw(self) -> None:

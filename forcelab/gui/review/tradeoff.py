@@ -156,7 +156,6 @@ class TradeoffController(QObject):
         self._subject = _NO_SUBJECT  # what is shown: of this project this task, for this coder
         self.measured: Measured | None = None
         self.progress: Progress | None = None
-        self.running = self.reading = False
         self.edits = 0  # since what is shown was measured
         self.trouble = ""
         self._measured_for = ""  # the coder who asked for the measurement under way
@@ -169,6 +168,14 @@ class TradeoffController(QObject):
         document.author_changed.connect(self._follow)
         document.project_changed.connect(self._follow)
         trainer.changed.connect(self._follow)
+
+    @property
+    def running(self) -> bool:
+        return self._jobs.awaits(MEASURING)
+
+    @property
+    def reading(self) -> bool:
+        return self._jobs.awaits(READING)
 
     @property
     def task(self) -> str:
@@ -217,7 +224,7 @@ class TradeoffController(QObject):
         project = self.document.project
         if self.running or project is None or not self.trainer.ready:
             return
-        self.running, self.progress, self.trouble = True, None, ""
+        self.progress, self.trouble = None, ""
         self._measured_for = self.document.author
         self._jobs.run(
             measure_task(project.path, self.task, self.author, self.trainer.settings),
@@ -262,7 +269,6 @@ class TradeoffController(QObject):
 
     def show_measured(self, measured: Measured | None) -> None:
         """Show a measurement, or that there is none."""
-        self.reading = False
         self.measured = measured
         self._count_edits()
         self.changed.emit()
@@ -277,7 +283,7 @@ class TradeoffController(QObject):
         subject = (path, self.task, self.document.author)
         if subject != self._subject:
             self._jobs.cancel(READING)
-            self.measured, self._replaced, self.trouble, self.reading = None, [], "", False
+            self.measured, self._replaced, self.trouble = None, [], ""
             self._subject = subject if self._visible else _NO_SUBJECT
             if self._visible:
                 self._read()
@@ -293,12 +299,10 @@ class TradeoffController(QObject):
         """Show the latest measurement."""
         path, task, viewer = self._subject
         if path is not None and self.trainer.ready:
-            self.reading = True
             job = read_latest(path, task, viewer)
             self._jobs.run(job, self.show_measured, self._failed_to_read, key=READING)
 
     def _failed_to_read(self, error: Exception) -> None:
-        self.reading = False
         if isinstance(error, ForcelabError):
             self.trouble = str(error)
         self.changed.emit()
@@ -325,7 +329,7 @@ class TradeoffController(QObject):
         self._ended()
 
     def _ended(self) -> None:
-        self.running, self.progress = False, None
+        self.progress = None
         self.changed.emit()
 
     def _tracks_changed(self) -> None:

@@ -107,7 +107,7 @@ def shown(app, study, until):
             top = area.verticalScrollBar().value()
             rows = layout.visible(top, top + area.viewport().height())
             known = all(area.pictures.known(area.entries[row].id) is not None for row in rows)
-            return known and not jobs.busy and not area._ahead.isActive()
+            return known and not jobs.busy
 
         until(done)
         QTest.qWait(1)
