@@ -67,7 +67,6 @@ from forcelab.gui.demonstration_model import (
     percent,
     rows_of,
 )
-from forcelab.gui.dialogs import confirm_reveal
 from forcelab.gui.document import Document
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.text import NAMES
@@ -754,6 +753,30 @@ class DemonstrationMenu(QObject):
             )
 
 
+def confirm_reveal(
+    document: Document, ids: Collection[str], window: QWidget, *, withdrawing: bool = False
+) -> bool:
+    """Ask whether to end blind coding of these demonstrations; True if there is nothing to ask.
+
+    It ends as they are marked as done, or by `withdrawing` the coder's assignments.
+    """
+    project = document.project
+    hidden = set() if project is None else project.coding.blind_to(document.author) & set(ids)
+    if not hidden:
+        return True
+    names = [f"'{info.name}'" for info in document.infos if info.id in hidden]
+    which = names[0] if len(names) == 1 else f"{len(names)} demonstrations"
+    step = f"Withdraw your assignment of {which}" if withdrawing else f"Mark {which} as done"
+    text = f"{step} and end blind coding?"
+    detail = (
+        "You will see the labels and notes of others and the predictions. What has been seen "
+        "cannot be hidden again."
+    )
+    answers = "Withdraw" if withdrawing else "Mark as done", "Cancel"
+    answer = ask(window, "End blind coding", text, detail, answers, default=1, escape=1)
+    return answer == answers[0]
+
+
 #: Gaps between segments shorter than this, in seconds, are hardly ever meant.
 SHORT_GAP = 0.05
 
@@ -828,6 +851,11 @@ class DemonstrationList(QWidget):
 
     def _next_to_label(self) -> DemonstrationRow | None:
         return find_next(list(self.model.rows), self._document.id, lambda row: row.to_do)
+
+    def mark_done(self) -> None:
+        """Mark the open demonstration as done, once the coder agrees to what that shows."""
+        if confirm_reveal(self._document, {self._document.id}, self.window()):
+            self._document.set_done()
 
     def done_and_next(self) -> None:
         """Mark the open demonstration as done, and open the next listed one that is not finished.

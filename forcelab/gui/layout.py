@@ -339,6 +339,13 @@ def dialog_buttons(
     return buttons, use
 
 
+def run_dialog(dialog: QDialog) -> bool:
+    """Show a dialog until it is closed; gives whether it was accepted."""
+    accepted = bool(dialog.exec())
+    dialog.deleteLater()
+    return accepted
+
+
 def resize_on_screen(window: QWidget, size: QSize) -> None:
     """Give a window a size (without its frame), or as much of it as its screen has room for."""
     window.resize(size.boundedTo(window.screen().availableGeometry().size() - FRAME))

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QDialog, QDialogButtonBox, QLabel, QVBoxLayout, QWidget
 
 from forcelab.gui.demonstration_model import DemonstrationRow, percent
-from forcelab.gui.layout import set_enabled_with_reason
+from forcelab.gui.layout import run_dialog, set_enabled_with_reason
 from forcelab.gui.text import escape_ampersands
 from forcelab.labels import is_model
 from forcelab.project import Project, RunUse
@@ -61,10 +61,7 @@ def confirm_removal(
     """
     changed = False
     while True:
-        dialog = removal_of(rows, author, parent, changed=changed)
-        agreed = dialog.exec()
-        dialog.deleteLater()
-        if not agreed:
+        if not run_dialog(removal_of(rows, author, parent, changed=changed)):
             return False
         notes = project.coding.notes(author)
         now = [
