@@ -41,7 +41,6 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QMenu,
     QPlainTextEdit,
-    QPushButton,
     QStackedWidget,
     QStyle,
     QStyledItemDelegate,
@@ -84,7 +83,14 @@ from forcelab.gui.item_views import (
     smaller,
 )
 from forcelab.gui.label.track_spans import track_spans
-from forcelab.gui.layout import dialog_buttons, page_layout, set_enabled_with_reason
+from forcelab.gui.layout import (
+    dialog_buttons,
+    fill_layout,
+    label_of,
+    page_layout,
+    push_button,
+    set_enabled_with_reason,
+)
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.text import ask, escape_ampersands, settle_name
 from forcelab.gui.theme import Colours, colours, themes
@@ -313,16 +319,8 @@ class ListTools(QWidget):
         }
         for filter_, name in names.items():
             self.shown.addItem(name, filter_)
-        choice = QHBoxLayout()
-        choice.setSpacing(2)
-        choice.addWidget(self.shown, 1)
-        choice.addWidget(self.count)
-        choice.addWidget(self.order)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(6, 6, 6, 6)
-        column.setSpacing(4)
-        column.addWidget(self.search)
-        column.addLayout(choice)
+        choice = fill_layout(QHBoxLayout(), (self.shown, 1), self.count, self.order, spacing=2)
+        fill_layout(QVBoxLayout(self), self.search, choice, margins=6, spacing=4)
 
 
 class DemonstrationTree(QTreeView):
@@ -367,14 +365,9 @@ class EmptyNote(QWidget):
         self._label = QLabel()
         self._label.setWordWrap(True)
         self._label.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._import = QPushButton("Import demonstrations…")
-        self._import.clicked.connect(self.importing)
-        self._all = QPushButton("Show all")
-        self._all.clicked.connect(self.showing_all)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(16, 16, 16, 16)
-        column.addStretch(1)
-        column.addWidget(self._label)
+        self._import = push_button("Import demonstrations…", self.importing)
+        self._all = push_button("Show all", self.showing_all)
+        column = fill_layout(QVBoxLayout(self), 1, self._label, margins=16)
         column.addSpacing(8)
         for button in (self._import, self._all):
             column.addWidget(button, 0, Qt.AlignmentFlag.AlignHCenter)
@@ -406,8 +399,7 @@ class NoteDialog(QDialog):
         self.setWindowTitle(f"Note on {name}")
         self.text = QPlainTextEdit(text, tabChangesFocus=True)
         self.text.moveCursor(QTextCursor.MoveOperation.End)  # what is typed goes on
-        label = QLabel("&Note for other coders (leave it empty for none):")
-        label.setBuddy(self.text)
+        label = label_of(self.text, "&Note for other coders (leave it empty for none):")
         buttons, save = dialog_buttons(self, "Save the note", "&Save")
         save.setToolTip(
             QKeySequence("Ctrl+Return").toString(QKeySequence.SequenceFormat.NativeText)
