@@ -9,7 +9,7 @@ from itertools import accumulate
 import numpy as np
 from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QTimer
 from PySide6.QtGui import QAction, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QDockWidget, QSplitter, QStackedWidget, QTabBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDockWidget, QSplitter, QStackedWidget, QTabBar, QWidget
 
 from forcelab.gui import settings
 from forcelab.gui.document import Document
@@ -26,7 +26,7 @@ from forcelab.gui.label.traces import ForcePanel
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.label.transport import Transport
 from forcelab.gui.label.video import VideoPanels, VideoSelection
-from forcelab.gui.layout import Dock, DockedWindow, placeholder
+from forcelab.gui.layout import Dock, DockedWindow, page_layout, placeholder
 from forcelab.signals.contacts import ContactEvent, find_contacts
 
 #: Contact events less clear than this are not snapped to: nobody sees them in the curves, and where
@@ -62,11 +62,7 @@ class Timeline(QWidget):
         self._optional: tuple[QWidget, ...] = (*panels, overview)
         self._switched_off: set[QWidget] = set()
         self._fitted = False
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        for widget, share in ((ruler, 0), (self.splitter, 1), (overview, 0), (transport, 0)):
-            column.addWidget(widget, share)
+        page_layout(self, ruler, self.splitter, overview, transport, growing=self.splitter)
 
     def set_shown(self, panel: QWidget, shown: bool) -> None:
         """Show a panel where there is room for it, or hide it."""

@@ -47,7 +47,7 @@ from forcelab.gui.layout import (
 from forcelab.gui.review.trainer import Trainer, default_author
 from forcelab.gui.review.training_preferences import PRESET_TEXTS, TrainingChoice
 from forcelab.gui.setting_editors import Editor, editor_for
-from forcelab.gui.text import escape_ampersands, thousands
+from forcelab.gui.text import escape_ampersands
 from forcelab.gui.widgets import combo_box
 from forcelab.label_map import MergeMap
 from forcelab.recognition.plugins import known_paths
@@ -591,7 +591,7 @@ class SettingsDialog(QDialog):
             text = f"{text} and those of {own}" if features else f"The features of {own}"
         if not steps:
             return f"{text}; nothing is labelled yet."
-        return f"{text}, {thousands(steps)} labelled time steps to train on"
+        return f"{text}, {steps:,} labelled time steps to train on"
 
 
 def change_settings(trainer: Trainer, parent: QWidget, field: str = "") -> None:
