@@ -340,10 +340,24 @@ def test_the_band_and_the_reach_widen_as_the_tolerance_falls():
 def test_a_ring_too_long_to_keep_its_responses_gives_the_same(monkeypatch, n, wavelet):
     x = condition(np.stack([white(n), walk(n)])).values
     scales = [0.7, 2.0, 3.0]
-    monkeypatch.setattr("forcelab.signals.cwt_engine.RING_KEPT", 100)
-    plan = Plan(n, scales, wavelet, 1e-14, False)
+    monkeypatch.setattr("forcelab.signals.cwt_engine.RING_EVEN", 100)
     expected = transform_channels(x, np.array(scales), wavelet)
-    assert share_of_largest(plan.coefficients(x), expected) < 1e-14
+    for limit in ("RING_KEPT", "RING_WHOLE"):
+        monkeypatch.setattr(f"forcelab.signals.cwt_engine.{limit}", 100)
+        plan = Plan(n, scales, wavelet, 1e-14, False)
+        assert share_of_largest(plan.coefficients(x), expected) < 1e-14
+
+
+def test_a_cut_wavelet_in_a_long_ring_takes_little_memory_beside_the_result(
+    monkeypatch, peak_memory
+):
+    n = 1 << 20
+    monkeypatch.setattr("forcelab.signals.cwt_engine.RING_WHOLE", n)
+    x = condition(np.cumsum(np.random.default_rng(1).standard_normal((1, n)), axis=1)).values
+    plan = Plan(n, [2.0, 2.5, 3.0], Morlet(), 1e-7, True)
+    (magnitudes, phases), peak = peak_memory(lambda: plan.log_polar(x))
+    # 200 MB at 2^24; and 4 MB that do not grow.
+    assert peak < magnitudes.nbytes + phases.nbytes + 12 * n + (1 << 22)
 
 
 def test_a_long_ring_is_the_fourier_transform_of_the_whole():
