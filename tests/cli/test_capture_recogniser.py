@@ -111,7 +111,7 @@ def test_sensors_too_slow_for_the_recogniser_are_told_of(forcelab, three, file, 
     project = tmp_path / "lab.forcelab"
     with tongs(three[2][0]) as devices:
         slow = [word + "&rate=50" * word.startswith("optoforce") for word in devices]
-        words = ["--task", "foam", "--seconds", "0.5", "--recogniser", file]
+        words = ["--task", "foam", "--seconds", "0.3", "--recogniser", file]
         result = forcelab("capture", project, *slow, *words)
     assert result.status == 0, result.err
     assert re.search(r"come at 50 Hz, and .* learnt at 1000 Hz: \d of its \d scales", result.err)
@@ -120,7 +120,7 @@ def test_sensors_too_slow_for_the_recogniser_are_told_of(forcelab, three, file, 
 def test_on_a_terminal_the_line_shows_the_action_and_how_sure_it_is(
     forcelab_on_terminal, three, file, tmp_path
 ):
-    words = [tmp_path / "lab.forcelab", "--task", "foam", "--seconds", "1.5", "--recogniser", file]
+    words = [tmp_path / "lab.forcelab", "--task", "foam", "--seconds", "0.8", "--recogniser", file]
     with tongs(three[2][0]) as devices:
         result = forcelab_on_terminal("capture", *words, *devices)
     assert result.status == 0, result.err
@@ -155,7 +155,7 @@ def test_a_recogniser_that_fails_costs_its_track_and_not_the_recording(
 
     monkeypatch.setattr(LiveRecognition, step, fail)
     project = tmp_path / "lab.forcelab"
-    words = ["--task", "foam", "--seconds", "0.5", "--json", "--recogniser", file]
+    words = ["--task", "foam", "--seconds", "0.3", "--json", "--recogniser", file]
     with tongs(three[2][0]) as devices:
         result = forcelab("capture", project, *devices, *words)
     assert result.status == 1
@@ -167,7 +167,7 @@ def test_a_recogniser_that_fails_costs_its_track_and_not_the_recording(
     assert "recognised" not in result.json
     assert unfinished_journals(project) == ()
     with Project.open(project) as opened:
-        assert opened.demonstrations.load("foam 01").duration > 0.4
+        assert opened.demonstrations.load("foam 01").duration > 0.2
 
 
 def test_who_has_seen_enough_segments_ends_no_recording(
@@ -178,7 +178,7 @@ def test_who_has_seen_enough_segments_ends_no_recording(
             raise BrokenPipeError
 
     project = tmp_path / "lab.forcelab"
-    words = ["--task", "foam", "--seconds", "2", "--recogniser", file]
+    words = ["--task", "foam", "--seconds", "1", "--recogniser", file]
     with tongs(three[2][0]) as devices, monkeypatch.context() as patch:
         patch.setattr(sys, "stdout", Closed())
         patch.setattr("forcelab.cli._drop_output", lambda: None)
@@ -186,7 +186,7 @@ def test_who_has_seen_enough_segments_ends_no_recording(
     assert result.status == 0, result.err
     with Project.open(project) as opened:
         d = opened.demonstrations.load("foam 01")
-        assert d.duration > 1.8
+        assert d.duration > 0.8
         assert opened.tracks.of(d.id)[0].segments
 
 

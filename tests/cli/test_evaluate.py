@@ -168,10 +168,11 @@ def test_figures_have_the_colours_of_the_window(forcelab, project, tmp_path, mon
 
 
 def test_what_a_preset_switches_on_can_be_switched_off(forcelab, project):
-    words = ["evaluate", project, "--task", "foam", "--preset", "best", "--json", "-"]
-    used = forcelab(*words, "--no-peaks", "--no-calibrated", "--stride", 20).json["settings"]
+    words = ["evaluate", project, "--task", "foam", *FAST_OPTIONS, "--json", "-"]
+    best = ["--preset", "best", "--no-peaks", "--no-calibrated", "--decoder", "filters"]
+    used = forcelab(*words, *best).json["settings"]
     assert (used["peaks"], used["calibrated"], used["balanced"]) == (False, False, False)
-    used = forcelab(*words[:-4], "--preset", "fast", "--peaks", "--json", "-").json["settings"]
+    used = forcelab(*words, "--preset", "fast", "--peaks").json["settings"]
     assert (used["peaks"], used["calibrated"]) == (True, False)
 
 

@@ -348,7 +348,7 @@ def test_mutated_projects_end_in_a_sentence_and_touch_nothing_outside(tmp_path, 
     monkeypatch.syspath_prepend(Path(__file__).parents[1] / "fuzz")
     from stores import findings_of_stores
 
-    assert list(findings_of_stores(30, 0, tmp_path / "stores")) == []
+    assert list(findings_of_stores(12, 0, tmp_path / "stores")) == []
 
 
 def test_a_schema_with_bytes_that_are_no_text_is_one_sentence(path, stored, canaries):
