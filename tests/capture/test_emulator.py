@@ -241,7 +241,7 @@ def test_a_text_device_prints_what_it_was_told_to():
 
 
 def test_the_first_line_is_not_dropped_with_what_was_there_before(monkeypatch):
-    monkeypatch.setattr("forcelab.capture.emulator.OPENING", 1.0)
+    monkeypatch.setattr("forcelab.capture.emulator.OPENING", 0.4)
     device = VirtualTextDevice(lambda t: t[:, None], 200, names=("a",), header=True, waits=True)
     with device:
         port = os.open(device.port, os.O_RDONLY | os.O_NOCTTY)

@@ -230,6 +230,7 @@ def test_lost_samples_are_counted_said_and_absent(project):
 
 def test_saturation_stalling_and_drift_are_alarms(project, monkeypatch):
     monkeypatch.setattr("forcelab.capture.reader._STALLED", 0.3)
+    monkeypatch.setattr("forcelab.capture.clock._SETTLED", 0.5)
     device = FakeDevice(ppm=5_000)
     device.status = 1 << 7
     with Recorder(project, [device]) as recorder:

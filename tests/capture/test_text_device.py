@@ -297,7 +297,7 @@ def test_what_three_tearing_boards_print_is_stored_and_told(project):
     try:
         for board in boards:
             board.open()
-        devices = [TextDevice(board.port, ports=lambda: ()) for board in boards]
+        devices = [TextDevice(board.port, rate=1000, ports=lambda: ()) for board in boards]
         with Recorder(project, devices) as recorder:
             recorder.start("tear")
             eventually(lambda: recorder.state().devices[0].samples > 200)
