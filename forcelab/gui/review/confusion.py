@@ -8,7 +8,16 @@ from pathlib import Path
 from typing import cast
 
 import numpy as np
-from PySide6.QtCore import QEvent, QModelIndex, QPointF, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import (
+    QEvent,
+    QModelIndex,
+    QPointF,
+    QRectF,
+    QSize,
+    Qt,
+    QTimer,
+    Signal,
+)
 from PySide6.QtGui import (
     QColor,
     QFocusEvent,
@@ -139,7 +148,6 @@ class CellIntervals(QWidget):
         self.hint.setMargin(8)
         self.hint.setAlignment(Qt.AlignmentFlag.AlignTop)
         page_layout(self, self.hint, self.table, growing=self.table)
-        self._filling = False
         self.table.selectionModel().currentRowChanged.connect(self._row_chosen)
         self.table.clicked.connect(self._row_clicked)
         self.clear()
@@ -177,10 +185,8 @@ class CellIntervals(QWidget):
             )
             for place in places
         ]
-        self._filling = True
         self.places = places
         self.model.show(columns, rows)
-        self._filling = False
         self.table.fit_columns(stretched=0)
         self.table.setVisible(bool(places))
         self.hint.setVisible(len(places) < number or not number)
@@ -190,7 +196,7 @@ class CellIntervals(QWidget):
             self.hint.setText("This cell is empty.")
 
     def _row_chosen(self, index: QModelIndex) -> None:
-        if index.isValid() and not self._filling:
+        if index.isValid():
             self.document.review.examine(self.places[index.row()])
 
     def _row_clicked(self, index: QModelIndex) -> None:

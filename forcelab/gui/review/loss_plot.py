@@ -124,7 +124,7 @@ class LossCurves(Plot):
 
     def empty_text(self) -> str:
         """Why there is no curve."""
-        if self._trainer.ready and "mlp" not in self._trainer.classifier:
+        if self._trainer.ready and "mlp" not in self._trainer.settings.classifier:
             return "The loss of each fold is drawn here while it trains; this classifier has none."
         return "The loss of each fold is drawn here while it trains."
 

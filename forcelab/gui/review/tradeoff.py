@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from PySide6.QtCore import QItemSelectionModel, QObject, QSignalBlocker, Qt, QTimer, Signal
+from PySide6.QtCore import QItemSelectionModel, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QPushButton, QSplitter, QWidget
 
@@ -506,8 +506,7 @@ class TradeoffView(QWidget):
         self._drawn = drawn_rows(measured.rows, error, time)
         self.save.setVisible(bool(self._drawn))
         self.plot.show_points(points_of(self._drawn), current, error.title, time.title)
-        with QSignalBlocker(self.table.selectionModel()):
-            self._model.show(COLUMNS, [self._table_row(i) for i in range(len(measured.rows))])
+        self._model.show(COLUMNS, [self._table_row(i) for i in range(len(measured.rows))])
         self.table.fit_columns()
         self._widest_setting = self.table.horizontalHeader().sectionSize(SETTING)
         self._fit_settings()

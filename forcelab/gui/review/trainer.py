@@ -295,15 +295,6 @@ class Trainer(QObject):
         return training_preferences.recall_preset(self._path or Path(), self.task)
 
     @property
-    def classifier(self) -> str:
-        if self._settings is not None:
-            return self._settings.classifier
-        values = training_preferences.recall_values(self._path or Path(), self.task)
-        if values is None and PRESET.value != PRESET.default:
-            return self.settings.classifier
-        return str((values or {}).get("classifier", training_preferences.DEFAULT_CLASSIFIER))
-
-    @property
     def author(self) -> str | None:
         """Whose labels are trained on; None where nothing is labelled."""
         choice, document = self.choice, self.document

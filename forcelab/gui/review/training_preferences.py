@@ -47,8 +47,6 @@ PRESET = choice(
     "explained.",
     {name: name for name in PRESET_TEXTS},
 )
-#: The classifier of its default, written out: to look presets up loads much.
-DEFAULT_CLASSIFIER = "trees-mlp"
 #: It belongs to a project; see `recall_automatic`.
 AUTOMATIC = SettingField(
     "automatic",
