@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -77,8 +77,8 @@ class PairEntry:
         return (self.human or (), self.reviewed.predicted, *coders)
 
     @property
-    def pair_without_marks(self) -> Pair:
-        """The pair without its marks, which cost time."""
+    def pair(self) -> Pair:
+        """What is drawn, without the marks between the bars: they take time to be found."""
         reviewed = self.reviewed
         return Pair(
             reviewed.name,
@@ -90,10 +90,6 @@ class PairEntry:
             probability_trace=reviewed.probability_trace,
             marks=(),
         )
-
-    @cached_property
-    def pair(self) -> Pair:
-        return replace(self.pair_without_marks, marks=self.marks)
 
 
 @dataclass(frozen=True)

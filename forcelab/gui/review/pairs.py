@@ -56,15 +56,6 @@ class ActionStyles(dict[str, LabelStyle]):
         return LabelStyle("", QColor(colours().muted))
 
 
-def all_actions(run: RunResult) -> tuple[str, ...]:
-    """Actions that a run knows, its coder labelled or it predicts; in thousands of segments."""
-    demonstrations = (*run.tested, *run.proposals)
-    tracks = [
-        track for reviewed in demonstrations for track in (reviewed.human, reviewed.predicted)
-    ]
-    return tuple(dict.fromkeys((*run.actions, *(s.action for t in tracks for s in t))))
-
-
 def missing_pairs_text(
     run: RunResult | None, *, training: bool, entries: bool, hidden: bool, shown: bool
 ) -> str:
@@ -317,8 +308,6 @@ class PairsView(QWidget):
         self._hidden: frozenset[str] = frozenset()
         self._vocabulary = Vocabulary()
         self._styles: Mapping[str, LabelStyle] = {}
-        # The actions of a run: to list them takes a while, and edits add but few.
-        self._listed: tuple[RunResult | None, tuple[str, ...]] = (None, ())
         self.setAccessibleName("Timeline pairs")
         self.tools = PairsTools()
         self.legend = LegendStrip()
@@ -339,7 +328,10 @@ class PairsView(QWidget):
             return None
         return TimelinePairs(
             run.title,
-            tuple(replace(entry.pair, note=_figure_note(entry)) for entry in self.area.entries),
+            tuple(
+                replace(entry.pair, note=_figure_note(entry), marks=entry.marks)
+                for entry in self.area.entries
+            ),
             self._vocabulary,
             tuple(self._styles),
             note_key="At the right: accuracy after the filters.",
@@ -445,15 +437,9 @@ class PairsView(QWidget):
         through.
         """
         run = self.document.review.run
-        if run is not self._listed[0]:
-            self._listed = run, () if run is None else all_actions(run)
-        tracks = [
-            track
-            for entry in self._entries
-            for track in entry.final_tracks
-            if track is not entry.reviewed.human and track is not entry.reviewed.predicted
-        ]
-        return tuple(dict.fromkeys((*self._listed[1], *(s.action for t in tracks for s in t))))
+        known = () if run is None else run.actions
+        tracks = (track for entry in self._entries for track in entry.final_tracks)
+        return tuple(dict.fromkeys((*known, *(s.action for track in tracks for s in track))))
 
     def _key_of(self, action: str) -> tuple[bool, str]:
         """The key by which actions of the legend are sorted; those without stay as they are."""

@@ -82,7 +82,7 @@ class PairsLayout:
     @cached_property
     def caption_room(self) -> float:
         """Width of the column of captions; 0 where no row needs one."""
-        names = {c for entry in self.entries for c in captions(entry.pair_without_marks)}
+        names = {c for entry in self.entries for c in captions(entry.pair)}
         return min(text.widest(names, text.font(CAPTION)), CAPTION_WIDTH) + 12 if names else 0.0
 
     @property
@@ -119,7 +119,7 @@ class PairsLayout:
         heights = []
         for i, entry in enumerate(self.entries):
             heading = HEADING_HEIGHT if i == self.first_proposal else 0.0
-            heights += [heading, MEASURES.height(entry.pair_without_marks) + 2 * ROW_PADDING]
+            heights += [heading, MEASURES.height(entry.pair) + 2 * ROW_PADDING]
         edges = list(accumulate(heights, initial=0.0))
         return [*edges[1::2], edges[-1]]
 
@@ -128,7 +128,7 @@ class PairsLayout:
         return self.tops[-1] if self.entries else 0.0
 
     def row_height(self, row: int) -> float:
-        return MEASURES.height(self.entries[row].pair_without_marks) + 2 * ROW_PADDING
+        return MEASURES.height(self.entries[row].pair) + 2 * ROW_PADDING
 
     def row_box(self, row: int) -> QRectF:
         return QRectF(0, self.tops[row], self.width, self.row_height(row))
@@ -149,7 +149,7 @@ class PairsLayout:
     def boxes(self, row: int) -> PairBoxes:
         """Where the bars of a row lie, measured from the row's upper edge."""
         entry = self.entries[row]
-        return MEASURES.boxes(entry.pair_without_marks, self.axis(entry), ROW_PADDING)
+        return MEASURES.boxes(entry.pair, self.axis(entry), ROW_PADDING)
 
 
 #: How far from a mark it is still meant, in pixels.
@@ -429,8 +429,8 @@ class PairsList(QAbstractScrollArea):
             spots = [axis.at(value) for value, _ in axis.marks(upright=False)]
             painter.drawLines([QLineF(x, 0, x, height) for x in spots])
         on_track = replace(theme, text=theme.on_unlabelled)
-        mark = QColor(theme.trouble)
-        paint_pair(painter, boxes, axis, entry.pair, styles=self._styles, theme=on_track, mark=mark)
+        pair, mark = replace(entry.pair, marks=entry.marks), QColor(theme.trouble)
+        paint_pair(painter, boxes, axis, pair, styles=self._styles, theme=on_track, mark=mark)
         self._paint_texts(painter, row, text.font(bold=opened))
 
     def _paint_texts(self, painter: QPainter, row: int, face: QFont) -> None:
