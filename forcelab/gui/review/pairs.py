@@ -412,11 +412,12 @@ class PairsView(QWidget):
             self._entries = pair_entries(
                 run, self._current.tracks, self.tools.extra_rows, self._hidden
             )
-            self._update_vocabulary()
         self._show()
 
     def _show(self) -> None:
-        actions = sorted(self._actions(), key=self._key_of)
+        self._vocabulary = self._current_vocabulary()
+        key_of = {action: self._vocabulary[action].key for action in self._actions()}
+        actions = sorted(key_of, key=lambda action: (not key_of[action], key_of[action]))
         self._styles = ActionStyles(styles_in_order(actions, self._vocabulary))
         styles, tools = self._styles, self.tools
         rows = filter_and_sort(self._entries, tools.chosen_order, tools.search.text())
@@ -441,23 +442,14 @@ class PairsView(QWidget):
         tracks = (track for entry in self._entries for track in entry.final_tracks)
         return tuple(dict.fromkeys((*known, *(s.action for track in tracks for s in track))))
 
-    def _key_of(self, action: str) -> tuple[bool, str]:
-        """The key by which actions of the legend are sorted; those without stay as they are."""
-        key = self._vocabulary[action].key
-        return not key, key or ""
-
-    def _update_vocabulary(self) -> bool:
-        """Take the styles and keys of the run's actions; gives whether they have changed."""
-        run, project = self.document.review.run, self.document.project
-        if run is None or project is None:
-            return False
-        before = self._vocabulary
-        vocabulary = action_styles(project, run).with_actions(*self._actions())
-        document, demonstration = self.document, self.document.demonstration
-        task = "" if demonstration is None else demonstration.task
-        vocabulary_open = document.vocabulary
-        self._vocabulary = with_keys(vocabulary, vocabulary_open, task=task, apart=run.apart)
-        return self._vocabulary != before
+    def _current_vocabulary(self) -> Vocabulary:
+        """The styles and keys of the run's actions."""
+        document, run = self.document, self.document.review.run
+        if run is None or document.project is None:
+            return Vocabulary()
+        vocabulary = action_styles(document.project, run).with_actions(*self._actions())
+        task = "" if document.demonstration is None else document.demonstration.task
+        return with_keys(vocabulary, document.vocabulary, task=task, apart=run.apart)
 
     def _show_missing(self, shown: int | None = None) -> None:
         """Say why there is nothing to show, or not all."""
@@ -507,12 +499,13 @@ class PairsView(QWidget):
         self._entries = tuple(new if entry is old else entry for entry in self._entries)
         names = set(self._vocabulary.names)
         if any(s.action not in names for track in new.final_tracks for s in track):
-            self._update_vocabulary()
             self._show()
-        self.area.replace_entry(new)
+        else:
+            self.area.replace_entry(new)
 
     def _recolour(self) -> None:
-        if self.isVisible() and self._entries and self._update_vocabulary():
+        shown = self.isVisible() and self._entries
+        if shown and self._current_vocabulary() != self._vocabulary:
             self._show()
 
     def _check_blind(self) -> None:
