@@ -78,7 +78,7 @@ class ClusterFigure(Figure):
         middle = bottom - PLOT_HEIGHT - NAME_LINE / 2 - 2
         caption = text.elided_name(name, text.font(bold=True), PLOT_WIDTH)
         text.draw_text(
-            painter, LEFT, middle, caption, face=text.font(bold=True), ink=QColor(self.theme.text)
+            painter, LEFT, middle, caption, face=text.font(bold=True), ink=self.theme.text
         )
         low, high = float(self.signal.min()), float(self.signal.max())
         # Room for the thick line, and something to divide by where the signal never changes.

@@ -205,13 +205,7 @@ class ConfusionMatrix(Figure):
         for row, (name, total) in enumerate(zip(self._names[:-1], self._totals, strict=True)):
             y = self.box(row, 0).center().y()
             text.draw_text(
-                painter,
-                matrix.left() - 10,
-                y,
-                name,
-                face=face,
-                ink=QColor(self.theme.text),
-                align=1.0,
+                painter, matrix.left() - 10, y, name, face=face, ink=self.theme.text, align=1.0
             )
             text.draw_text(painter, self._totals_right, y, total, face=small, ink=muted, align=1.0)
 
@@ -264,6 +258,4 @@ class ConfusionMatrix(Figure):
             label, face = f"{100 * share:.0f} %", text.font(10)
             if self.share == "counts":
                 label = f"{share * largest:,.3g}"
-            text.draw_text(
-                painter, box.right() + 6, y, label, face=face, ink=QColor(self.theme.text)
-            )
+            text.draw_text(painter, box.right() + 6, y, label, face=face, ink=self.theme.text)

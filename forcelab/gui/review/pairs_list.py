@@ -497,12 +497,12 @@ class PairsList(QAbstractScrollArea):
         painter.fillRect(box.adjusted(0, 10, 0, 0), QColor(theme.panel))
         head, face = "Proposals", text.font(bold=True)
         middle = box.center().y() + 5
-        text.draw_text(painter, MARGIN, middle, head, face=face, ink=QColor(theme.text))
+        text.draw_text(painter, MARGIN, middle, head, face=face, ink=theme.text)
         x = MARGIN + text.width(head, face) + 12
         caption = "predicted where nothing is labelled; at the right: mean probability"
         small = text.font(10)
         caption = text.elided(caption, small, width - MARGIN - x)
-        text.draw_text(painter, x, middle, caption, face=small, ink=QColor(theme.muted))
+        text.draw_text(painter, x, middle, caption, face=small, ink=theme.muted)
 
     def _remark(self, entry: PairEntry) -> str:
         """What stands below the share: since when it differs, how long it lasts, or what it is."""
