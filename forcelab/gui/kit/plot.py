@@ -557,7 +557,6 @@ class Plot(PlotView):
             painter.drawText(QRectF(self.rect()).adjusted(16, 8, -16, -8), flags, self.sentence)
 
     def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
-        self.exposed = rect
         if self.legend:
             x, y = self.area.left(), self.area.top() - NUMBER
             paint_names(painter, x, y, self.legend, colours())

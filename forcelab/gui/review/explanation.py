@@ -89,9 +89,6 @@ class ModelCache:
     def __init__(self) -> None:
         self._models: OrderedDict[tuple[Path, int, str], HeldOutModel] = OrderedDict()
 
-    def __len__(self) -> int:
-        return len(self._models)
-
     def get(self, path: Path, run: RunResult, id_: str) -> HeldOutModel | None:
         key = path, run.number, id_
         if key in self._models:

@@ -95,7 +95,6 @@ class PairsTools(QWidget):
 
     changed = Signal()
     ordered = Signal()
-    exporting = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -171,13 +170,12 @@ class PairsTools(QWidget):
             line.addWidget(widget)
 
     def _connect(self) -> None:
-        self.search.textChanged.connect(lambda _: self.changed.emit())
-        self.order.currentIndexChanged.connect(lambda _: self._remember())
-        self.order.currentIndexChanged.connect(lambda _: self.ordered.emit())
-        self.stretched.toggled.connect(lambda _: self._remember())
-        self.export.clicked.connect(lambda _: self.exporting.emit())
+        self.search.textChanged.connect(self.changed)
+        self.order.currentIndexChanged.connect(self._remember)
+        self.order.currentIndexChanged.connect(self.ordered)
+        self.stretched.toggled.connect(self._remember)
 
-    def _remember(self) -> None:
+    def _remember(self, *_: object) -> None:
         settings.store(ORDER_SETTING, self.chosen_order)
         settings.store(STRETCHED_SETTING, self.stretched.isChecked())
         self.changed.emit()
@@ -371,7 +369,7 @@ class PairsView(QWidget):
         self._current.changed.connect(self._build)
         self.tools.changed.connect(self._choose)
         self.tools.ordered.connect(lambda: self.area.verticalScrollBar().setValue(0))
-        self.tools.exporting.connect(self.export)
+        self.tools.export.clicked.connect(self.export)
         self.area.chosen.connect(self._go_to)
 
     def showEvent(self, event: QShowEvent) -> None:

@@ -149,13 +149,10 @@ class QueueLoader(QObject):
     def _listing_changed(self) -> None:
         """The list was read again; where only the open one changed, its track has been compared."""
         self._forget_blind()
-        open_id = self._document.id
-        lists = [
-            [i for i in infos if i.id != open_id] for infos in (self._infos, self._document.infos)
-        ]
+        open_id, listings = self._document.id, (self._infos, self._document.infos)
+        before, now = ([info for info in infos if info.id != open_id] for infos in listings)
         self._infos = self._document.infos
-        same = len(lists[0]) == len(lists[1])
-        if not same or any(a is not b for a, b in zip(*lists, strict=True)):
+        if before != now:
             self.track_changed()
 
     def _done(self, changes: int, read: QueueData) -> None:
