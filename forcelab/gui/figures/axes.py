@@ -257,6 +257,5 @@ def place_along(line: Sequence[QPointF]) -> Iterator[QRectF]:
 
 
 def covered_area(place: QRectF, taken: Sequence[QRectF]) -> float:
-    """Area of what a label would cover."""
     common = [place.intersected(other) for other in taken]
     return sum(box.width() * box.height() for box in common)

@@ -56,7 +56,6 @@ class ClusterFigure(Figure):
 
     @property
     def axis(self) -> Axis:
-        """The time axis."""
         return Axis(float(self.times[0]), float(self.times[-1]), LEFT, LEFT + PLOT_WIDTH)
 
     def box(self, row: int) -> QRectF:

@@ -365,7 +365,6 @@ class BandMap(Plot):
         return QRectF(self.spot(channel, scale), self.spot(channel + 1, scale + 1))
 
     def readout(self, pointer: QPointF) -> str:
-        """The sentence of the band at a pixel."""
         if self.why is None or not self.area.contains(pointer):
             return ""
         from forcelab.review.explanation import Band
@@ -643,7 +642,6 @@ class NearestSegments(QWidget):
 
     @property
     def all_traced(self) -> bool:
-        """Whether every card shows its forces."""
         return all(card.trace is not None for card in self.cards)
 
     def mark(self, place: Interval | None) -> None:

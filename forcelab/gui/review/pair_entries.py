@@ -43,7 +43,6 @@ class PairEntry:
 
     @property
     def evaluated_accuracy(self) -> float | None:
-        """The accuracy that the run found."""
         return self.reviewed.scores.get("filtered", {}).get("accuracy")
 
     @property

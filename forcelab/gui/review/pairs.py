@@ -52,7 +52,6 @@ class ActionStyles(dict[str, LabelStyle]):
     """Looks of actions; grey where an action is not known."""
 
     def __missing__(self, action: str) -> LabelStyle:
-        """The style of an unknown action."""
         return LabelStyle("", QColor(colours().muted))
 
 
@@ -132,7 +131,6 @@ class PairsTools(QWidget):
 
     @property
     def extra_rows(self) -> ExtraRows:
-        """The further rows that are chosen."""
         stages = tuple(stage for stage in STAGES if stage in self._extra_rows)
         coders = tuple(name for name in self.coders if CODER_PREFIX + name in self._extra_rows)
         return ExtraRows(stages, coders)
@@ -266,11 +264,9 @@ class AxisStrip(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """As wide as the rows."""
         return QSize(400, self.HEIGHT)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the axis."""
         with QPainter(self) as painter:
             painter.fillRect(self.rect(), QColor(colours().background))
             text.ensure_application()
@@ -425,7 +421,6 @@ class PairsView(QWidget):
         self._show_axis()
 
     def _show_axis(self) -> None:
-        """Show the common axis, as wide as the rows."""
         common = bool(self.area.entries) and not self.area.stretched
         self.strip.show_axis(self.area.arrangement.axis() if common else None)
 
@@ -441,7 +436,6 @@ class PairsView(QWidget):
         return tuple(dict.fromkeys((*known, *(s.action for track in tracks for s in track))))
 
     def _current_vocabulary(self) -> Vocabulary:
-        """The styles and keys of the run's actions."""
         document, run = self.document, self.document.review.run
         if run is None or document.project is None:
             return Vocabulary()
@@ -518,7 +512,6 @@ class PairsView(QWidget):
 
 
 def _figure_note(entry: PairEntry) -> str:
-    """The note beside a pair in the figure."""
     if entry.human is None:
         return "proposed"
     return "" if entry.share is None else f"{100 * entry.share:.1f} %"

@@ -73,7 +73,6 @@ class PairsLayout:
 
     @cached_property
     def name_room(self) -> float:
-        """Width of the column of names."""
         widest = text.widest(
             (text.printable(e.reviewed.name) for e in self.entries), text.font(bold=True)
         )
@@ -389,13 +388,13 @@ class PairsList(QAbstractScrollArea):
             if layout.first_proposal is not None:
                 self._paint_heading(painter, layout.tops[layout.first_proposal] - offset)
             ratio, end = self.devicePixelRatioF(), perf_counter() + PAINT_BUDGET
+            late = False
             for row in layout.visible(area.top() + offset, area.bottom() + 1 + offset):
                 picture = self.pictures.known(self.entries[row].id)
-                if picture is None:
-                    if perf_counter() > end:  # the others come one after the other
-                        QTimer.singleShot(0, self.viewport(), self.viewport().update)
-                        break
-                    picture = self._painted(row)
+                if picture is None and perf_counter() > end:
+                    late = True
+                    continue
+                picture = picture or self._painted(row)
                 top = layout.tops[row] - offset
                 painter.drawPixmap(QPointF(0, round(top * ratio) / ratio), picture)
                 painter.save()
@@ -403,6 +402,8 @@ class PairsList(QAbstractScrollArea):
                 painter.setRenderHint(QPainter.RenderHint.Antialiasing)
                 self._paint_marked(painter, row)
                 painter.restore()
+        if late:  # the rows without a picture come in the next events
+            QTimer.singleShot(0, self.viewport(), self.viewport().update)
 
     def _painted(self, row: int) -> QPixmap:
         """The picture of a row, painted anew and kept."""
@@ -434,7 +435,6 @@ class PairsList(QAbstractScrollArea):
         self._paint_texts(painter, row, text.font(bold=opened))
 
     def _paint_texts(self, painter: QPainter, row: int, face: QFont) -> None:
-        """Write name, captions, share and remark of a row."""
         theme, layout, entry = colours(), self.arrangement, self.entries[row]
         boxes, remark = layout.boxes(row), self._remark(entry)
         middle = (boxes.human.top() + boxes.predicted.bottom()) / 2

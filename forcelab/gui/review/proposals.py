@@ -105,7 +105,6 @@ class AcceptButtons(QWidget):
     # Accepting
 
     def accept_here(self) -> bool:
-        """Accept what is predicted at the cursor."""
         return self._accept_and_report(self.document.review.accept_here)
 
     def accept_in_view(self) -> bool:
@@ -141,7 +140,6 @@ class AcceptButtons(QWidget):
             set_enabled_with_reason(self.in_view, obstacle_to_accept_all(self.document))
 
     def _follow(self, *_: object) -> None:
-        """Offer what can be accepted."""
         if not self.isVisible():
             return
         document = self.document
@@ -283,7 +281,6 @@ class ProposalsView(QWidget):
         return {id_: min(done / all_, 1.0) for id_, (done, all_) in seconds.items() if done * all_}
 
     def _missing(self, blind: frozenset[str]) -> str:
-        """Why the list is empty."""
         run = self.document.review.run
         if run is None:
             return "Train a recogniser: it proposes labels for what is unlabelled."

@@ -438,7 +438,6 @@ class QueueView(QWidget):
 
     @property
     def current(self) -> QueueItem | None:
-        """The marked item."""
         return self.list.current
 
     def step(self, direction: int) -> None:

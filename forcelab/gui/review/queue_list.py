@@ -124,7 +124,6 @@ class QueueSection:
         return len(self.listed)
 
     def item(self, row: int) -> QueueItem:
-        """One of its rows."""
         about = self.listed[row]
         return QueueItem(about, self.names.get(about.demonstration, ""))
 

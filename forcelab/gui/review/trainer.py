@@ -117,7 +117,6 @@ class AutomaticRuns:
 
     @property
     def must_wait(self) -> bool:
-        """Whether no automatic training may begin yet."""
         return monotonic() < self._until
 
     def begin(self) -> None:
@@ -429,7 +428,6 @@ class Trainer(QObject):
             )
 
     def show_run(self, number: int) -> None:
-        """Review another run of the project."""
         if self._path is not None:
             work = self._backend.load(self._path, number)
             self.jobs.run(work, self._take, self._failed_to_load, key=LOADING_RUN)

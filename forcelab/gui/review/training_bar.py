@@ -400,7 +400,6 @@ class TrainingBar(QWidget):
         self.overflow_button.setVisible(len(shown) < len(optional))
 
     def _fill_menu(self) -> None:
-        """Offer what has no room in the row."""
         for submenu in self._menu.findChildren(QMenu):  # which clear() would leave
             submenu.deleteLater()
         self._menu.clear()

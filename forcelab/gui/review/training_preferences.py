@@ -159,7 +159,6 @@ def recall_choice(project: Path, task: str) -> TrainingChoice:
 
 
 def recall_automatic(project: Path) -> bool:
-    """Whether a project is trained automatically."""
     return settings.flag(f"{_project_section(project)}/automatic")
 
 

@@ -606,6 +606,13 @@ def test_a_row_that_was_skipped_is_painted_wholly_though_a_part_of_it_is_seen_fi
     area.viewport().removeEventFilter(events)
 
 
+def test_a_row_that_waits_to_be_painted_leaves_those_below_it(shown, monkeypatch):
+    view = shown()
+    monkeypatch.setattr(pairs_list, "PAINT_BUDGET", -1.0)
+    view.area.pictures.drop(view.area.entries[0].id)
+    assert np.abs(colour(view, 1, 2.4) - rgb(VOCABULARY["grab"].colour)).max() <= 3
+
+
 def test_the_open_demonstration_is_in_view_whoever_opened_it(shown, study):
     view = shown(size=(600, 230))
     area, bar = view.area, view.area.verticalScrollBar()
