@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.errors import ForcelabError
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
@@ -29,14 +30,15 @@ from forcelab.gui.file_dialogs import ask_picture, save_picture
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import PageOrPlaceholder, page_layout, search_field
 from forcelab.gui.review.pair_entries import (
-    CurrentTracks,
     ExtraRows,
     PairEntry,
     PairOrder,
     filter_and_sort,
     other_coders,
     pair_entries,
+    read_tracks,
     tested_entry,
+    tracks_by_coder,
 )
 from forcelab.gui.review.pairs_list import MARGIN, Hit, PairsList, hit_interval
 from forcelab.gui.review.reviewed_run import blind_demonstrations, untested_text, with_keys
@@ -44,6 +46,7 @@ from forcelab.gui.shortcuts import keys
 from forcelab.gui.text import escape_ampersands
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import combo_box
+from forcelab.labels import Segments
 from forcelab.review.run_result import RunResult, action_styles
 from forcelab.vocabulary import Vocabulary
 
@@ -285,6 +288,8 @@ def _tool_button(title: str, name: str) -> QToolButton:
     return button
 
 
+#: The job that reads tracks.
+TRACKS_JOB = "pairs tracks"
 #: The suggested name of an exported file.
 SUGGESTED_FILE = "pairs.svg"
 
@@ -298,7 +303,8 @@ class PairsView(QWidget):
         self._jobs = jobs
         self._stale = True
         self._entries: tuple[PairEntry, ...] = ()
-        self._current = CurrentTracks(document, jobs, self)
+        #: By demonstration and coder, spelt as in the run; of tested demonstrations only.
+        self._tracks: dict[str, dict[str, Segments]] = {}
         self._hidden: frozenset[str] = frozenset()
         self._vocabulary = Vocabulary()
         self._styles: Mapping[str, LabelStyle] = {}
@@ -362,7 +368,6 @@ class PairsView(QWidget):
         document.listing_changed.connect(self._check_blind)
         document.author_changed.connect(self._check_blind)
         keys().changed.connect(self._show_missing)
-        self._current.changed.connect(self._build)
         self.tools.changed.connect(self._choose)
         self.tools.ordered.connect(lambda: self.area.verticalScrollBar().setValue(0))
         self.tools.export.clicked.connect(self.export)
@@ -382,13 +387,15 @@ class PairsView(QWidget):
         self._show_axis()
 
     def _run_changed(self) -> None:
-        self._current.forget()
+        self._jobs.cancel(TRACKS_JOB)
+        self._tracks = {}
         self._build()
         self._read_all()
 
     def _choose(self) -> None:
         self._build()
-        if self._current.lacks(self.tools.extra_rows.coders):
+        read = {coder for tracks in self._tracks.values() for coder in tracks}
+        if set(self.tools.extra_rows.coders) - read:
             self._read_all()
 
     def _build(self) -> None:
@@ -403,9 +410,7 @@ class PairsView(QWidget):
             coders = other_coders(self.document, self._hidden)
             if coders != self.tools.coders:
                 self.tools.offer(coders)
-            self._entries = pair_entries(
-                run, self._current.tracks, self.tools.extra_rows, self._hidden
-            )
+            self._entries = pair_entries(run, self._tracks, self.tools.extra_rows, self._hidden)
         self._show()
 
     def _show(self) -> None:
@@ -475,18 +480,38 @@ class PairsView(QWidget):
     # What the project holds now
 
     def _read_all(self) -> None:
-        if self.isVisible():
-            self._current.read_all(self.tools.extra_rows.coders, self._hidden)
+        """Read the tracks of all demonstrations but the hidden ones, in the background."""
+        run, project = self.document.review.run, self.document.project
+        if run is None or project is None or not self.isVisible():
+            return
+        ids = {info.id for info in self.document.infos}.difference(self._hidden)
+        job = read_tracks(project.path, run, (run.author, *self.tools.extra_rows.coders), ids)
+        self._jobs.run(job, self._take_tracks, key=TRACKS_JOB)
+
+    def _take_tracks(self, tracks: dict[str, dict[str, Segments]]) -> None:
+        if tracks != self._tracks:
+            self._tracks = tracks
+            self._build()
 
     def _read_open(self) -> None:
-        run, id_ = self.document.review.run, self.document.id
-        old = next((entry for entry in self._entries if entry.id == id_), None)
-        if run is None or old is None or not self.isVisible():
+        """Read the open demonstration's tracks at once."""
+        document, run, project = self.document, self.document.review.run, self.document.project
+        old = next((entry for entry in self._entries if entry.id == document.id), None)
+        if run is None or project is None or old is None or old.human is None:
+            return
+        if not self.isVisible():
             return
         extra = self.tools.extra_rows
-        if old.human is None or not self._current.read_open(extra.coders):
+        try:
+            tracks = tracks_by_coder(project, run, old.reviewed, (run.author, *extra.coders))
+        except ForcelabError as error:
+            document.show_message(str(error), True)
             return
-        tracks = self._current.tracks[id_]
+        if tracks == self._tracks.get(old.id):
+            return
+        self._tracks[old.id] = tracks
+        if self._jobs.awaits(TRACKS_JOB):
+            self._read_all()  # once more, as it may have read what was there before
         new = tested_entry(run, old.reviewed, tracks, extra)
         self._entries = tuple(new if entry is old else entry for entry in self._entries)
         names = set(self._vocabulary.names)

@@ -16,7 +16,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures.tracks import opacity
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import pairs_list
-from forcelab.gui.review.pairs import PairsView
+from forcelab.gui.review.pairs import TRACKS_JOB, PairsView
 from forcelab.gui.review.pairs_list import hit_tooltip
 from forcelab.gui.review.reviewed_run import with_keys
 from forcelab.label_map import MergeMap
@@ -107,7 +107,7 @@ def shown(app, study, until):
             top = area.verticalScrollBar().value()
             rows = layout.visible(top, top + area.viewport().height())
             known = all(area.pictures.known(area.entries[row].id) is not None for row in rows)
-            return known and not jobs.busy
+            return known and not jobs.awaits(TRACKS_JOB)
 
         until(done)
         QTest.qWait(1)
