@@ -374,9 +374,7 @@ def stage_combo_box() -> QComboBox:
 class DisplayOptions(QWidget):
     """Three lists to choose from, and what can be done with the matrix."""
 
-    #: Another prediction is asked for, which is to be counted.
-    stage_changed = Signal()
-    #: The same is to be shown otherwise.
+    #: The same is to be shown otherwise; another stage has to be counted first.
     changed = Signal()
 
     def __init__(self) -> None:
@@ -416,9 +414,8 @@ class DisplayOptions(QWidget):
         self._rows.addLayout(self._parts[0])
         self._rows.addStretch(1)
         self._rows.addLayout(self._parts[1])
-        self.stage_box.currentIndexChanged.connect(lambda _: self.stage_changed.emit())
         for box in (self.unit_box, self.share_box):
-            box.currentIndexChanged.connect(lambda _: self.changed.emit())
+            box.currentIndexChanged.connect(self.changed)
 
     def minimumSizeHint(self) -> QSize:
         """As narrow as the lists: the buttons then stand below them."""
@@ -491,7 +488,7 @@ class ConfusionView(QWidget):
         self._area.setBackgroundRole(QPalette.ColorRole.Base)
         self._area.setAlignment(Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop)
         self._lay_out()
-        self.switches.stage_changed.connect(self._refresh)
+        self.switches.stage_box.currentIndexChanged.connect(self._refresh)
         self.switches.changed.connect(self._changed)
         self.switches.copy.clicked.connect(self.copy)
         self.switches.save.clicked.connect(self.ask_save)

@@ -93,10 +93,9 @@ CODER_PREFIX = "coder "
 
 
 class PairsTools(QWidget):
-    """Search, order, time axis, further rows and export; `ordered` comes with `changed`."""
+    """Search, order, time axis, further rows and export."""
 
     changed = Signal()
-    ordered = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -173,7 +172,6 @@ class PairsTools(QWidget):
     def _connect(self) -> None:
         self.search.textChanged.connect(self.changed)
         self.order.currentIndexChanged.connect(self._remember)
-        self.order.currentIndexChanged.connect(self.ordered)
         self.stretched.toggled.connect(self._remember)
 
     def _remember(self, *_: object) -> None:
@@ -369,7 +367,8 @@ class PairsView(QWidget):
         document.author_changed.connect(self._check_blind)
         keys().changed.connect(self._show_missing)
         self.tools.changed.connect(self._choose)
-        self.tools.ordered.connect(lambda: self.area.verticalScrollBar().setValue(0))
+        bar = self.area.verticalScrollBar()
+        self.tools.order.currentIndexChanged.connect(lambda _: bar.setValue(0))
         self.tools.export.clicked.connect(self.export)
         self.area.chosen.connect(self._go_to)
 

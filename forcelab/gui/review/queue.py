@@ -317,29 +317,24 @@ class VerdictUndo:
 
     def undo(self) -> bool:
         """Undo the latest verdict or the latest edit, whichever is newer, where it is."""
-        while self._done and self._counts(self._done[-1]) == self._done[-1].withdrawn:
-            self._done.pop()  # undone elsewhere
-        return self._revert(self._done, self._undone, "undo")
+        return self._revert("undo")
 
     def redo(self) -> bool:
         """Redo what was undone last, a verdict or an edit."""
-        document, project = self._document, self._document.project
-        while self._undone and self._counts(self._undone[-1]) != self._undone[-1].withdrawn:
-            self._undone.pop()  # redone elsewhere
-        if self._undone and project is not None and document.id:
-            latest = project.tracks.history(document.id, document.author, latest=1)
-            if latest and latest[0].reverts is None and latest[0].time > self._undone[-1].time:
-                self._undone.clear()
-        return self._revert(self._undone, self._done, "redo")
+        return self._revert("redo")
 
-    def _revert(
-        self,
-        changes: list[_VerdictChange],
-        opposite: list[_VerdictChange],
-        kind: Literal["undo", "redo"],
-    ) -> bool:
-        """Undo or redo the latest of a list of verdicts, or a later edit."""
-        document, project = self._document, self._document.project
+    def _revert(self, kind: Literal["undo", "redo"]) -> bool:
+        """Undo or redo the latest verdict, or a later edit."""
+        document, project, undoing = self._document, self._document.project, kind == "undo"
+        changes, opposite = self._done, self._undone
+        if not undoing:
+            changes, opposite = opposite, changes
+        while changes and self._counts(changes[-1]) == (changes[-1].withdrawn == undoing):
+            changes.pop()  # undone or redone elsewhere
+        if changes and not undoing and project is not None and document.id:
+            latest = project.tracks.history(document.id, document.author, latest=1)
+            if latest and latest[0].reverts is None and latest[0].time > changes[-1].time:
+                changes.clear()
         if not changes or project is None:
             return self._revert_edit(kind)
         change = changes[-1]
@@ -352,7 +347,7 @@ class VerdictUndo:
             return (is_open or document.review.examine(change.verdict)) and self._revert_edit(kind)
         if change.edit and not together:
             changes.pop()  # its labels went another way
-            return self._revert(changes, opposite, kind)
+            return self._revert(kind)
         if not document.review.examine(change.verdict):
             return False
         if not together:

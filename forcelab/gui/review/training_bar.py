@@ -190,8 +190,6 @@ ROOMY_WIDTH = 1200
 class TrainingBar(QWidget):
     """One row; what has no room in it is found in the menu at its end."""
 
-    compare_requested = Signal()
-
     def __init__(self, document: Document, trainer: Trainer) -> None:
         super().__init__()
         self.document, self.trainer = document, trainer
@@ -265,7 +263,7 @@ class TrainingBar(QWidget):
         self.runs = RunComboBox(self.document, self.trainer)
         self.compare = QPushButton("Compare…")
         self.compare.setAccessibleName("Compare two runs")
-        self.compare.clicked.connect(self.compare_requested)
+        self.compare.clicked.connect(self.open_comparison)
         self.overflow_button = QToolButton()
         self.overflow_button.setIcon(icon("more"))
         self.overflow_button.setToolTip("More")
@@ -427,7 +425,7 @@ class TrainingBar(QWidget):
                     lambda _checked=False, number=run.id: self.trainer.show_run(number)
                 )
         if self.compare.isHidden():
-            self._menu.addAction("Compare two runs…", self.compare_requested.emit)
+            self._menu.addAction("Compare two runs…", self.open_comparison)
 
     def _count_runs(self) -> None:
         few = "Train again with other settings or labels to compare two runs."
@@ -447,6 +445,13 @@ class TrainingBar(QWidget):
             from forcelab.gui.review.settings_dialog import change_settings  # loads much
 
             change_settings(self.trainer, self.window(), field)
+
+    def open_comparison(self) -> None:
+        from forcelab.gui.review.comparison_dialog import ComparisonDialog
+
+        dialog = ComparisonDialog(self.document, self.trainer.jobs, self)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.open()
 
 
 def _width_needed(widget: QWidget) -> int:
