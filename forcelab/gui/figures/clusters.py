@@ -56,7 +56,6 @@ class ClusterFigure(Figure):
 
     @property
     def axis(self) -> Axis:
-        """The time axis."""
         return Axis(float(self.times[0]), float(self.times[-1]), LEFT, LEFT + PLOT_WIDTH)
 
     def box(self, row: int) -> QRectF:
@@ -78,7 +77,7 @@ class ClusterFigure(Figure):
         middle = bottom - PLOT_HEIGHT - NAME_LINE / 2 - 2
         caption = text.elided_name(name, text.font(bold=True), PLOT_WIDTH)
         text.draw_text(
-            painter, LEFT, middle, caption, face=text.font(bold=True), ink=QColor(self.theme.text)
+            painter, LEFT, middle, caption, face=text.font(bold=True), ink=self.theme.text
         )
         low, high = float(self.signal.min()), float(self.signal.max())
         # Room for the thick line, and something to divide by where the signal never changes.

@@ -232,7 +232,6 @@ class TimelinePairs(Figure):
 
     @cached_property
     def axis(self) -> Axis:
-        """The time axis."""
         start = min(pair.start for pair in self.pairs)
         end = max(pair.end for pair in self.pairs)
         names = [text.printable(pair.name) for pair in self.pairs]

@@ -128,11 +128,9 @@ class WaveletFigure(Figure):
 
     @property
     def _tone_names(self) -> tuple[str, ...]:
-        """The texts beside the marks of the signal's frequencies."""
         return tuple(f"{tone:g} Hz" for tone in self.tones)
 
     def _paint_wavelet(self, painter: QPainter, column: int) -> None:
-        """Draw one wavelet over time."""
         view, box = self.views[column], self.box(column)
         top = MARGIN + HEADING + NAME_LINE
         bottom = top + WAVELET_HEIGHT
@@ -157,7 +155,6 @@ class WaveletFigure(Figure):
         draw_left(painter, up, box.left(), "wavelet", self.theme, numbers=column == 0)
 
     def _paint_signal(self, painter: QPainter, column: int) -> None:
-        """Draw the test signal above its magnitudes."""
         box = self.box(column)
         bottom = box.top() - 8
         low, high = float(self.signal.min()), float(self.signal.max())
@@ -195,7 +192,6 @@ class WaveletFigure(Figure):
         draw_left(painter, up, box.left(), "frequency (Hz)", self.theme, numbers=column == 0)
 
     def _time_axis(self, column: int) -> Axis:
-        """The time axis under one wavelet."""
         box = self.box(column)
         return Axis(float(self.times[0]), float(self.times[-1]), box.left(), box.right())
 

@@ -439,7 +439,6 @@ class ConsensusBar(QWidget):
         self._show()
 
     def _has_keyboard(self) -> bool:
-        """Whether keys that are pressed come here."""
         now = QApplication.focusWidget()
         return now is not None and (now is self or self.isAncestorOf(now))
 

@@ -73,7 +73,6 @@ class PairsLayout:
 
     @cached_property
     def name_room(self) -> float:
-        """Width of the column of names."""
         widest = text.widest(
             (text.printable(e.reviewed.name) for e in self.entries), text.font(bold=True)
         )
@@ -82,7 +81,7 @@ class PairsLayout:
     @cached_property
     def caption_room(self) -> float:
         """Width of the column of captions; 0 where no row needs one."""
-        names = {c for entry in self.entries for c in captions(entry.pair_without_marks)}
+        names = {c for entry in self.entries for c in captions(entry.pair)}
         return min(text.widest(names, text.font(CAPTION)), CAPTION_WIDTH) + 12 if names else 0.0
 
     @property
@@ -119,7 +118,7 @@ class PairsLayout:
         heights = []
         for i, entry in enumerate(self.entries):
             heading = HEADING_HEIGHT if i == self.first_proposal else 0.0
-            heights += [heading, MEASURES.height(entry.pair_without_marks) + 2 * ROW_PADDING]
+            heights += [heading, MEASURES.height(entry.pair) + 2 * ROW_PADDING]
         edges = list(accumulate(heights, initial=0.0))
         return [*edges[1::2], edges[-1]]
 
@@ -128,7 +127,7 @@ class PairsLayout:
         return self.tops[-1] if self.entries else 0.0
 
     def row_height(self, row: int) -> float:
-        return MEASURES.height(self.entries[row].pair_without_marks) + 2 * ROW_PADDING
+        return MEASURES.height(self.entries[row].pair) + 2 * ROW_PADDING
 
     def row_box(self, row: int) -> QRectF:
         return QRectF(0, self.tops[row], self.width, self.row_height(row))
@@ -149,7 +148,7 @@ class PairsLayout:
     def boxes(self, row: int) -> PairBoxes:
         """Where the bars of a row lie, measured from the row's upper edge."""
         entry = self.entries[row]
-        return MEASURES.boxes(entry.pair_without_marks, self.axis(entry), ROW_PADDING)
+        return MEASURES.boxes(entry.pair, self.axis(entry), ROW_PADDING)
 
 
 #: How far from a mark it is still meant, in pixels.
@@ -389,13 +388,13 @@ class PairsList(QAbstractScrollArea):
             if layout.first_proposal is not None:
                 self._paint_heading(painter, layout.tops[layout.first_proposal] - offset)
             ratio, end = self.devicePixelRatioF(), perf_counter() + PAINT_BUDGET
+            late = False
             for row in layout.visible(area.top() + offset, area.bottom() + 1 + offset):
                 picture = self.pictures.known(self.entries[row].id)
-                if picture is None:
-                    if perf_counter() > end:  # the others come one after the other
-                        QTimer.singleShot(0, self.viewport(), self.viewport().update)
-                        break
-                    picture = self._painted(row)
+                if picture is None and perf_counter() > end:
+                    late = True
+                    continue
+                picture = picture or self._painted(row)
                 top = layout.tops[row] - offset
                 painter.drawPixmap(QPointF(0, round(top * ratio) / ratio), picture)
                 painter.save()
@@ -403,6 +402,8 @@ class PairsList(QAbstractScrollArea):
                 painter.setRenderHint(QPainter.RenderHint.Antialiasing)
                 self._paint_marked(painter, row)
                 painter.restore()
+        if late:  # the rows without a picture come in the next events
+            QTimer.singleShot(0, self.viewport(), self.viewport().update)
 
     def _painted(self, row: int) -> QPixmap:
         """The picture of a row, painted anew and kept."""
@@ -429,12 +430,11 @@ class PairsList(QAbstractScrollArea):
             spots = [axis.at(value) for value, _ in axis.marks(upright=False)]
             painter.drawLines([QLineF(x, 0, x, height) for x in spots])
         on_track = replace(theme, text=theme.on_unlabelled)
-        mark = QColor(theme.trouble)
-        paint_pair(painter, boxes, axis, entry.pair, styles=self._styles, theme=on_track, mark=mark)
+        pair, mark = replace(entry.pair, marks=entry.marks), QColor(theme.trouble)
+        paint_pair(painter, boxes, axis, pair, styles=self._styles, theme=on_track, mark=mark)
         self._paint_texts(painter, row, text.font(bold=opened))
 
     def _paint_texts(self, painter: QPainter, row: int, face: QFont) -> None:
-        """Write name, captions, share and remark of a row."""
         theme, layout, entry = colours(), self.arrangement, self.entries[row]
         boxes, remark = layout.boxes(row), self._remark(entry)
         middle = (boxes.human.top() + boxes.predicted.bottom()) / 2
@@ -497,12 +497,12 @@ class PairsList(QAbstractScrollArea):
         painter.fillRect(box.adjusted(0, 10, 0, 0), QColor(theme.panel))
         head, face = "Proposals", text.font(bold=True)
         middle = box.center().y() + 5
-        text.draw_text(painter, MARGIN, middle, head, face=face, ink=QColor(theme.text))
+        text.draw_text(painter, MARGIN, middle, head, face=face, ink=theme.text)
         x = MARGIN + text.width(head, face) + 12
         caption = "predicted where nothing is labelled; at the right: mean probability"
         small = text.font(10)
         caption = text.elided(caption, small, width - MARGIN - x)
-        text.draw_text(painter, x, middle, caption, face=small, ink=QColor(theme.muted))
+        text.draw_text(painter, x, middle, caption, face=small, ink=theme.muted)
 
     def _remark(self, entry: PairEntry) -> str:
         """What stands below the share: since when it differs, how long it lasts, or what it is."""

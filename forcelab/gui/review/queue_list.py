@@ -5,7 +5,6 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
 from itertools import accumulate
 from typing import Any, Literal, get_args
 
@@ -125,7 +124,6 @@ class QueueSection:
         return len(self.listed)
 
     def item(self, row: int) -> QueueItem:
-        """One of its rows."""
         about = self.listed[row]
         return QueueItem(about, self.names.get(about.demonstration, ""))
 
@@ -155,29 +153,19 @@ def queue_sections(
     queue: Queue, names: Mapping[str, str], text: str = ""
 ) -> tuple[QueueSection, ...]:
     """The sections that hold anything, with the items whose action or demonstration fits."""
-    fits = _text_filter(names, text.strip().casefold())
+    text = text.strip().casefold()
+
+    def fits(about: Interval) -> bool:
+        actions = action_name(about.human), action_name(about.predicted)
+        return any(text in t.casefold() for t in (*actions, names.get(about.demonstration, "")))
+
     sections = []
     for kind in get_args(SectionKind):
         items = tuple(getattr(queue, kind))
-        listed = tuple(filter(fits, items)) if text.strip() else items
+        listed = tuple(filter(fits, items)) if text else items
         if listed:
             sections.append(QueueSection(kind, listed, len(items), names))
     return tuple(sections)
-
-
-def _text_filter(names: Mapping[str, str], text: str) -> Callable[[Interval], bool]:
-    @cache
-    def action(name: str | None) -> bool:
-        return text in action_name(name).casefold()
-
-    @cache
-    def demonstration(id_: str) -> bool:
-        return text in names.get(id_, "").casefold()
-
-    def fits(about: Interval) -> bool:
-        return action(about.human) or action(about.predicted) or demonstration(about.demonstration)
-
-    return fits
 
 
 class QueueModel(QAbstractListModel):

@@ -281,7 +281,6 @@ class _MergeTable(QTableWidget):
     """A table in which Delete takes lines away."""
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Delete removes the current line."""
         if event.key() in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace) and self.currentRow() >= 0:
             if self.currentRow() < self.rowCount() - 1:
                 row = self.currentRow()
@@ -448,7 +447,6 @@ SUMMARY_PAGE, FORM_PAGE = 0, 1
 
 
 def differs_from_preset(settings: Settings) -> bool:
-    """Whether settings differ from those of their preset."""
     return settings != PRESETS.get(settings.preset)
 
 

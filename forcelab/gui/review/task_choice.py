@@ -250,7 +250,6 @@ def choice_text(choice: TrainingChoice) -> str:
 
 
 def _radio_button(text: str) -> QRadioButton:
-    """One of the exclusive buttons of a box."""
     button = QRadioButton(text)
     button.setAccessibleName(text)
     return button

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from PySide6.QtCore import QItemSelectionModel, QObject, QSignalBlocker, Qt, QTimer, Signal
+from PySide6.QtCore import QItemSelectionModel, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QPushButton, QSplitter, QWidget
 
@@ -80,7 +80,6 @@ def drawn_rows(rows: Sequence[Row], error: Quantity, time: Quantity) -> dict[int
 
 
 def points_of(rows: Mapping[int, Row]) -> tuple[Point, ...]:
-    """The points of drawn rows."""
     return tuple(
         Point(i, row.name, setting_name(row), row.seconds or 0.0, row.error or 0.0, row.pareto)
         for i, row in rows.items()
@@ -179,7 +178,6 @@ class TradeoffController(QObject):
 
     @property
     def task(self) -> str:
-        """The task that is measured."""
         return self.trainer.task
 
     @property
@@ -296,7 +294,6 @@ class TradeoffController(QObject):
             self.changed.emit()
 
     def _read(self) -> None:
-        """Show the latest measurement."""
         path, task, viewer = self._subject
         if path is not None and self.trainer.ready:
             job = read_latest(path, task, viewer)
@@ -337,7 +334,6 @@ class TradeoffController(QObject):
             self._count_later.start()
 
     def _count_edits(self) -> None:
-        """Count the edits since what is shown was measured."""
         project, measured = self.document.project, self.measured
         if project is None or measured is None:
             return
@@ -456,7 +452,6 @@ class TradeoffView(QWidget):
         self.refresh()
 
     def _measurement_row(self) -> QWidget:
-        """Measures, and says when that was done last."""
         controller = self.controller
         self.measure = _button("Measure", "Measure recognition of this task", controller.measure)
         self.measure.setToolTip(
@@ -476,7 +471,6 @@ class TradeoffView(QWidget):
         return _row(self.measure, self.progress, self.cancel, self.state, self.undo, self.save)
 
     def _axes_row(self) -> QWidget:
-        """Chooses what is drawn."""
         self.error, self.time = ElidedComboBox(), ElidedComboBox()
         for box, name, quantities in ((self.error, "Error", ERRORS), (self.time, "Time", TIMES)):
             box.set_name(name)
@@ -506,8 +500,7 @@ class TradeoffView(QWidget):
         self._drawn = drawn_rows(measured.rows, error, time)
         self.save.setVisible(bool(self._drawn))
         self.plot.show_points(points_of(self._drawn), current, error.title, time.title)
-        with QSignalBlocker(self.table.selectionModel()):
-            self._model.show(COLUMNS, [self._table_row(i) for i in range(len(measured.rows))])
+        self._model.show(COLUMNS, [self._table_row(i) for i in range(len(measured.rows))])
         self.table.fit_columns()
         self._widest_setting = self.table.horizontalHeader().sectionSize(SETTING)
         self._fit_settings()
@@ -524,7 +517,6 @@ class TradeoffView(QWidget):
         self._split.setSizes([1000 * share for share in SHARES])
 
     def ask_save(self) -> None:
-        """Ask for a file, and save the plot in it."""
         path = ask_picture(self, "Save accuracy and speed", "tradeoff.svg")
         if path is not None:
             self.save_picture(path)
@@ -582,7 +574,6 @@ class TradeoffView(QWidget):
         return long, f"{when} · {since}"
 
     def _missing(self) -> str:
-        """What is missing before there is anything to show."""
         controller, task = self.controller, task_text(self.controller.task)
         if controller.labelled < 2:
             return (

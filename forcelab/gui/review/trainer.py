@@ -117,7 +117,6 @@ class AutomaticRuns:
 
     @property
     def must_wait(self) -> bool:
-        """Whether no automatic training may begin yet."""
         return monotonic() < self._until
 
     def begin(self) -> None:
@@ -295,15 +294,6 @@ class Trainer(QObject):
         return training_preferences.recall_preset(self._path or Path(), self.task)
 
     @property
-    def classifier(self) -> str:
-        if self._settings is not None:
-            return self._settings.classifier
-        values = training_preferences.recall_values(self._path or Path(), self.task)
-        if values is None and PRESET.value != PRESET.default:
-            return self.settings.classifier
-        return str((values or {}).get("classifier", training_preferences.DEFAULT_CLASSIFIER))
-
-    @property
     def author(self) -> str | None:
         """Whose labels are trained on; None where nothing is labelled."""
         choice, document = self.choice, self.document
@@ -438,7 +428,6 @@ class Trainer(QObject):
             )
 
     def show_run(self, number: int) -> None:
-        """Review another run of the project."""
         if self._path is not None:
             work = self._backend.load(self._path, number)
             self.jobs.run(work, self._take, self._failed_to_load, key=LOADING_RUN)

@@ -47,8 +47,6 @@ PRESET = choice(
     "explained.",
     {name: name for name in PRESET_TEXTS},
 )
-#: The classifier of its default, written out: to look presets up loads much.
-DEFAULT_CLASSIFIER = "trees-mlp"
 #: It belongs to a project; see `recall_automatic`.
 AUTOMATIC = SettingField(
     "automatic",
@@ -161,7 +159,6 @@ def recall_choice(project: Path, task: str) -> TrainingChoice:
 
 
 def recall_automatic(project: Path) -> bool:
-    """Whether a project is trained automatically."""
     return settings.flag(f"{_project_section(project)}/automatic")
 
 

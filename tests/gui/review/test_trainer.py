@@ -539,8 +539,8 @@ def test_what_was_trained_on_another_coder_is_not_up_to_date(
 
 
 def test_the_first_training_is_with_the_best_preset_that_has_an_mlp(trainer):
-    assert "mlp" in trainer.classifier
-    assert trainer.classifier == preset(training_preferences.PRESET.default).classifier
+    assert "mlp" in trainer.settings.classifier
+    assert trainer.settings == preset(training_preferences.PRESET.default)
     assert trainer.preset_used == (training_preferences.PRESET.default, False)
 
 
