@@ -200,8 +200,11 @@ def identify(path: str | os.PathLike[str]) -> Format:
         announced = announced_kind(head)
         for format_ in all_formats():
             worthwhile = head.startswith(format_.starts) if format_.starts else not announced
-            if worthwhile and _module(format_).sniff(path, head):
-                return format_
+            if not worthwhile or not _module(format_).sniff(path, head):
+                continue
+            if format_.name == "table" and _is_boris_table(path, head):
+                continue
+            return format_
         kind = seems_to_be(head)
         if kind.endswith("video"):
             raise InputError(
@@ -223,6 +226,13 @@ def identify(path: str | os.PathLike[str]) -> Format:
             )
         readable = ", ".join(format_.description for format_ in all_formats())
         raise InputError(f"'{path}' looks like {kind}; what can be read: {readable}.")
+
+
+def _is_boris_table(path: Path, head: bytes) -> bool:
+    """Whether a table holds events of BORIS, and no samples."""
+    from forcelab.formats.boris import sniff_labels  # only tables need it
+
+    return sniff_labels(path, head)
 
 
 @contextlib.contextmanager

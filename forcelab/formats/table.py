@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, UnclearRateError
-from forcelab.formats.boris import sniff_labels as is_boris
 from forcelab.formats.label_tables import is_label_table, own_or_beside_tracks
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
 from forcelab.formats.samples import SAMPLES
@@ -75,11 +74,8 @@ _TABLE_SHARE = 0.5
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """Whether a file is a text table: rows of numbers, or a text called ``.csv`` or ``.tsv``.
-
-    A table of events of BORIS is none.
-    """
-    if not is_text(head) or is_boris(path, head):
+    """Whether a file is a text table: rows of numbers, or a text called ``.csv`` or ``.tsv``."""
+    if not is_text(head):
         return False
     if path.suffix.lower() in _SUFFIXES:
         return True
