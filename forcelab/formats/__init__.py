@@ -22,16 +22,6 @@ from forcelab.formats.signatures import (
     seems_to_be,
 )
 
-__all__ = [
-    "Format",
-    "all_formats",
-    "format_names",
-    "identify",
-    "naming_recording",
-    "preview",
-    "read",
-]
-
 #: Where other packages say that they read a format: an entry point whose object is a `Format`.
 ENTRY_POINTS: Final = "forcelab.formats"
 

@@ -45,20 +45,6 @@ from forcelab.segment_edits import tell_changes
 from forcelab.text import counted, listed, name_alike
 from forcelab.vocabulary import MOST_ACTIONS
 
-__all__ = [
-    "LABEL_FORMATS",
-    "ImportedTrack",
-    "LabelFormat",
-    "LabelOptions",
-    "LabelReport",
-    "LabelSet",
-    "identify_labels",
-    "import_labels",
-    "importing_labels",
-    "own_stem",
-    "read_label_file",
-]
-
 #: Demonstrations that a sentence names; further ones it only counts.
 NAMED: Final = 4
 #: An offset is proposed if labels agree with others in this share of the labelled time at least,

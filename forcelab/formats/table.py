@@ -195,6 +195,19 @@ class TableBody:
         return dict(zip(self.numeric, self.table.T, strict=True))
 
 
+def as_cells(column: NDArray[Any] | list[str]) -> list[str]:
+    """Words, numbers or times as the cells of a text table; empty where one is missing."""
+    if isinstance(column, list) or column.dtype.kind == "O":
+        return list(column)
+    if column.dtype.kind in "Mm":
+        clock = column.dtype.kind == "m"
+        dates = np.datetime64("1970-01-01") + column if clock else column
+        texts = ["" if text == "NaT" else text for text in np.datetime_as_string(dates).tolist()]
+        return [text.partition("T")[2] for text in texts] if clock else texts
+    # Whole numbers of labels may be floats as some are missing.
+    return ["" if text == "nan" else text.removesuffix(".0") for text in map(str, column.tolist())]
+
+
 class BodyReader:
     """Reads the columns of a table block by block.
 
