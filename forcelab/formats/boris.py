@@ -31,8 +31,6 @@ from forcelab.labels import Segment, Track, means_unlabelled
 from forcelab.text import left_out
 from forcelab.vocabulary import Vocabulary
 
-__all__ = ["RESOLUTION", "Observation", "VideoFile", "read_labels", "sniff_labels", "to_boris"]
-
 #: The version of the format, which is not that of the program.
 FORMAT_VERSION = "7.0"
 #: The independent variable that says whose labels they are; a column of BORIS' tables.

@@ -14,8 +14,6 @@ from forcelab.errors import InputError
 from forcelab.labels import Track
 from forcelab.project import Note
 
-__all__ = ["ANY_USE", "ColumnUse", "ReadOptions", "Recording", "Use", "parse_episodes"]
-
 
 @dataclass(frozen=True, slots=True)
 class ReadOptions:

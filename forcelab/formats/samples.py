@@ -21,8 +21,6 @@ from forcelab.extras import load_extra
 from forcelab.formats.track_text import quoted_text
 from forcelab.labels import Segment, Segments, Track, to_codes
 
-__all__ = ["LABELS_OF", "PROBABILITY_OF", "SAMPLES", "Prediction", "SampleTable"]
-
 #: What the names of the files end in, before their suffix, as recordings may lie beside them.
 SAMPLES: Final = ".samples"
 #: What the names of columns of labels and of probabilities begin with.
