@@ -117,7 +117,6 @@ class Latencies:
         return [header, *(self._cells(row) for row in self.rows)]
 
     def _cells(self, row: Latency) -> list[str]:
-        """A row as text."""
         if row.refusal:
             return [row.name, row.setting, "refused", *("" for _ in range(8))]
         holds_text = {True: "yes", False: "NO", None: ""}[row.holds]
