@@ -39,7 +39,7 @@ from forcelab.formats.table_sniff import (
     is_time_name,
     unit_of_time,
 )
-from forcelab.formats.timestamps import TimestampReader
+from forcelab.formats.timestamps import RawTimestamps, TimestampReader
 from forcelab.jobs import Progress, finish
 from forcelab.text import listed, natural_order
 
@@ -447,30 +447,33 @@ class _Choice:
         )
 
     def body(self) -> TableBody:
-        """Read the arrays."""
-        values: dict[int, NDArray[np.float64]] = {}
+        """Read the arrays, that of the times first, while there is nothing else in memory."""
+        numeric = [index for index in range(len(self.parts)) if index in self.roles.numeric]
+        table = np.empty((self.rows, len(numeric)))
         words: dict[int, TextColumn] = {}
         times, before = None, None
-        table = np.empty((0, 0))
-        for index, (array, place) in enumerate(self.parts):
+        parts = sorted(enumerate(self.parts), key=lambda part: part[0] != self.roles.time)
+        for index, (array, place) in parts:
             if array is not before:
-                table, before = array.sample_table(self.rows), array
-                if index in self.roles.numeric:
-                    table = table.astype(np.float64, copy=False)
-                    table[~np.isfinite(table)] = np.nan
+                values = np.empty((0, 0))  # so that the one before is gone when this one comes
+                values, before = array.sample_table(self.rows), array
             if index == self.roles.time:
-                column = self.layout.columns[index]
-                reader = TimestampReader(self.layout.cells(index), ".")
-                stamps = table[:, place]
-                read = reader.read(_cells(stamps)) if array.is_text else reader.from_array(stamps)
-                unit = unit_of_time(column)
-                times = reader.finish(read, unit, self.layout.path, column.name)
+                times = self._times(index, values[:, place])
             elif index in self.roles.numeric:
-                values[index] = table[:, place]
+                table[:, numeric.index(index)] = values[:, place]
             else:
-                words[index] = _words(table[:, place], array.codes or self._code_names(array))
-        lines = np.arange(1, self.rows + 1)
-        return TableBody(values, words, lines, np.zeros(self.rows, np.bool_), times)
+                words[index] = _words(values[:, place], array.codes or self._code_names(array))
+        for column in table.T:
+            column[~np.isfinite(column)] = np.nan
+        ragged = np.zeros(self.rows, np.bool_)
+        return TableBody(numeric, table, words, range(1, self.rows + 1), ragged, times)
+
+    def _times(self, index: int, stamps: NDArray[Any]) -> RawTimestamps:
+        column = self.layout.columns[index]
+        reader = TimestampReader(self.layout.cells(index), ".")
+        text = stamps.dtype.kind in "OSU"
+        values = reader.read(_cells(stamps)) if text else reader.from_array(stamps)
+        return reader.finish(values, unit_of_time(column), self.layout.path, column.name)
 
     def _code_names(self, array: Array) -> Mapping[int, str]:
         """What the codes of an array stand for, by a list of words beside it that is as long."""

@@ -500,7 +500,7 @@ def word_columns(layout: Layout, roles: ColumnRoles, words: Mapping[int, TextCol
 
 def missing_remark(signals: NDArray[np.float64], channels: Sequence[Channel]) -> list[str]:
     """A remark on samples that are missing (NaN) or cannot have been measured."""
-    counts = (~(np.abs(signals) <= LARGEST)).sum(axis=0).tolist()  # nor is NaN
+    counts = [int((~(np.abs(values) <= LARGEST)).sum()) for values in signals.T]  # nor is NaN
     total = sum(counts)
     if not total:
         return []

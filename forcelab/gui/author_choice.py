@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QInputDialog, QLabel, QWid
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
 from forcelab.gui.document import Document
+from forcelab.gui.layout import fill_layout
 from forcelab.gui.text import settle_name
 from forcelab.gui.widgets import ElidedComboBox
 
@@ -29,14 +30,10 @@ class AuthorChoice(QWidget):
         self._box.setMaximumWidth(NAME_LETTERS * self.fontMetrics().averageCharWidth())
         self._box.activated.connect(self._chosen)
         self.setFocusProxy(self._box)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 2, 8, 2)
         if labelled:
-            row.addWidget(QLabel("Coder"))
-        row.addWidget(self._box)
-        if not labelled:
-            row.setContentsMargins(0, 0, 0, 0)
-            row.addStretch(1)
+            fill_layout(QHBoxLayout(self), QLabel("Coder"), self._box, margins=(0, 2, 8, 2))
+        else:
+            fill_layout(QHBoxLayout(self), self._box, 1, margins=0)
         document.project_changed.connect(self._list)
         document.author_changed.connect(self._list)
         document.listing_changed.connect(self._relist)

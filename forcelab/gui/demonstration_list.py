@@ -41,7 +41,6 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QMenu,
     QPlainTextEdit,
-    QPushButton,
     QStackedWidget,
     QStyle,
     QStyledItemDelegate,
@@ -67,7 +66,6 @@ from forcelab.gui.demonstration_model import (
     percent,
     rows_of,
 )
-from forcelab.gui.dialogs import confirm_reveal
 from forcelab.gui.document import Document
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.text import NAMES
@@ -85,7 +83,14 @@ from forcelab.gui.item_views import (
     smaller,
 )
 from forcelab.gui.label.track_spans import track_spans
-from forcelab.gui.layout import dialog_buttons, page_layout, set_enabled_with_reason
+from forcelab.gui.layout import (
+    dialog_buttons,
+    fill_layout,
+    label_of,
+    page_layout,
+    push_button,
+    set_enabled_with_reason,
+)
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.text import ask, escape_ampersands, settle_name
 from forcelab.gui.theme import Colours, colours, themes
@@ -314,16 +319,8 @@ class ListTools(QWidget):
         }
         for filter_, name in names.items():
             self.shown.addItem(name, filter_)
-        choice = QHBoxLayout()
-        choice.setSpacing(2)
-        choice.addWidget(self.shown, 1)
-        choice.addWidget(self.count)
-        choice.addWidget(self.order)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(6, 6, 6, 6)
-        column.setSpacing(4)
-        column.addWidget(self.search)
-        column.addLayout(choice)
+        choice = fill_layout(QHBoxLayout(), (self.shown, 1), self.count, self.order, spacing=2)
+        fill_layout(QVBoxLayout(self), self.search, choice, margins=6, spacing=4)
 
 
 class DemonstrationTree(QTreeView):
@@ -368,14 +365,9 @@ class EmptyNote(QWidget):
         self._label = QLabel()
         self._label.setWordWrap(True)
         self._label.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._import = QPushButton("Import demonstrations…")
-        self._import.clicked.connect(self.importing)
-        self._all = QPushButton("Show all")
-        self._all.clicked.connect(self.showing_all)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(16, 16, 16, 16)
-        column.addStretch(1)
-        column.addWidget(self._label)
+        self._import = push_button("Import demonstrations…", self.importing)
+        self._all = push_button("Show all", self.showing_all)
+        column = fill_layout(QVBoxLayout(self), 1, self._label, margins=16)
         column.addSpacing(8)
         for button in (self._import, self._all):
             column.addWidget(button, 0, Qt.AlignmentFlag.AlignHCenter)
@@ -407,8 +399,7 @@ class NoteDialog(QDialog):
         self.setWindowTitle(f"Note on {name}")
         self.text = QPlainTextEdit(text, tabChangesFocus=True)
         self.text.moveCursor(QTextCursor.MoveOperation.End)  # what is typed goes on
-        label = QLabel("&Note for other coders (leave it empty for none):")
-        label.setBuddy(self.text)
+        label = label_of(self.text, "&Note for other coders (leave it empty for none):")
         buttons, save = dialog_buttons(self, "Save the note", "&Save")
         save.setToolTip(
             QKeySequence("Ctrl+Return").toString(QKeySequence.SequenceFormat.NativeText)
@@ -754,6 +745,30 @@ class DemonstrationMenu(QObject):
             )
 
 
+def confirm_reveal(
+    document: Document, ids: Collection[str], window: QWidget, *, withdrawing: bool = False
+) -> bool:
+    """Ask whether to end blind coding of these demonstrations; True if there is nothing to ask.
+
+    It ends as they are marked as done, or by `withdrawing` the coder's assignments.
+    """
+    project = document.project
+    hidden = set() if project is None else project.coding.blind_to(document.author) & set(ids)
+    if not hidden:
+        return True
+    names = [f"'{info.name}'" for info in document.infos if info.id in hidden]
+    which = names[0] if len(names) == 1 else f"{len(names)} demonstrations"
+    step = f"Withdraw your assignment of {which}" if withdrawing else f"Mark {which} as done"
+    text = f"{step} and end blind coding?"
+    detail = (
+        "You will see the labels and notes of others and the predictions. What has been seen "
+        "cannot be hidden again."
+    )
+    answers = "Withdraw" if withdrawing else "Mark as done", "Cancel"
+    answer = ask(window, "End blind coding", text, detail, answers, default=1, escape=1)
+    return answer == answers[0]
+
+
 #: Gaps between segments shorter than this, in seconds, are hardly ever meant.
 SHORT_GAP = 0.05
 
@@ -828,6 +843,11 @@ class DemonstrationList(QWidget):
 
     def _next_to_label(self) -> DemonstrationRow | None:
         return find_next(list(self.model.rows), self._document.id, lambda row: row.to_do)
+
+    def mark_done(self) -> None:
+        """Mark the open demonstration as done, once the coder agrees to what that shows."""
+        if confirm_reveal(self._document, {self._document.id}, self.window()):
+            self._document.set_done()
 
     def done_and_next(self) -> None:
         """Mark the open demonstration as done, and open the next listed one that is not finished.

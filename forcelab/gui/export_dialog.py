@@ -20,7 +20,7 @@ from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.file_dialogs import ask_folder
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.layout import ProgressBar, copyable, set_enabled_with_reason
+from forcelab.gui.layout import ProgressBar, copyable, fill_layout, set_enabled_with_reason
 from forcelab.gui.text import name_fields
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.review.run_result import latest_predictions
@@ -72,12 +72,7 @@ class ExportDialog(QDialog):
         self.go = buttons.addButton("Export to folder…", QDialogButtonBox.ButtonRole.ActionRole)
         self.go.clicked.connect(self._choose)
         buttons.rejected.connect(self.reject)
-        column = QVBoxLayout(self)
-        column.addLayout(form)
-        column.addWidget(self._bar)
-        column.addWidget(self._report_label)
-        column.addStretch(1)
-        column.addWidget(buttons)
+        fill_layout(QVBoxLayout(self), form, self._bar, self._report_label, 1, buttons)
         # Only now: a button that is in no dialog yet cannot be its default.
         self.go.setDefault(True)
         self._match()

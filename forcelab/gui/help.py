@@ -23,7 +23,6 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLabel,
-    QPushButton,
     QScrollArea,
     QVBoxLayout,
     QWidget,
@@ -32,7 +31,13 @@ from PySide6.QtWidgets import (
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.exception_hook import log_file
-from forcelab.gui.layout import emphasise, resize_on_screen, search_field
+from forcelab.gui.layout import (
+    emphasise,
+    fill_layout,
+    push_button,
+    resize_on_screen,
+    search_field,
+)
 from forcelab.gui.shortcuts import COMMANDS, GROUPS, Keys, key_name
 from forcelab.gui.text import contains_words
 from forcelab.resources import versions
@@ -133,14 +138,9 @@ class HelpPage(QDialog):
         self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._area.setAccessibleName("Keys and gestures")
         buttons = QDialogButtonBox()
-        close = QPushButton("Close")
-        close.setAccessibleName("Close")
-        close.clicked.connect(self.accept)
+        close = push_button("Close", self.accept, "Close")
         buttons.addButton(close, QDialogButtonBox.ButtonRole.AcceptRole)
-        layout = QVBoxLayout(self)
-        layout.setSpacing(10)
-        for part in (self._search, self._area, buttons):
-            layout.addWidget(part)
+        fill_layout(QVBoxLayout(self), self._search, self._area, buttons, spacing=10)
         resize_on_screen(self, self.sizeHint())
         self._fill()
         keys.changed.connect(self._fill)
@@ -214,16 +214,10 @@ class HelpPage(QDialog):
         """Lay the sections out in columns of like height, in reading order."""
         self._columns = self._fitting()
         page = QWidget()
-        across = QHBoxLayout(page)
-        across.setContentsMargins(4, 4, 12, 4)
-        across.setSpacing(28)
+        across = fill_layout(QHBoxLayout(page), margins=(4, 4, 12, 4), spacing=28)
         sections = self._matching()
         for group in _balanced_columns(sections, self._columns) if sections else ():
-            column = QVBoxLayout()
-            column.setSpacing(18)
-            for section in group:
-                column.addWidget(_card(section))
-            column.addStretch(1)
+            column = fill_layout(QVBoxLayout(), *map(_card, group), 1, spacing=18)
             across.addLayout(column, 1)
         if not sections:
             sentence = f"Nothing is called '{self._search.text()}'."
@@ -325,12 +319,7 @@ def _pieces(pieces: Sequence[str], caps: bool) -> QWidget:
         gesture.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         return gesture
     row = QWidget()
-    across = QHBoxLayout(row)
-    across.setContentsMargins(0, 0, 0, 0)
-    across.setSpacing(4)
-    for piece in pieces:
-        across.addWidget(_KeyCap(piece))
-    across.addStretch(1)
+    fill_layout(QHBoxLayout(row), *map(_KeyCap, pieces), 1, margins=0, spacing=4)
     return row
 
 
@@ -355,23 +344,18 @@ class AboutDialog(QDialog):
         form = QFormLayout()
         for name, value in self._facts.items():
             if name != "forcelab":
-                form.addRow(name, copy_button_clicked(value, name))
-        column = QVBoxLayout(self)
-        column.setSpacing(14)
-        column.addWidget(title)
-        column.addWidget(purpose)
-        column.addLayout(form)
-        column.addWidget(self._buttons())
+                plain = Qt.TextFormat.PlainText  # names of folders are no markup
+                shown = QLabel(value, textFormat=plain)
+                shown.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+                shown.setAccessibleName(name)
+                form.addRow(name, shown)
+        fill_layout(QVBoxLayout(self), title, purpose, form, self._buttons(), spacing=14)
 
     def _buttons(self) -> QDialogButtonBox:
         buttons = QDialogButtonBox()
-        self.copy_button = QPushButton("Copy")
-        self.copy_button.setAccessibleName("Copy versions and places")
-        self.copy_button.clicked.connect(self._copy)
-        close = QPushButton("Close")
-        close.setAccessibleName("Close")
+        self.copy_button = push_button("Copy", self._copy, "Copy versions and places")
+        close = push_button("Close", self.accept, "Close")
         close.setDefault(True)
-        close.clicked.connect(self.accept)
         buttons.addButton(self.copy_button, QDialogButtonBox.ButtonRole.ActionRole)
         buttons.addButton(close, QDialogButtonBox.ButtonRole.AcceptRole)
         return buttons
@@ -380,12 +364,3 @@ class AboutDialog(QDialog):
         lines = (f"{name}: {value}" for name, value in self._facts.items())
         QGuiApplication.clipboard().setText("\n".join(lines))
         self.copy_button.setText("Copied")
-
-
-def copy_button_clicked(value: str, name: str) -> QLabel:
-    """A plain text that can be copied: names of folders are no markup."""
-    label = QLabel(value)
-    label.setTextFormat(Qt.TextFormat.PlainText)
-    label.setAccessibleName(name)
-    label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-    return label

@@ -28,7 +28,6 @@ from PySide6.QtWidgets import (
     QLabel,
     QLineEdit,
     QListWidget,
-    QPushButton,
     QScrollArea,
     QTableWidget,
     QTableWidgetItem,
@@ -60,7 +59,8 @@ from forcelab.gui.key_events import ignore_wheel
 from forcelab.gui.layout import (
     ProgressBar,
     copyable,
-    page_layout,
+    fill_layout,
+    push_button,
     resize_on_screen,
     set_enabled_with_reason,
     toned_label,
@@ -172,11 +172,7 @@ class ImportColumns(QWidget):
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         high = QComboBox().sizeHint().height() + 2 * CELL_PADDING
         self.table.verticalHeader().setDefaultSectionSize(high)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.heading)
-        column.addWidget(self.others)
-        column.addWidget(self.table, 1)
+        fill_layout(QVBoxLayout(self), self.heading, self.others, (self.table, 1), margins=0)
         self.setVisible(False)
 
     def show_first(self, files: Sequence[Path]) -> None:
@@ -413,9 +409,8 @@ class ImportColumns(QWidget):
 def _pad_columns(choice: QComboBox) -> QWidget:
     """A choice that does not touch those above and below it."""
     cell = QWidget()
-    row = QHBoxLayout(cell)
-    row.setContentsMargins(0, CELL_PADDING, 2 * CELL_PADDING, CELL_PADDING)
-    row.addWidget(choice)
+    margins = 0, CELL_PADDING, 2 * CELL_PADDING, CELL_PADDING
+    fill_layout(QHBoxLayout(cell), choice, margins=margins)
     return cell
 
 
@@ -540,15 +535,10 @@ class ImportDialog(QDialog):
         self._waits = False
         self._files.currentTextChanged.connect(self._look_at)
         self._bar = ProgressBar("Progress of the import")
-        column = QVBoxLayout(self)
-        column.addLayout(self._heading())
-        column.addWidget(self._files, 1)
-        column.addWidget(self.columns, 3)
-        column.addLayout(self._form())
-        column.addWidget(self._taskless)
-        column.addWidget(self._bar)
-        column.addWidget(self._result(), 3)
-        column.addWidget(self._button_row())
+        column = fill_layout(
+            QVBoxLayout(self), self._heading(), (self._files, 1), (self.columns, 3), self._form()
+        )
+        fill_layout(column, self._taskless, self._bar, (self._result(), 3), self._button_row())
         # Only now: a button that is in no dialog yet cannot be its default.
         self._go.setDefault(True)
         self._warn()
@@ -559,8 +549,7 @@ class ImportDialog(QDialog):
 
     def _heading(self) -> QHBoxLayout:
         """What can be imported, and the button that chooses files."""
-        self._pick = QPushButton("Choose files…")
-        self._pick.clicked.connect(self._choose)
+        self._pick = push_button("Choose files…", self._choose)
         kinds = (
             "Recordings, chosen or dropped here: tables (CSV, TSV, Parquet, Excel), arrays (NumPy, "
             "MATLAB, HDF5), ROS bags, LeRobot datasets (the folder, or its meta/info.json), XDF, "
@@ -568,10 +557,7 @@ class ImportDialog(QDialog):
         )
         label = QLabel(kinds)
         label.setWordWrap(True)
-        row = QHBoxLayout()
-        row.addWidget(label, 1)
-        row.addWidget(self._pick)
-        return row
+        return fill_layout(QHBoxLayout(), (label, 1), self._pick)
 
     def _form(self) -> QFormLayout:
         """What the files do not say themselves."""
@@ -605,12 +591,8 @@ class ImportDialog(QDialog):
         self.calibration = _optional_line(
             "Calibration file of raw OptoForce dumps", "none: forces stay in counts"
         )
-        choose = QPushButton("Choose…")
-        choose.setAccessibleName("Choose the calibration file")
-        choose.clicked.connect(self._ask_calibration)
-        calibration = QHBoxLayout()
-        calibration.addWidget(self.calibration, 1)
-        calibration.addWidget(choose)
+        choose = push_button("Choose…", self._ask_calibration, "Choose the calibration file")
+        calibration = fill_layout(QHBoxLayout(), (self.calibration, 1), choose)
         self.episodes = _optional_line("Episodes of a dataset", "")
         self.videos = QCheckBox("Attach videos beside them that have the same name")
         self.videos.setChecked(True)
@@ -639,15 +621,10 @@ class ImportDialog(QDialog):
         letter = self.project_name.fontMetrics().averageCharWidth()
         self.project_name.setMinimumWidth(26 * letter)
         self.project_folder.setAccessibleName("Folder in which the new project is made")
-        choose = QPushButton("Choose…")
-        choose.setAccessibleName("Choose the folder of the new project")
-        choose.clicked.connect(self._ask_project_folder)
-        row = QHBoxLayout()
-        row.addWidget(self.project_name, 2)
-        row.addWidget(QLabel("in"))
-        row.addWidget(self.project_folder, 3)
-        row.addWidget(choose)
-        return row
+        name = "Choose the folder of the new project"
+        choose = push_button("Choose…", self._ask_project_folder, name)
+        parts = (self.project_name, 2), QLabel("in"), (self.project_folder, 3), choose
+        return fill_layout(QHBoxLayout(), *parts)
 
     def _propose_project(self, files: Sequence[Path]) -> None:
         """Propose a new project beside the recordings, where there is none to import into."""
@@ -677,12 +654,9 @@ class ImportDialog(QDialog):
     def _result(self) -> QScrollArea:
         """The report of the import."""
         page = QWidget()
-        column = page_layout(page, margin=4, spacing=4)
         self._report_labels = [copyable() for _ in range(3)]
-        for label in self._report_labels:
-            column.addWidget(label)
-        column.addStretch(1)
         self._report_labels[1].setProperty("tone", "trouble")
+        fill_layout(QVBoxLayout(page), *self._report_labels, 1, margins=4, spacing=4)
         self._report = QScrollArea()
         self._report.setWidgetResizable(True)
         self._report.setWidget(page)
@@ -691,8 +665,7 @@ class ImportDialog(QDialog):
 
     def _button_row(self) -> QDialogButtonBox:
         self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        self._go = QPushButton("Import")
-        self._buttons.addButton(self._go, QDialogButtonBox.ButtonRole.ActionRole)
+        self._go = self._buttons.addButton("Import", QDialogButtonBox.ButtonRole.ActionRole)
         self._go.clicked.connect(self._import)
         self._buttons.rejected.connect(self.reject)
         return self._buttons

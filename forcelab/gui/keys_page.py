@@ -24,7 +24,14 @@ from PySide6.QtWidgets import (
 
 from forcelab.errors import InputError
 from forcelab.gui.document import Document
-from forcelab.gui.layout import page_layout, set_enabled_with_reason, toned_label
+from forcelab.gui.layout import (
+    fill_layout,
+    label_of,
+    page_layout,
+    push_button,
+    set_enabled_with_reason,
+    toned_label,
+)
 from forcelab.gui.shortcuts import COMMANDS, Keys, key_name
 from forcelab.gui.text import contains_words
 
@@ -111,24 +118,16 @@ class KeysPage(QWidget):
             edit.setAccessibleName(name)
             edit.setMaximumSequenceLength(1)
             edit.editingFinished.connect(partial(self._take, place))
-            label = QLabel(name)
-            label.setBuddy(edit)
+            label = label_of(edit, name)
             # Not the field's own clear button: the field also empties itself when a press begins.
-            remove = QPushButton("Remove")
-            remove.setAccessibleName(f"Remove: {name}")
-            remove.setAutoDefault(False)
-            remove.clicked.connect(partial(self._remove, place))
+            press = partial(self._remove, place)
+            remove = push_button("Remove", press, f"Remove: {name}", auto_default=False)
             self._edits.append(edit)
             self._labels.append(label)
             self._removers.append(remove)
-            field = QHBoxLayout()
-            field.addWidget(edit, 1)
-            field.addWidget(remove)
-            form.addRow(label, field)
-        self._reset = QPushButton("Reset")
-        self._reset.setAccessibleName("Give this command its default keys back")
-        self._reset.setAutoDefault(False)
-        self._reset.clicked.connect(self._reset_current)
+            form.addRow(label, fill_layout(QHBoxLayout(), (edit, 1), remove))
+        name = "Give this command its default keys back"
+        self._reset = push_button("Reset", self._reset_current, name, auto_default=False)
         self._trouble = toned_label("trouble")
         self._trouble.setTextFormat(Qt.TextFormat.PlainText)
         self._trouble.setAccessibleName("Why a key was refused")
@@ -138,9 +137,7 @@ class KeysPage(QWidget):
         row = QHBoxLayout()
         row.addLayout(form, 1)
         row.addWidget(self._reset, 0, Qt.AlignmentFlag.AlignTop)
-        column = QVBoxLayout(self._editor)
-        column.addLayout(row)
-        column.addWidget(self._trouble)
+        fill_layout(QVBoxLayout(self._editor), row, self._trouble)
         return self._editor
 
     def _fill(self) -> None:

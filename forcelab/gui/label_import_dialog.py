@@ -15,11 +15,9 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QDialogButtonBox,
-    QDoubleSpinBox,
     QFormLayout,
     QHBoxLayout,
     QLabel,
-    QPushButton,
     QScrollArea,
     QVBoxLayout,
     QWidget,
@@ -38,7 +36,10 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import (
     ProgressBar,
     copyable,
+    fill_layout,
+    push_button,
     resize_on_screen,
+    seconds_box,
     set_enabled_with_reason,
 )
 from forcelab.gui.text import name_fields, settle_name
@@ -95,17 +96,12 @@ class LabelImportDialog(QDialog):
         self._sentences.setWidgetResizable(True)
         self._sentences.setWidget(self._text)
         self._sentences.setFixedHeight(LINES * self.fontMetrics().lineSpacing() + 8)
-        column = QVBoxLayout(self)
-        column.addLayout(self._heading())
-        column.addWidget(self.table, 1)
-        column.addLayout(self._form())
-        column.addWidget(self._bar)
-        column.addWidget(self._sentences)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         self.go = buttons.addButton("Import", QDialogButtonBox.ButtonRole.ActionRole)
         self.go.clicked.connect(self._import)
         buttons.rejected.connect(self.reject)
-        column.addWidget(buttons)
+        column = fill_layout(QVBoxLayout(self), self._heading(), (self.table, 1), self._form())
+        fill_layout(column, self._bar, self._sentences, buttons)
         # Only now: a button that is in no dialog yet cannot be its default.
         self.go.setDefault(True)
         self._show(LabelReport(), _PLANNED)
@@ -116,12 +112,10 @@ class LabelImportDialog(QDialog):
             "Audacity, tables (CSV). Each belongs to the demonstration of its name."
         )
         label.setWordWrap(True)
-        self.pick = QPushButton("Choose files…")
-        self.pick.clicked.connect(lambda: self.add_files(ask_files(self, "Label files", "labels")))
-        row = QHBoxLayout()
-        row.addWidget(label, 1)
-        row.addWidget(self.pick)
-        return row
+        self.pick = push_button(
+            "Choose files…", lambda: self.add_files(ask_files(self, "Label files", "labels"))
+        )
+        return fill_layout(QHBoxLayout(), (label, 1), self.pick)
 
     def _form(self) -> QFormLayout:
         """What the files do not say themselves."""
@@ -145,12 +139,8 @@ class LabelImportDialog(QDialog):
                 "Actions: each annotation is the action its tier is called": "actions",
             },
         )
-        self.offset = QDoubleSpinBox()
+        self.offset = seconds_box("Add to all times")
         self.offset.setRange(-1e6, 1e6)
-        self.offset.setDecimals(3)
-        self.offset.setSuffix(" s")
-        self.offset.setAccessibleName("Add to all times")
-        self.offset.setKeyboardTracking(False)
         self.replacing = QCheckBox("Replace existing labels of these authors (can be undone)")
         for changed in (
             self.demonstration.currentIndexChanged,

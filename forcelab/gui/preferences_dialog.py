@@ -28,8 +28,10 @@ from forcelab.gui.keys_page import KeysPage
 from forcelab.gui.layout import (
     PageOrPlaceholder,
     emphasise,
+    fill_layout,
     muted_label,
     page_layout,
+    push_button,
     resize_on_screen,
     scroll_area,
     search_field,
@@ -74,12 +76,8 @@ class Row(QWidget):
         aligned = isinstance(control, QPushButton)  # which is no wider than its text
         left = Qt.AlignmentFlag.AlignLeft if aligned else Qt.AlignmentFlag(0)
         self._line.addWidget(control, 1, left)
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.setSpacing(3)
-        self._column.addWidget(name)
-        self._column.addLayout(self._line)
-        self._column.addWidget(muted_label(tip))
+        parts = name, self._line, muted_label(tip)
+        self._column = fill_layout(QVBoxLayout(self), *parts, margins=0, spacing=3)
 
     @property
     def words(self) -> str:
@@ -105,10 +103,8 @@ class PreferenceRow(Row):
         self.preference, self._obstacle, field = preference, obstacle, preference.field
         control = editor_for(field) if control is None else control
         super().__init__(field.label, field.tip, control)
-        self._reset = QPushButton("Reset")
-        self._reset.setAccessibleName(f"Reset: {field.label}")
-        self._reset.setAutoDefault(False)
-        self._reset.clicked.connect(self.reset)
+        name = f"Reset: {field.label}"
+        self._reset = push_button("Reset", self.reset, name, auto_default=False)
         self._line.addWidget(self._reset)
         if isinstance(control, Editor):
             control.changed.connect(lambda: preference.set_value(control.value()))
@@ -158,9 +154,7 @@ class TaskSettingsRow(Row):
 
     def __init__(self, trainer: Trainer, obstacle: Callable[[], str]) -> None:
         self._trainer, self._obstacle = trainer, obstacle
-        self._button = QPushButton()
-        self._button.setAutoDefault(False)
-        self._button.clicked.connect(self._change)
+        self._button = push_button("", self._change, auto_default=False)
         super().__init__(
             "Settings of this task",
             "Features, classifier, decoder and merge map with which the task in view is trained.",
@@ -231,10 +225,9 @@ class RecentProjectsEditor(QWidget):
         self._list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._list.setFixedHeight(round(8.5 * self.fontMetrics().lineSpacing()))
         self._list.itemSelectionChanged.connect(self._enable)
-        self._remove = QPushButton("Remove from list")
-        self._remove.setAccessibleName("Remove the selected projects from the list")
-        self._remove.setAutoDefault(False)
-        self._remove.clicked.connect(self._remove_selected)
+        name = "Remove the selected projects from the list"
+        press = self._remove_selected
+        self._remove = push_button("Remove from list", press, name, auto_default=False)
         page_layout(self, self._list, spacing=6).addWidget(
             self._remove, 0, Qt.AlignmentFlag.AlignLeft
         )
@@ -307,17 +300,11 @@ class PreferencesDialog(QDialog):
         self.subjects.setFixedWidth(18 * self.fontMetrics().averageCharWidth())
         self.subjects.currentRowChanged.connect(self._stack.setCurrentIndex)
         content = QWidget()
-        across = QHBoxLayout(content)
-        across.setContentsMargins(0, 0, 0, 0)
-        across.setSpacing(12)
-        across.addWidget(self.subjects)
-        across.addWidget(self._stack, 1)
+        across = fill_layout(QHBoxLayout(content), margins=0, spacing=12)
+        fill_layout(across, self.subjects, (self._stack, 1))
         self._found = PageOrPlaceholder(content)
-        layout = QVBoxLayout(self)
-        layout.setSpacing(10)
-        layout.addWidget(self.search)
-        layout.addWidget(self._found, 1)
-        layout.addWidget(self._make_buttons())
+        parts = self.search, (self._found, 1), self._make_buttons()
+        fill_layout(QVBoxLayout(self), *parts, spacing=10)
         self.subjects.setCurrentRow(0)
         self.search.setFocus()
         resize_on_screen(self, self.sizeHint())
@@ -356,19 +343,15 @@ class PreferencesDialog(QDialog):
         ]
 
     def _make_buttons(self) -> QDialogButtonBox:
-        buttons = QDialogButtonBox()
-        self._reset = reset = QPushButton("Reset this page")
-        reset.clicked.connect(self._reset_page)
-        close = QPushButton("Close")
+        buttons, roles = QDialogButtonBox(), QDialogButtonBox.ButtonRole
+        self._reset = buttons.addButton("Reset this page", roles.ResetRole)
+        self._reset.clicked.connect(self._reset_page)
+        close = buttons.addButton("Close", roles.RejectRole)
         close.clicked.connect(self.accept)
         # None is the default: Enter leads from the search to a setting, or from a row to its keys.
-        for button, role in (
-            (reset, QDialogButtonBox.ButtonRole.ResetRole),
-            (close, QDialogButtonBox.ButtonRole.RejectRole),
-        ):
+        for button in (self._reset, close):
             button.setAccessibleName(button.text())
             button.setAutoDefault(False)
-            buttons.addButton(button, role)
         return buttons
 
     # What happens

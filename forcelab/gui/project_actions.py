@@ -19,6 +19,7 @@ from forcelab.gui.file_dialogs import (
     with_suffix,
 )
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.layout import run_dialog
 from forcelab.gui.preferences import SAMPLE_FOLDER
 from forcelab.gui.text import ask
 from forcelab.jobs import Progress
@@ -195,9 +196,7 @@ class ProjectActions(QObject):
             files = ask_files(self._window, "Recordings", "recordings")
             if not files:
                 return
-        dialog = ImportDialog(self._document, self._jobs, self._window, files, self.open)
-        dialog.exec()
-        dialog.deleteLater()
+        run_dialog(ImportDialog(self._document, self._jobs, self._window, files, self.open))
         if new and self._document.project is not None:
             self.begun.emit()
 
@@ -205,9 +204,7 @@ class ProjectActions(QObject):
         """Let the user choose label files, and import them onto the demonstrations they are of."""
         from forcelab.gui.label_import_dialog import LabelImportDialog
 
-        dialog = LabelImportDialog(self._document, self._jobs, self._window)
-        dialog.exec()
-        dialog.deleteLater()
+        run_dialog(LabelImportDialog(self._document, self._jobs, self._window))
 
 
 def _not_found(path: Path) -> str:

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QDialog, QDialogButtonBox, QLabel, QVBoxLayout, QWidget
 
 from forcelab.gui.demonstration_model import DemonstrationRow, percent
-from forcelab.gui.layout import set_enabled_with_reason
+from forcelab.gui.layout import fill_layout, run_dialog, set_enabled_with_reason
 from forcelab.gui.text import escape_ampersands
 from forcelab.labels import is_model
 from forcelab.project import Project, RunUse
@@ -46,10 +46,7 @@ class Removal(QDialog):
         )
         buttons.rejected.connect(self.reject)
         buttons.button(QDialogButtonBox.StandardButton.Cancel).setDefault(True)
-        column = QVBoxLayout(self)
-        column.setSpacing(10)
-        for widget in (self.text, self.others, buttons):
-            column.addWidget(widget)
+        fill_layout(QVBoxLayout(self), self.text, self.others, buttons, spacing=10)
 
 
 def confirm_removal(
@@ -61,10 +58,7 @@ def confirm_removal(
     """
     changed = False
     while True:
-        dialog = removal_of(rows, author, parent, changed=changed)
-        agreed = dialog.exec()
-        dialog.deleteLater()
-        if not agreed:
+        if not run_dialog(removal_of(rows, author, parent, changed=changed)):
             return False
         notes = project.coding.notes(author)
         now = [

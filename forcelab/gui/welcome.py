@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLabel,
-    QPushButton,
     QVBoxLayout,
     QWidget,
 )
@@ -24,7 +23,9 @@ from forcelab.gui.layout import (
     ProgressBar,
     copyable,
     emphasise,
+    fill_layout,
     muted_label,
+    push_button,
     set_enabled_with_reason,
 )
 from forcelab.jobs import Progress
@@ -39,13 +40,8 @@ class SampleProgress(QWidget):
         super().__init__()
         self.bar = ProgressBar("Progress of the sample project")
         self.bar.setMinimumWidth(280)
-        self.cancel = QPushButton("Cancel")
-        self.cancel.setAccessibleName("Cancel the sample project")
-        self.cancel.clicked.connect(self.cancelled)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(self.bar, 1)
-        row.addWidget(self.cancel)
+        self.cancel = push_button("Cancel", self.cancelled, "Cancel the sample project")
+        fill_layout(QHBoxLayout(self), (self.bar, 1), self.cancel, margins=0)
         self.bar.show()  # together with Cancel: only now it is no window of its own
         self.setVisible(False)
 
@@ -90,47 +86,38 @@ class Welcome(QWidget):
         self._sample_button = self._button("Try the sample project", "", self.sampling.emit, "play")
         self._sample = SampleProgress()
         self._sample.cancelled.connect(self.cancelled)
-        ways = QVBoxLayout()
-        ways.addWidget(self._sample_button)
-        ways.addWidget(self._sample)
-        for button in (
-            self._button(
+        ways = (
+            (
                 "Label your own recordings…",
                 "They are imported into a new project beside them.",
                 self.importing.emit,
                 "pencil",
             ),
-            self._button(
+            (
                 "Open a project…",
                 "A folder that forcelab made, such as study.forcelab.",
                 self.opening.emit,
                 "folder",
             ),
-            self._button(
+            (
                 "New project…",
                 "An empty one, to record into or to import into later.",
                 self.creating.emit,
                 "plus",
             ),
-            self._button(
+            (
                 "Read the guide",
                 "It begins with the first hour, step by step.",
                 self.reading.emit,
                 "book",
             ),
-        ):
-            ways.addWidget(button)
-        ways.addStretch(1)
+        )
+        ways_page, self._recent_page = QWidget(), QWidget()
+        below = fill_layout(QVBoxLayout(ways_page), self._sample_button, self._sample, margins=0)
+        fill_layout(below, *(self._button(*way) for way in ways), 1)
         self._recent = QVBoxLayout()
-        self._recent_page = QWidget()
-        recent = QVBoxLayout(self._recent_page)
-        recent.setContentsMargins(0, 0, 0, 0)
-        recent.addWidget(muted_label("Recent projects"))
-        recent.addLayout(self._recent)
-        recent.addStretch(1)
-        ways_page = QWidget()
-        ways.setContentsMargins(0, 0, 0, 0)
-        ways_page.setLayout(ways)
+        heading = muted_label("Recent projects")
+        fill_layout(QVBoxLayout(self._recent_page), heading, self._recent, 1, margins=0)
         page = QGridLayout()
         page.setHorizontalSpacing(32)
         page.addWidget(title, 1, 1, 1, 2)

@@ -21,6 +21,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
+    QDialog,
     QMenu,
     QStackedWidget,
     QTabWidget,
@@ -29,7 +30,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.errors import InputError
 from forcelab.formats.signatures import is_bag_folder
-from forcelab.gui import dialogs, settings, theme
+from forcelab.gui import settings, theme
 from forcelab.gui.author_choice import AuthorChoice
 from forcelab.gui.capture.tab import ENDLESS, CaptureTab
 from forcelab.gui.demonstration_list import DemonstrationList
@@ -42,14 +43,14 @@ from forcelab.gui.label import commands
 from forcelab.gui.label.hints import HintBar
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.gui.launch_options import DIALOGS, REVIEW_PAGES, LaunchOptions
-from forcelab.gui.layout import Dock, DockedWindow
+from forcelab.gui.layout import Dock, DockedWindow, run_dialog
 from forcelab.gui.menus import RecentProjects, ShownTracks, fill_menus, follow_tabs
 from forcelab.gui.obstacles import Obstacles
 from forcelab.gui.preferences import TEXT_SIZE, THEME
 from forcelab.gui.project_actions import ProjectActions, sample_place
 from forcelab.gui.refusal_note import RefusalNote
 from forcelab.gui.review.tab import BACKGROUND_JOBS, ReviewTab
-from forcelab.gui.shortcuts import bind
+from forcelab.gui.shortcuts import bind, keys
 from forcelab.gui.status_bar import StatusLine
 from forcelab.gui.toolbar import ToolBar
 from forcelab.gui.welcome import SampleProgress, Welcome
@@ -274,6 +275,63 @@ class Window(DockedWindow):
         # X, and the file manager would wait for it.
         QTimer.singleShot(0, self, take)
 
+    # Dialogs, each loaded when it is first opened: the window is there sooner
+
+    def _export_labels(self) -> None:
+        from forcelab.gui.export_dialog import ExportDialog
+
+        run_dialog(ExportDialog(self.document, self.jobs, self.demonstrations.model.ids(), self))
+
+    def _synchronise(self) -> None:
+        """Synchronise video and forces, with the panels at hand."""
+        from forcelab.gui.label.video_sync import SynchroniseDialog
+
+        video, keep = self.label.videos.video, self._remembering
+        SynchroniseDialog(self.document, self.jobs, self, video, remembering=keep).show()
+
+    def _show_keys(self) -> None:
+        from forcelab.gui.help import HelpPage
+
+        run_dialog(HelpPage(self.document, keys(), self, self.commands))
+
+    def _show_about(self) -> None:
+        from forcelab.gui.help import AboutDialog
+
+        run_dialog(AboutDialog(self))
+
+    def _show_preferences(self, page: str) -> None:
+        """Show the preferences beside the window; with a page of them in front, if one is named."""
+        from forcelab.gui.preferences_dialog import PreferencesDialog
+
+        dialog = self.findChild(PreferencesDialog)
+        if dialog is None:
+            trainer = self.review.trainer
+            dialog = PreferencesDialog(
+                self.document, trainer, self.opening, keys(), self, self.commands
+            )
+            dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        if page:
+            dialog.show_page(page)
+        dialog.show()
+        dialog.activateWindow()
+
+    def _show_guide(self) -> None:
+        """Show what the guide says of what is in front, beside the window or the dialog open."""
+        from forcelab.gui.guide import GuideWindow
+
+        place = page_about(QApplication.focusWidget(), self._stack.currentWidget())
+        guide = self.findChild(GuideWindow)
+        if guide is None:
+            guide = GuideWindow(self, remembering=self._remembering)
+        guide.show()
+        guide.open(place)
+        dialog = QApplication.activeModalWidget()
+        guide.belong_to(dialog or self)  # or a modal dialog would keep mouse and keys from it
+        if isinstance(dialog, QDialog):
+            dialog.finished.connect(partial(guide.belong_to, self))
+        guide.raise_()
+        guide.activateWindow()
+
     # Inside
 
     def _add_menus_and_toolbar(self) -> None:
@@ -335,6 +393,10 @@ class Window(DockedWindow):
             "open_project": opening.ask_open,
             "import": opening.ask_import,
             "import_labels": opening.ask_labels,
+            "export_labels": self._export_labels,
+            "save": lambda: document.show_message(
+                "Everything is saved already: each change is, as it is made."
+            ),
             "attach_video": self.demonstrations.ask_video,
             "note": self.demonstrations.ask_note,
             "rename": self.demonstrations.ask_name,
@@ -342,7 +404,9 @@ class Window(DockedWindow):
             "task": self.demonstrations.ask_task,
             "next_demonstration": self.demonstrations.open_next,
             "previous_demonstration": self.demonstrations.open_previous,
+            "done": self.demonstrations.mark_done,
             "done_and_next": self.demonstrations.done_and_next,
+            "synchronise": self._synchronise,
             "next_to_label": self.demonstrations.open_to_label,
             "search": partial(self._in_list, self.demonstrations.focus_search),
             "choose_all": partial(self._in_list, self.demonstrations.choose_all),
@@ -354,6 +418,8 @@ class Window(DockedWindow):
             "toolbar": self._switch_toolbar,
             "reset_layout": self._reset_layout,
             "manual": self._show_guide,
+            "help": self._show_keys,
+            "about": self._show_about,
             "next_camera": self.label.videos.show_next,
             "side_by_side": self.label.videos.switch_side_by_side,
         }
@@ -366,19 +432,9 @@ class Window(DockedWindow):
         for choice, _ in THEME.field.options:
             handlers[f"theme_{choice}"] = partial(THEME.set_value, choice)
         label = commands.handlers(document, self.label.tracks, self.label.player, self)
-        shown = self.demonstrations.model.ids
-        dialog_handlers = dialogs.handlers(
-            document,
-            self.jobs,
-            self,
-            lambda: self.commands,
-            shown,
-            lambda: self.label.videos.video,
-            remembering=self._remembering,
-        )
         # What was begun last is taken back where it can be seen.
         cancel = {"cancel": lambda: self.capture.cancel() or label["cancel"]()}
-        handlers |= label | cancel | dialog_handlers
+        handlers |= label | cancel
         handlers |= self.review.handlers() | self.capture.handlers()
         return {id_: partial(self._carry_out, id_, verb) for id_, verb in handlers.items()}
 
@@ -483,14 +539,6 @@ class Window(DockedWindow):
 
     def _check_snapping(self) -> None:
         self.commands["snapping"].setChecked(self.document.view.snapping)
-
-    def _show_preferences(self, page: str) -> None:
-        trainer = self.review.trainer
-        dialogs.show_preferences(self.document, trainer, self.opening, self, self.commands, page)
-
-    def _show_guide(self) -> None:
-        place = page_about(QApplication.focusWidget(), self._stack.currentWidget())
-        dialogs.show_guide(self, place, remembering=self._remembering)
 
     def _use_theme(self) -> None:
         theme.use_theme(application(), THEME.value)

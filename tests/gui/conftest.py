@@ -84,7 +84,7 @@ def hovered(app):
     return rest
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def until(app):
     """Run the event loop until something holds."""
 
@@ -147,9 +147,12 @@ def no_timer_is_left_running(request):
 
 
 def _running_timers():
-    """Timers that nobody stopped; once per file, as it looks at every object there is."""
+    """Timers that nobody stopped; once per file, as it looks at every object there is.
+
+    A single shot ends by itself, such as that of a message that is shown for some seconds.
+    """
     from PySide6.QtCore import QTimer
     from shiboken6 import isValid
 
-    timers = [thing for thing in gc.get_objects() if type(thing) is QTimer]
-    return [(t, t.parent()) for t in timers if isValid(t) and t.isActive()]
+    timers = [t for t in gc.get_objects() if type(t) is QTimer and isValid(t)]
+    return [(t, t.parent()) for t in timers if t.isActive() and not t.isSingleShot()]

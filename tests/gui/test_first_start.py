@@ -94,7 +94,7 @@ def test_the_sample_waits_to_be_labelled_with_hints_and_has_a_review(
     monkeypatch.setattr("forcelab.sample.SMALL", ("foam",))
     # With these it is trained within seconds; a process of low priority may wait for minutes.
     monkeypatch.setattr("forcelab.process.run_in_process", lambda work, *given: work(*given))
-    training_preferences.remember(place, "foam", BAYES_SETTINGS)
+    training_preferences.remember_settings(place, "foam", BAYES_SETTINGS)
     monkeypatch.setattr("os.cpu_count", lambda: 1)  # another process would not know of these
     click(way(window, "Try the sample"))
     until(lambda: window.document.id)

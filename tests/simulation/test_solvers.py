@@ -83,12 +83,12 @@ def test_soft_lanes_take_few_steps_beside_a_stiff_one_and_are_left_out_when_fini
 
     system = Counted(m=0.01, k=[1e2, 1e2, 1e2, 1e6])
     start = np.array([[1e-3] * 4, [0.0] * 4])
-    steps = integrate(system, start, np.linspace(0, 0.05, 11), Rosenbrock()).steps
+    steps = integrate(system, start, np.linspace(0, 0.02, 11), Rosenbrock()).steps
     assert (steps[:3] < 60).all()
-    assert steps[3] > 500
+    assert steps[3] > 200
     # A look at the derivatives takes four columns of each lane.
     assert sizes.count(4 * 4) < 130
-    assert sizes.count(4 * 1) > 400
+    assert sizes.count(4 * 1) > 160
 
 
 @pytest.mark.parametrize("solver", ALL, ids=NAMES)

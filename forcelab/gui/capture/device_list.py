@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QMenu,
-    QPushButton,
     QSizePolicy,
     QVBoxLayout,
     QWidget,
@@ -27,7 +26,13 @@ from forcelab.gui.capture.recorded_device import RecordedDeviceDialog, recorded_
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.file_dialogs import ask_file
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.layout import UNLIMITED, emphasise, set_enabled_with_reason
+from forcelab.gui.layout import (
+    UNLIMITED,
+    emphasise,
+    fill_layout,
+    push_button,
+    set_enabled_with_reason,
+)
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
@@ -167,9 +172,7 @@ class DeviceList(QWidget):
         self._choosing = True
         self.rows = DeviceRows()
         self.rows.setAccessibleName("Devices and cameras")
-        self.refresh_button = QPushButton("Refresh")
-        self.refresh_button.setAccessibleName("Refresh the list of devices")
-        self.refresh_button.clicked.connect(self.refresh)
+        self.refresh_button = push_button("Refresh", self.refresh, "Refresh the list of devices")
         self.entry = QLineEdit()
         self.entry.setPlaceholderText("optoforce:PORT?calibration=FILE")
         self.entry.setToolTip(
@@ -179,16 +182,18 @@ class DeviceList(QWidget):
         )
         self.entry.setAccessibleName("Add a device by its name")
         self.entry.returnPressed.connect(self._add_entry)
-        self.calibration_button = QPushButton("Calibration…")
-        self.calibration_button.setAccessibleName("Choose the device's calibration file")
-        self.calibration_button.setToolTip(
-            "A file that makes newtons of the counts of the chosen OptoForce DAQ"
+        self.calibration_button = push_button(
+            "Calibration…",
+            self._ask_calibration,
+            "Choose the device's calibration file",
+            "A file that makes newtons of the counts of the chosen OptoForce DAQ",
         )
-        self.calibration_button.clicked.connect(self._ask_calibration)
-        self.recorded_button = QPushButton("Recorded demonstration…")
-        self.recorded_button.setAccessibleName("Add a recorded demonstration as a device")
-        self.recorded_button.setToolTip("Play a demonstration as if its sensors were plugged in")
-        self.recorded_button.clicked.connect(self._ask_recorded)
+        self.recorded_button = push_button(
+            "Recorded demonstration…",
+            self._ask_recorded,
+            "Add a recorded demonstration as a device",
+            "Play a demonstration as if its sensors were plugged in",
+        )
         self.rows.currentItemChanged.connect(self._update_notes)
         self.rows.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.rows.customContextMenuRequested.connect(self._show_menu)
@@ -200,18 +205,10 @@ class DeviceList(QWidget):
         self.nothing.setWordWrap(True)
         heading = QLabel("Devices")
         emphasise(heading)
-        top = QHBoxLayout()
-        top.addWidget(heading, 1)
-        top.addWidget(self.refresh_button)
+        top = fill_layout(QHBoxLayout(), (heading, 1), self.refresh_button)
         self.nothing.setAlignment(Qt.AlignmentFlag.AlignTop)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addLayout(top)
-        column.addWidget(self.rows, 1)
-        column.addWidget(self.nothing, 1)
-        column.addWidget(self.calibration_button)
-        column.addWidget(self.recorded_button)
-        column.addWidget(self.entry)
+        column = fill_layout(QVBoxLayout(self), top, (self.rows, 1), (self.nothing, 1), margins=0)
+        fill_layout(column, self.calibration_button, self.recorded_button, self.entry)
         for name in settings.strings(BY_HAND):
             self.rows.add_row(name)
         self._update_notes()

@@ -22,7 +22,7 @@ from forcelab.gui.capture.live_model import (
 from forcelab.gui.figures import text
 from forcelab.gui.file_dialogs import ask_file
 from forcelab.gui.label.swatches import paint_swatch, style_of
-from forcelab.gui.layout import set_enabled_with_reason
+from forcelab.gui.layout import fill_layout, set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import CalmLabel, ElidedComboBox, show_text
 
@@ -265,11 +265,8 @@ class RecognitionPanel(QWidget):
         self.setAccessibleName("Live recognition")
         self.current_action = CurrentAction(controller)
         self.budget_label, self.measurements = CalmLabel(), CalmLabel()
-        column = QVBoxLayout(self)
-        column.setContentsMargins(8, 4, 8, 2)
-        column.setSpacing(3)
-        for part in (self.current_action, self.measurements, self.budget_label):
-            column.addWidget(part)
+        parts = self.current_action, self.measurements, self.budget_label
+        fill_layout(QVBoxLayout(self), *parts, margins=(8, 4, 8, 2), spacing=3)
         controller.ticked.connect(self._ticked)
         controller.changed.connect(self.refresh)
         controller.live_model.changed.connect(self.refresh)

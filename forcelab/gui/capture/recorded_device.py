@@ -26,6 +26,7 @@ from forcelab.gui.figures.text import NAMES
 from forcelab.gui.file_dialogs import ask_folder
 from forcelab.gui.layout import (
     dialog_buttons,
+    fill_layout,
     resize_on_screen,
     search_field,
     set_enabled_with_reason,
@@ -87,15 +88,9 @@ class RecordedDeviceDialog(QDialog):
         self._problem.setVisible(False)
         form = QFormLayout()
         form.addRow("Project", self.project)
-        column = QVBoxLayout(self)
-        column.addWidget(what)
-        column.addLayout(form)
-        column.addWidget(self.search)
-        column.addWidget(self.demonstrations, 1)
-        column.addWidget(self._problem)
-        column.addWidget(self.loop)
         buttons, self.add_button = dialog_buttons(self, "Add the device", "&Add device")
-        column.addWidget(buttons)
+        column = fill_layout(QVBoxLayout(self), what, form, self.search, (self.demonstrations, 1))
+        fill_layout(column, self._problem, self.loop, buttons)
         self.add_button.setDefault(True)
         self.project.activated.connect(self._project_chosen)
         self._load()

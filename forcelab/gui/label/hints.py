@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QToolButton
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy
 
 from forcelab.gui import settings
 from forcelab.gui.document import Document
-from forcelab.gui.icons import icon
+from forcelab.gui.layout import fill_layout, tool_button
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours, themes
 
@@ -25,20 +25,15 @@ class HintBar(QFrame):
         self._left = tuple(hint for hint in HINTS if hint in settings.strings(LEFT))
         self._opened = ""  # the demonstration in which the hints are shown
         self.setAccessibleName("Hint")
-        self._number, self._text, self.close_button = QLabel(), QLabel(), QToolButton()
-        self._text.setWordWrap(True)
+        self._number, self._text = QLabel(), QLabel(wordWrap=True)
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self.close_button.setIcon(icon("cross"))
+        tip = "Close this hint; it does not come back"
+        self.close_button = tool_button(
+            "cross", "Close the hint", lambda: self._finish(self._left[0]), tip
+        )
         self.close_button.setAutoRaise(True)
-        self.close_button.setAccessibleName("Close the hint")
-        self.close_button.setToolTip("Close this hint; it does not come back")
-        self.close_button.clicked.connect(lambda: self._finish(self._left[0]))
-        row = QHBoxLayout(self)
-        row.setContentsMargins(10, 4, 4, 4)
-        row.setSpacing(10)
-        row.addWidget(self._number)
-        row.addWidget(self._text, 1)
-        row.addWidget(self.close_button)
+        parts = self._number, (self._text, 1), self.close_button
+        fill_layout(QHBoxLayout(self), *parts, margins=(10, 4, 4, 4), spacing=10)
         document.view.playing_changed.connect(self._play_followed)
         document.tracks_changed.connect(self._paint_followed)
         document.demonstration_changed.connect(self._demonstration_changed)

@@ -45,7 +45,7 @@ from forcelab.gui.label.scalogram_painting import (
 )
 from forcelab.gui.label.segment_panel import SignalPanel
 from forcelab.gui.layout import set_enabled_with_reason
-from forcelab.gui.text import escape_ampersands, thousands
+from forcelab.gui.text import escape_ampersands
 from forcelab.gui.theme import colours
 from forcelab.jobs import Progress
 from forcelab.signals.channels import channel_map
@@ -276,9 +276,7 @@ def _omitted_text(picture: Scalogram, high: float) -> str:
     reader, notes = picture.view.reader, []
     number = reader.left_out(reader.place(picture.start), reader.place(picture.end))
     if number:
-        notes.append(
-            "1 glitch left out" if number == 1 else f"{thousands(number)} glitches left out"
-        )
+        notes.append("1 glitch left out" if number == 1 else f"{number:,} glitches left out")
     if not picture.phase and np.fmax.reduce(picture.values, axis=None) > high + SPIKE:
         notes.append("spikes share the last colour")
     return ", ".join(notes)

@@ -36,7 +36,7 @@ from forcelab.gui.label.lanes import (
     spanning,
 )
 from forcelab.gui.label.segment_panel import SignalPanel
-from forcelab.gui.text import escape_ampersands, thousands
+from forcelab.gui.text import escape_ampersands
 from forcelab.gui.theme import colours
 from forcelab.jobs import Progress, finish
 from forcelab.signals.minmax import Columns, Envelope, Extremes, drawn_together, read_envelopes
@@ -478,7 +478,7 @@ class ForcePanel(SignalPanel):
             notes.append(
                 "1 sample is a glitch, beyond all axes"
                 if glitches == 1
-                else f"{thousands(glitches)} samples are glitches, beyond all axes"
+                else f"{glitches:,} samples are glitches, beyond all axes"
             )
         if columns.pyramid and self.source.read < 1.0:
             share = f"{100 * self.source.read:.0f}"

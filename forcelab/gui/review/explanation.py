@@ -60,7 +60,6 @@ def interval_at_cursor(document: Document) -> Interval | None:
 
 
 def missing_explanation_text(document: Document) -> str:
-    """Why nothing can be explained."""
     if document.project is None or not document.id:
         return "Open a demonstration to see why something was predicted in it."
     if document.coding_blind:
@@ -88,9 +87,6 @@ class ModelCache:
 
     def __init__(self) -> None:
         self._models: OrderedDict[tuple[Path, int, str], HeldOutModel] = OrderedDict()
-
-    def __len__(self) -> int:
-        return len(self._models)
 
     def get(self, path: Path, run: RunResult, id_: str) -> HeldOutModel | None:
         key = path, run.number, id_
@@ -460,7 +456,6 @@ class ExplanationView(QWidget):
         self.page.say(state, "Try again")
 
     def _toggle_training(self) -> None:
-        """Stop the training, or begin again."""
         self._stopped = not self._stopped
         if self._stopped:
             self._cancel()
@@ -478,7 +473,6 @@ class ExplanationView(QWidget):
         self.refresh()
 
     def go_back(self) -> None:
-        """Go back from a neighbour to the explained interval."""
         self._away = None
         if self.place is not None:
             self.document.review.examine(self.place)

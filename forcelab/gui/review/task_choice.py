@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -27,11 +24,9 @@ from forcelab.gui.review.trainer import (
     default_folds,
     task_text,
 )
+from forcelab.gui.review.training_preferences import TrainingChoice
 from forcelab.gui.widgets import NAME_CHARACTERS, ElidedComboBox
 from forcelab.recognition.groups import GROUPS
-
-if TYPE_CHECKING:
-    from forcelab.recognition.dataset import DataSelection
 
 
 class TaskChoiceForm(QWidget):
@@ -39,7 +34,7 @@ class TaskChoiceForm(QWidget):
 
     changed = Signal()
 
-    def __init__(self, document: Document, choice: DataSelection) -> None:
+    def __init__(self, document: Document, choice: TrainingChoice) -> None:
         super().__init__()
         self.document = document
         self.trouble = ""
@@ -57,12 +52,10 @@ class TaskChoiceForm(QWidget):
         column.addStretch(1)
         self._follow()
 
-    def choice(self) -> DataSelection:
-        from forcelab.recognition.dataset import DataSelection
-
+    def choice(self) -> TrainingChoice:
         tasks = self._trained()
         across = self.across.isChecked()
-        return DataSelection(
+        return TrainingChoice(
             tasks=tasks,
             test_task=str(self.test_task.currentData()) if across else None,
             author=self.coder.currentData() or None,
@@ -73,7 +66,7 @@ class TaskChoiceForm(QWidget):
 
     # What it is made of
 
-    def _training_box(self, choice: DataSelection) -> QGroupBox:
+    def _training_box(self, choice: TrainingChoice) -> QGroupBox:
         box = QGroupBox("Train on")
         column = QVBoxLayout(box)
         self.boxes: dict[str, QCheckBox] = {}
@@ -87,7 +80,7 @@ class TaskChoiceForm(QWidget):
             self.boxes[task] = check
         return box
 
-    def _testing_box(self, choice: DataSelection) -> QGroupBox:
+    def _testing_box(self, choice: TrainingChoice) -> QGroupBox:
         """Leave one out, or a group, or test on another task."""
         self.leave_out = _radio_button("Leave each demonstration out in turn")
         groups = choice.folds or GROUPS
@@ -119,7 +112,7 @@ class TaskChoiceForm(QWidget):
         column.addWidget(self.test_task, 0, Qt.AlignmentFlag.AlignLeft)
         return box
 
-    def _usual_folds(self, choice: DataSelection) -> int:
+    def _usual_folds(self, choice: TrainingChoice) -> int:
         """In how many groups demonstrations are left out unless the coder chooses."""
         author = choice.author or default_author(self.document, set(choice.tasks))
         return default_folds(self.document, choice.tasks, author)
@@ -128,7 +121,7 @@ class TaskChoiceForm(QWidget):
         if on:
             self._folds = folds
 
-    def _actions_box(self, choice: DataSelection) -> QGroupBox:
+    def _actions_box(self, choice: TrainingChoice) -> QGroupBox:
         self.joined = _radio_button("are one: “grab” is “grab” in every task")
         self.apart = _radio_button("stay apart, by the task as a suffix")
         self.apart.setToolTip(
@@ -142,7 +135,7 @@ class TaskChoiceForm(QWidget):
         column.addWidget(self.apart)
         return self._same
 
-    def _coder_row(self, choice: DataSelection) -> QWidget:
+    def _coder_row(self, choice: TrainingChoice) -> QWidget:
         self._coder_box = QWidget()
         form = QFormLayout(self._coder_box)
         form.setContentsMargins(0, 0, 0, 0)
@@ -221,15 +214,14 @@ class TaskChoiceForm(QWidget):
                 "Only one demonstration is labelled, so nothing can be tested; a recogniser is "
                 "trained all the same, and proposes labels for the others."
             )
-        choice = self.choice()
-        return f"Trained and tested: {choice_text(choice.tasks, choice.test_task, choice.apart)}"
+        return f"Trained and tested: {choice_text(self.choice())}"
 
 
 class TaskChoiceDialog(QDialog):
     """The choice of tasks in a window of its own."""
 
     def __init__(
-        self, document: Document, choice: DataSelection, parent: QWidget | None = None
+        self, document: Document, choice: TrainingChoice, parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Tasks to train and test on")
@@ -247,18 +239,17 @@ class TaskChoiceDialog(QDialog):
         set_enabled_with_reason(self.ok, self.form.trouble)
 
 
-def choice_text(tasks: Sequence[str], test_task: str | None, apart: bool) -> str:
+def choice_text(choice: TrainingChoice) -> str:
     """What is trained and tested, in a few characters: ``"hard + soft → foam"``."""
-    title = " + ".join(map(task_text, tasks))
-    if test_task is not None:
-        return f"{title} → {task_text(test_task)}"
-    if apart:
+    title = " + ".join(map(task_text, choice.tasks))
+    if choice.test_task is not None:
+        return f"{title} → {task_text(choice.test_task)}"
+    if choice.apart:
         return f"{title}, kept apart"
     return title
 
 
 def _radio_button(text: str) -> QRadioButton:
-    """One of the exclusive buttons of a box."""
     button = QRadioButton(text)
     button.setAccessibleName(text)
     return button
@@ -288,7 +279,7 @@ class TaskComboBox(ElidedComboBox):
         self.setCurrentIndex(max(at, 0) if tasks else -1)
         for index, task in enumerate(tasks):
             current = index == at
-            self.setItemText(index, choice_text(*trainer.chosen) if current else task_text(task))
+            self.setItemText(index, choice_text(trainer.choice) if current else task_text(task))
 
     def fit(self, roomy: bool) -> None:
         """Show up to twice as many characters where there is much room."""

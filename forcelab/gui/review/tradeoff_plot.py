@@ -229,7 +229,6 @@ class TradeoffPlot(Plot):
         return next((row for row, name in self.names.items() if name.contains(position)), None)
 
     def _highlight(self, row: int) -> None:
-        """Highlight a row and emit it."""
         if row != self.highlighted:
             self.highlight(row)
             self.highlight_changed.emit(row)

@@ -51,7 +51,6 @@ class Backend:
         return (yield from self.load(path, number))
 
     def load(self, path: Path, number: int) -> Generator[object, None, RunResult]:
-        """Read what a run found."""
         from forcelab.project import Project
         from forcelab.review.run_result import load_run
 
