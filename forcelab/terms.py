@@ -58,7 +58,6 @@ def glossary() -> tuple[Entry, ...]:
 
 
 def _entry(action: str, table: object) -> Entry:
-    """One action's entry from its table."""
     names = [field.name for field in fields(Entry)][1:]
     if not isinstance(table, dict) or {k: type(v) for k, v in table.items()} != dict.fromkeys(
         names, str

@@ -192,13 +192,7 @@ class Vocabulary:
         return Vocabulary(tuple(actions))
 
     def rebound(self, name: str, key: str) -> Vocabulary:
-        """Give an action another key, or none with ``""``.
-
-        Raises
-        ------
-        InputError
-            If the action is not known, or the key means something else or paints another action.
-        """
+        """Give an action another key, or none with ``""``; that of another action is refused."""
         action = self._known(name)
         for other in self.actions:
             if key and other.key == key and other is not action:
@@ -211,11 +205,6 @@ class Vocabulary:
         """Give an action another colour (``"#rrggbb"``), plain unless another action has that.
 
         Then it gets the first texture that is free.
-
-        Raises
-        ------
-        InputError
-            If the action is not known or the colour is none.
         """
         old = self._known(name)
         action = replace(old, colour=colour)
@@ -227,25 +216,13 @@ class Vocabulary:
         """Give an action another name; its look, its key and its place stay.
 
         Labels with the old name are not changed: to look as before they need an action of it.
-
-        Raises
-        ------
-        InputError
-            If the action is not known, or the new name is blank, another action's or says that
-            there is none.
         """
         old = self._known(name)
         check_action_name(new)
         return self._replaced(old, replace(old, name=new))
 
     def removed(self, name: str) -> Vocabulary:
-        """Take an action out; the others keep their looks and keys.
-
-        Raises
-        ------
-        InputError
-            If the action is not known.
-        """
+        """Take an action out; the others keep their looks and keys."""
         gone = self._known(name)
         return Vocabulary(tuple(action for action in self.actions if action is not gone))
 
@@ -255,18 +232,7 @@ class Vocabulary:
 
     @classmethod
     def from_json(cls, items: object) -> Vocabulary:
-        """Build a vocabulary from what :meth:`to_json` gave.
-
-        Parameters
-        ----------
-        items : object
-            As parsed from JSON.
-
-        Raises
-        ------
-        InputError
-            If it is anything but a list of complete, valid actions.
-        """
+        """Build a vocabulary from what :meth:`to_json` gave; anything else is refused."""
         if not isinstance(items, list):
             raise InputError("A vocabulary must be a list of actions.")
         if len(items) > MOST_ACTIONS:

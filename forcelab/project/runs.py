@@ -168,7 +168,6 @@ class RunStore:
         return tuple(map(_run, self._db.all(f"SELECT {_RUN} FROM run ORDER BY id")))
 
     def get(self, number: int) -> StoredRun:
-        """One run, by its number."""
         return _run(self._row(number))
 
     def summaries(self, kind: str | None = None) -> tuple[RunSummary, ...]:
@@ -233,7 +232,6 @@ class RunStore:
         return tuple(map(_recogniser, self._db.all("SELECT * FROM recogniser ORDER BY rowid")))
 
     def recogniser_path(self, id_: str) -> Path:
-        """The file of a recogniser."""
         if not self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
             raise InputError(
                 f"There is no recogniser '{id_}' in '{self._db.folder}' any more; train it again."

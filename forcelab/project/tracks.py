@@ -459,15 +459,14 @@ class TrackStore:
 
     def as_imported(self, demonstration: str, author: str) -> bool:
         """Whether the track is what the latest import made it."""
+        track = self._track_id(demonstration, author)
+        if track is None:
+            return False
         row = self._db.one(
-            "SELECT edit.id, track FROM edit JOIN track ON track.id = edit.track "
-            "JOIN author ON author.id = track.author "
-            "WHERE demonstration = ? AND name = ? AND edit.kind = 'import' "
-            "ORDER BY edit.id DESC LIMIT 1",
-            demonstration,
-            author,
+            "SELECT id FROM edit WHERE track = ? AND kind = 'import' ORDER BY id DESC LIMIT 1",
+            track,
         )
-        return row is not None and undo_state(self._db, row["track"]).undo == row["id"]
+        return row is not None and undo_state(self._db, track).undo == row["id"]
 
     def _track_id(self, demonstration: str, author: str) -> int | None:
         row = self._db.one(
