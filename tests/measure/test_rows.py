@@ -49,6 +49,13 @@ def test_the_front_is_what_no_other_row_of_the_size_beats(rows):
     assert found == [not r.refusal and not any(beats(second, r) for second in rows) for r in rows]
 
 
+@given(ROWS)
+@settings(max_examples=50, deadline=None)
+def test_marking_the_front_keeps_the_rows_and_their_order(rows):
+    front_rows = [(m.name, m.size, m.point, m.refusal) for m in with_front(rows)]
+    assert front_rows == [(r.name, r.size, r.point, r.refusal) for r in rows]
+
+
 @given(error=st.floats(0, 1e300), seconds=st.floats(1e-300, 1e300), pareto=st.booleans())
 @settings(max_examples=50, deadline=None)
 def test_a_row_comes_back_from_json_as_it_was(error, seconds, pareto):

@@ -152,6 +152,12 @@ def test_labels_without_a_meaning_are_recognised_no_better_than_by_chance(six, e
     assert scores.accuracy > 0.8
 
 
+def test_two_evaluations_of_one_seed_differ_in_their_run_times_only(six):
+    settings = FAST.replace(classifier="decision-tree", seed=3)
+    first, second = (finish(leave_one_out_job(six[:3], settings)) for _ in range(2))
+    assert without_seconds(first) == without_seconds(second)
+
+
 def test_progress_counts_the_folds(six):
     progress = []
     finish(leave_one_out_job(six[:3], FAST), progress.append)

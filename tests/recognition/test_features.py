@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from factories import labelled_set
+from factories import labelled_set, synthetic_demonstration
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -23,8 +23,9 @@ from forcelab.recognition.features import (
 )
 from forcelab.recognition.presets import preset
 from forcelab.recognition.training import train
+from forcelab.signals.channels import channel_map
 from forcelab.signals.conditioning import noise_level
-from forcelab.signals.cwt import cwt, geometric_scales
+from forcelab.signals.cwt import cwt, frequencies, geometric_scales
 from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet
 
 SCALES = geometric_scales()
@@ -61,10 +62,39 @@ def test_all_log_magnitudes_come_first_then_all_phases_channel_by_channel():
         assert np.abs(apart).max() < 1e-9
 
 
+def test_each_time_step_is_one_contiguous_row():
+    table = wavelet_features(noise(2, 300), SCALES, MORLET)
+    assert table.flags.c_contiguous
+    assert table.dtype == np.float64
+
+
 def test_phases_can_be_left_out():
     channels = noise(2, 300)
     without = wavelet_features(channels, SCALES, MORLET, phase=False)
     np.testing.assert_array_equal(without, wavelet_features(channels, SCALES, MORLET)[:, :20])
+
+
+@pytest.mark.parametrize("hertz", [2.0, 12.4, 50.0])
+def test_the_phase_of_a_cosine_is_zero_at_its_crest_and_grows_with_time(hertz):
+    crest = 2.0173
+    scale = RATE / (MORLET.fourier_factor * hertz)
+    table = wavelet_features(tone(hertz, at=crest)[np.newaxis], np.array([scale]), MORLET)
+    middle = slice(1500, 2500)
+    times = np.arange(4000)[middle] / RATE
+    expected = 2 * np.pi * hertz * (times - crest)
+    apart = np.angle(np.exp(1j * (table[middle, 1] - expected)))
+    assert np.abs(apart).max() < 2e-4
+
+
+def test_the_magnitude_of_a_tone_is_known():
+    hertz, amplitude = 20.0, 3.0
+    scale = RATE / (MORLET.fourier_factor * hertz)
+    # A real tone is half of a rotating one; psi_hat is pi^-1/4 sqrt(2 pi) at its middle.
+    u = 2 * np.pi * hertz * scale / RATE
+    psi_hat = np.sqrt(2 * np.pi) * np.pi**-0.25 * np.exp(-0.5 * (u - 5) ** 2)
+    expected = np.log(0.5 * amplitude * np.sqrt(scale) * psi_hat)
+    table = wavelet_features(amplitude * tone(hertz)[np.newaxis], np.array([scale]), MORLET)
+    np.testing.assert_allclose(table[1500:2500, 0], expected, atol=1e-6)
 
 
 # Scaling a channel
@@ -77,6 +107,22 @@ def test_a_power_of_two_shifts_log_magnitudes_and_leaves_phases_bit_by_bit(facto
     scaled = split(wavelet_features(channels * factor, SCALES, MORLET), 1, 10)
     np.testing.assert_allclose(scaled[0] - plain[0], np.log(factor), rtol=1e-14, atol=1e-14)
     np.testing.assert_array_equal(scaled[1], plain[1])
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(1e-250, 1e250), st.integers(0, 2**32 - 1))
+def test_any_factor_shifts_log_magnitudes_by_its_logarithm(factor, seed):
+    channels = noise(1, 200, seed=seed)
+    plain = split(wavelet_features(channels, SCALES, MORLET), 1, 10)
+    scaled = split(wavelet_features(channels * factor, SCALES, MORLET), 1, 10)
+    np.testing.assert_allclose(scaled[0] - plain[0], np.log(factor), atol=1e-8)
+
+
+def test_a_channel_turned_round_has_its_phases_turned_by_half_a_turn():
+    plain = split(wavelet_features(noise(1, 400), SCALES, MORLET), 1, 10)
+    turned = split(wavelet_features(-noise(1, 400), SCALES, MORLET), 1, 10)
+    np.testing.assert_allclose(turned[0], plain[0], atol=1e-12)
+    assert np.abs(np.abs(turned[1] - plain[1]) - np.pi).max() < 1e-9
 
 
 # Quiet channels
@@ -226,6 +272,26 @@ def test_features_are_finite_whatever_goes_in(channels, wavelet):
     assert np.abs(split(table, q, 3)[1]).max() <= np.pi
 
 
+@pytest.mark.parametrize(
+    "channel",
+    [
+        np.zeros(100),
+        np.full(100, np.nan),
+        np.where(np.arange(100) == 50, np.inf, 0.0),
+        np.where(np.arange(100) == 50, 1e308, -1e308),
+        np.where(np.arange(100) == 50, 5e-324, 0.0),
+        1e300 * np.sin(np.arange(100)),
+        1e9 + 1e-6 * np.sin(np.arange(100)),
+        np.arange(100) % 2 * 1.0,
+        np.round(8 + 0.01 * noise(100)),
+    ],
+    ids=["zero", "nan", "inf", "top", "least", "huge", "offset", "nyquist", "rounded"],
+)
+@pytest.mark.parametrize("n", [1, 2, 3, 100])
+def test_broken_channels_give_finite_features(channel, n):
+    assert np.isfinite(wavelet_features(channel[np.newaxis, :n], SCALES, MORLET)).all()
+
+
 def test_a_long_recording_costs_little_more_than_its_features(peak_memory):
     channels = noise(4, 100_000)
     table, peak = peak_memory(lambda: wavelet_features(channels, SCALES, MORLET))
@@ -239,6 +305,20 @@ def test_the_input_is_left_alone():
     channels.flags.writeable = False
     wavelet_features(channels, SCALES, MORLET)
     np.testing.assert_array_equal(channels, before)
+
+
+def test_a_grab_stands_out_in_the_features_of_the_normal_force():
+    demonstration, segments = synthetic_demonstration(3)
+    four = channel_map(demonstration.channels)
+    table = wavelet_features(four.apply(demonstration.signals), SCALES, MORLET)
+    first = four.names.index("normal 1") * len(SCALES)
+    slow = np.abs(frequencies(SCALES, demonstration.rate, MORLET) - 3.169).argmin()
+    times, column = demonstration.times, table[:, first + slow]
+    means = {
+        segment.action: column[(times >= segment.start) & (times < segment.end)].mean()
+        for segment in segments[:2]
+    }
+    assert means["grab"] > means["still"] + 3
 
 
 WINDOWS = (0.01, 0.04, 0.16)
@@ -270,6 +350,18 @@ def test_features_are_those_of_direct_sums():
                 size = np.ptp(channel)
                 errors = np.abs(found[p, :, i, j] - expected)
                 assert np.all(errors <= size * np.array([3e-4, 3e-3 / window, 3e-3]))
+
+
+def test_a_sine_has_the_level_slope_and_rms_of_the_closed_form():
+    t = np.arange(4000) / WINDOWS_RATE
+    omega, s = 2 * np.pi * 3.0, 0.04
+    place = np.array([2000])
+    level, slope, rms = window_features(3.0 * np.sin(omega * t)[None], WINDOWS_RATE, (s,), place)[0]
+    fade, now = np.exp(-0.5 * (omega * s) ** 2), omega * t[2000]
+    assert level == pytest.approx(3 * fade * np.sin(now), abs=1e-9)
+    assert slope == pytest.approx(3 * omega * fade * np.cos(now), abs=1e-7)
+    power = 4.5 * (1 - np.exp(-2 * (omega * s) ** 2) * np.cos(2 * now))
+    assert rms == pytest.approx(np.sqrt(power - level**2), abs=1e-7)
 
 
 def test_a_constant_channel_has_its_level_and_nothing_else():

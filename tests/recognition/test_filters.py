@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import time
 from fractions import Fraction
 
 import numpy as np
@@ -81,6 +82,13 @@ def test_a_flicker_shorter_than_half_the_window_goes():
     assert set(median(codes).tolist()) == {2}
 
 
+def test_the_median_leaves_its_input_alone_and_keeps_the_type():
+    codes = np.repeat([1, 5], 20)
+    filtered = median(codes)
+    assert codes.tolist() == [1] * 20 + [5] * 20
+    assert filtered.dtype == np.int64
+
+
 @pytest.mark.parametrize("width", [0, -3])
 def test_a_median_without_a_window_is_refused(width):
     with pytest.raises(InputError, match="at least 1 sample"):
@@ -139,3 +147,14 @@ def test_dropping_is_what_the_segments_of_from_codes_say(codes, steps, shortest)
 
 
 # --- all of them --------------------------------------------------------------------------------
+
+
+def test_a_million_samples_are_filtered_in_seconds():
+    rng = np.random.default_rng(0)
+    codes = rng.integers(-1, 8, 10**6)
+    probabilities = rng.random((10**6, 8))
+    times = np.arange(10**6) / 1000
+    start = time.process_time()
+    confident = threshold(codes, probabilities)
+    drop_short(median(confident), times, dict.fromkeys(range(8), 0.05))
+    assert time.process_time() - start < 4.0

@@ -361,6 +361,16 @@ def test_certain_and_impossible_probabilities_and_few_steps(n, use):
     assert (decode(nothing, everywhere(nothing), 0.02, a_known_one(), use) >= 0).all()
 
 
+@pytest.mark.parametrize("use", USES)
+def test_evidence_that_says_nothing_gives_the_same_course_each_time(use):
+    logs = np.zeros((120, 3))
+    one = decode(logs, everywhere(logs), 0.02, a_known_one(), use)
+    assert np.array_equal(one, decode(logs.copy(), everywhere(logs), 0.02, a_known_one(), use))
+    assert len(np.unique(one)) >= 1
+    if use == "none":
+        assert len(np.unique(one)) == 1
+
+
 def test_two_hundred_actions(monkeypatch):
     monkeypatch.setattr(model, "EVIDENCE", 1.0)
     rng = np.random.default_rng(1)

@@ -39,6 +39,7 @@ from forcelab.recognition.metrics import (
     score,
     score_tracks,
 )
+from forcelab.runs import sample_ends, stretches
 
 ACTIONS = ["still", "grab", "hold", "insert", "release"]
 KEYS = ["name", "accuracy", "balanced_accuracy", "coverage", "kappa", "edit", "f1"]
@@ -390,6 +391,17 @@ def test_edit_distance_is_right_beyond_the_width_of_a_machine_word():
     assert edit_distance(a, b) == row[-1]
 
 
+@settings(max_examples=100, deadline=None)
+@given(overlaid_tracks())
+def test_runs_are_the_segments_of_from_codes(track):
+    codes, _, times = track
+    found = stretches(codes, times, sample_ends(times))
+    expected = from_codes(codes, times, LETTERS)
+    assert [LETTERS[code] for code in found.codes] == [s.action for s in expected]
+    assert found.starts.tolist() == [s.start for s in expected]
+    assert found.ends.tolist() == [s.end for s in expected]
+
+
 @settings(max_examples=200, deadline=None)
 @given(overlaid_tracks(), st.sampled_from(OVERLAPS))
 def test_matching_is_the_published_loop_on_sets_of_samples(track, overlap):
@@ -504,6 +516,44 @@ EVENT_ERRORS = {
 @pytest.mark.parametrize(("tracks", "expected"), EVENT_ERRORS.values(), ids=EVENT_ERRORS)
 def test_an_event_is_wrong_in_its_kinds(tracks, expected):
     assert errors(letters_events(*tracks)) == expected
+
+
+def test_events_run_together_are_merged_once_however_many_events():
+    assert errors(letters_events("abacabaa", "aaaaaaaa"))["merge"] == (1, 3.0)
+
+
+def test_false_time_under_two_human_actions_is_one_stretch():
+    # a is false over c and b alike: one overfill of 3 s, not an overfill and an insertion.
+    assert errors(letters_events("aaccb", "aaaaa"))["overfill"] == (1, 3.0)
+
+
+def test_no_event_reaches_across_unlabelled_human_time():
+    found = letters_events("aaa..bba", "aaaaaaaa")
+    assert errors(found)["overfill"] == (1, 2.0)
+    assert "merge" not in errors(found)
+    assert found.human == Tally(3, 6.0)
+
+
+def test_no_event_reaches_across_a_gap_in_the_stamps():
+    times = np.concatenate([np.arange(4.0), np.arange(4.0) + 60])
+    found = letters_events("aabbbbaa", "aaaaaaaa", times)
+    assert errors(found)["overfill"] == (2, 4.0)
+    assert "merge" not in errors(found)
+    assert found.human.seconds == 8.0
+
+
+def test_a_fragmented_and_a_merged_event_at_once():
+    # The paper's hard case: the first human event is in pieces, and its last piece runs into the
+    # second human event.
+    found = letters_events("aaaaaabbaa", "aa.aaaaaaa")
+    assert errors(found)["fragmentation"] == (1, 1.0)
+    assert errors(found)["merge"] == (1, 2.0)
+
+
+def test_errors_of_two_demonstrations_add_up():
+    assert Events(human=Tally(2, 1.5), merge=Tally(1, 0.5)) + Events(
+        human=Tally(1, 1.0), overfill=Tally(3, 0.25)
+    ) == Events(human=Tally(3, 2.5), merge=Tally(1, 0.5), overfill=Tally(3, 0.25))
 
 
 @st.composite

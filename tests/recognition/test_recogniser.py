@@ -184,6 +184,13 @@ def test_filters_do_what_they_say_in_the_papers_order_alone_or_together(bayes, t
     np.testing.assert_array_equal(prediction.raw, bayes.predict(three[2].demonstration).raw)
 
 
+def test_the_threshold_leaves_unlabelled_what_is_less_probable():
+    confidence = np.where(np.arange(60) % 3 == 0, 0.79, 0.8)
+    recogniser, demonstration = oracle([1] * 60, confidence=confidence, threshold=0.8)
+    expected = [UNLABELLED, 1, 1] * 20
+    assert recogniser.predict(demonstration).filtered.tolist() == expected
+
+
 def test_dropping_measures_against_the_shortest_training_segment_of_the_same_action():
     codes = np.repeat([0, 1, 2, 1], [10, 10, 20, 9])
     recogniser, demonstration = oracle(codes, shortest={"grab": 0.1, "hold": 0.2}, drop=0.475)
@@ -241,6 +248,30 @@ def test_examples_of_other_channels_are_refused_by_name(bayes, three):
     other = prepare_examples(three[2], OFF.replace(channels=("normal 1",)))
     with pytest.raises(InputError, match="'foam 03' has the channels normal 1; the recogniser"):
         bayes.predict_examples(other)
+
+
+@pytest.mark.parametrize("threshold", [None, 0.9])
+@pytest.mark.parametrize("median", [None, 5])
+@pytest.mark.parametrize("drop", [None, 0.5])
+def test_each_stage_is_the_filter_applied_to_the_one_before(three, threshold, median, drop):
+    recogniser = train(
+        three[:2], BAYES_SETTINGS.replace(threshold=threshold, median=median, drop=drop)
+    )
+    prediction = recogniser.predict(three[2].demonstration, probability_trace=True)
+    codes, expected = prediction.raw, {"raw": prediction.raw}
+    if threshold is not None:
+        best = prediction.probabilities.max(axis=1)
+        expected["threshold"] = codes = np.where(best >= threshold, codes, UNLABELLED)
+    if median is not None:
+        expected["median"] = codes = filters.median(codes, median)
+    assert list(prediction.stages) == [*expected, "filtered"]
+    for name, stage in expected.items():
+        assert np.array_equal(prediction.stages[name], stage)
+    if drop is None:
+        assert np.array_equal(prediction.filtered, codes)
+    else:
+        changed = prediction.filtered != codes
+        assert (prediction.filtered[changed] == UNLABELLED).all()
 
 
 def test_gaps_have_no_certainty(three):

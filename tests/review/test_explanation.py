@@ -17,6 +17,7 @@ from factories import (
 )
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sklearn.neighbors import NearestNeighbors
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
@@ -101,6 +102,12 @@ def test_the_shares_add_up_to_the_difference_of_the_log_odds(seed):
     assert scorer.integrated_gradients(rows, mean, "grab", "still").sum(axis=1) == pytest.approx(
         gained
     )
+
+
+def test_at_the_reference_itself_nothing_speaks():
+    scorer, random = network(4)
+    mean = random.normal(size=6)
+    assert not scorer.integrated_gradients(mean[None], mean, "grab", "still").any()
 
 
 # --- classifiers --------------------------------------------------------------------------------
@@ -565,6 +572,28 @@ def test_they_are_those_of_a_plain_loop(seed, count):
     near = nearest_segments(target, training, "hold", count, without={"1"})
     assert [n.place for n in near] == [place for *_, place in found[:count]]
     assert [n.distance for n in near] == pytest.approx([far for far, *_ in found[:count]])
+
+
+def test_they_are_those_of_scikit_learn():
+    training, target = drawn(5, count=200)
+    spread = training.values.std(axis=0)
+    spread[3] = 1.0
+    chosen = [i for i, place in enumerate(training.places) if place.human == "grab"]
+    theirs = NearestNeighbors(n_neighbors=3, algorithm="brute").fit(
+        training.values[chosen] / spread
+    )
+    distances, order = theirs.kneighbors([target / spread])
+    near = nearest_segments(target, training, "grab")
+    assert [n.place for n in near] == [training.places[chosen[i]] for i in order[0]]
+    assert [n.distance for n in near] == pytest.approx(distances[0].tolist())
+
+
+def test_the_unit_of_a_number_makes_no_difference():
+    training, target = drawn(9)
+    factors = np.array([1e3, 1.0, 1e-6, 1.0, 1.0, 5.0, 1.0])
+    scaled = SegmentFeatures(training.places, training.values * factors)
+    ours = [n.place for n in nearest_segments(target, training, "hold")]
+    assert [n.place for n in nearest_segments(target * factors, scaled, "hold")] == ours
 
 
 def test_an_action_of_no_other_demonstration_has_no_neighbours():

@@ -93,6 +93,14 @@ def test_the_transform_is_the_direct_sum_over_the_held_signal_edges_included(wav
         assert_equal_to(direct_sum(x, scale, psi, wavelet.radius + 2), row)
 
 
+@pytest.mark.parametrize("p", [8.0, 12.0])
+def test_fast_carriers_need_wider_scales_before_nothing_is_cut(p):
+    x = random_force(300)
+    first = (p + 6.5) / np.pi
+    for scale in (first, 2 * first):
+        assert_equal_to(direct_sum(x, scale, morlet(p)), cwt(x, [scale], Morlet(p))[0])
+
+
 @pytest.mark.parametrize("n", [1, 2, 3, 5, 8, 13, 97, 256, 257])
 def test_any_length_agrees_with_the_direct_sum_at_scales_up_to_ten_times_as_long(n):
     x = random_force(n) + 2.0
@@ -140,6 +148,15 @@ def test_what_lies_above_the_nyquist_frequency_is_cut_from_the_wavelet(
     assert_equal_to(expected, cwt(x, [scale], wavelet)[0, middle], share=5e-4)
 
 
+def test_a_wide_haar_wavelet_is_the_difference_of_two_sums():
+    def haar(t):
+        """A sample on a jump counts for the middle of the jump: so does the cut wavelet."""
+        return -np.sign(t) * np.heaviside(0.5 - np.abs(t), 0.5)
+
+    x = np.cumsum(random_force(600))
+    assert_equal_to(direct_sum(x, 128.0, haar), cwt(x, [128.0], Haar())[0], share=0.01)
+
+
 def test_pywavelets_agrees_within_its_own_error_and_is_the_less_exact():
     # cmorB-C is (pi B)^-1/2 exp(2 pi i C t) exp(-t^2/B): B = 2 and C = p / 2 pi give ours but for a
     # constant. PyWavelets takes differences of the wavelet's integral: a mean over one sample,
@@ -183,6 +200,16 @@ SOME = [0.5, 2.0, 7.0, 40.0]
 
 
 @settings(max_examples=60, deadline=None)
+@given(signals, wavelets, st.floats(-8, 8), st.integers(0, 2**32 - 1))
+def test_it_is_linear(x, wavelet, factor, seed):
+    y = np.random.default_rng(seed).standard_normal(x.size)
+    mixed = cwt(factor * x + y, SOME, wavelet)
+    parts = factor * cwt(x, SOME, wavelet) + cwt(y, SOME, wavelet)
+    scale = 1 + (1 + abs(factor)) * np.abs(x).max() + np.abs(y).max()
+    np.testing.assert_allclose(mixed, parts, rtol=0, atol=1e-13 * scale)
+
+
+@settings(max_examples=60, deadline=None)
 @given(signals, wavelets, st.integers(-300, 300))
 def test_a_power_of_two_passes_through_bit_by_bit(x, wavelet, power):
     x = np.where(np.abs(x) < 1e-100, 0.0, x)  # so that nothing becomes subnormal
@@ -199,6 +226,36 @@ def test_a_constant_added_changes_nothing_but_rounding(x, wavelet, constant):
     moved = cwt(x + constant, SOME, wavelet)
     rounding = 8 * np.finfo(float).eps * (1 + np.abs(x).max() + abs(constant)) * np.sqrt(40.0)
     np.testing.assert_allclose(moved, cwt(x, SOME, wavelet), rtol=0, atol=2 * rounding)
+
+
+@settings(max_examples=60, deadline=None)
+@given(signals, wavelets)
+def test_time_run_backwards_gives_the_conjugate_or_the_mirrored_wavelet(x, wavelet):
+    back = cwt(x[::-1], SOME, wavelet)[:, ::-1]
+    expected = np.conj(cwt(x, SOME, wavelet))
+    if isinstance(wavelet, Haar) or (isinstance(wavelet, DOG) and wavelet.m % 2):
+        expected = -expected
+    np.testing.assert_allclose(back, expected, rtol=0, atol=1e-12 * (1 + np.abs(x).max()))
+
+
+@settings(max_examples=40, deadline=None)
+@given(signals, wavelets.filter(lambda wavelet: wavelet.real))
+def test_real_wavelets_give_real_coefficients_exactly(x, wavelet):
+    assert not cwt(x, SOME, wavelet).imag.any()
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 150), wavelets, st.integers(0, 2**32 - 1))
+def test_what_happens_later_is_transformed_later(shift, wavelet, seed):
+    event = np.random.default_rng(seed).standard_normal(30)
+    x = np.zeros(700)
+    x[250:280] = event
+    early, late = cwt(x, [4.0, 16.0], wavelet), cwt(np.roll(x, shift), [4.0, 16.0], wavelet)
+    inside = slice(100, 500)
+    moved = slice(100 + shift, 500 + shift)
+    # Haar is cut at the Nyquist frequency: its ringing feels the ends of the ring a little.
+    atol = 1e-4 if isinstance(wavelet, Haar) else 1e-12
+    np.testing.assert_allclose(late[:, moved], early[:, inside], rtol=0, atol=atol)
 
 
 def test_scales_are_computed_each_by_itself_in_any_order():
@@ -254,6 +311,25 @@ def test_missing_samples_are_bridged():
     bridged[200] = 0.5 * (x[199] + x[201])
     np.testing.assert_allclose(cwt(broken, PAPER), cwt(bridged, PAPER), atol=1e-12)
     assert not cwt(np.full(9, np.nan), PAPER).any()
+
+
+def test_any_type_byte_order_and_layout_gives_the_same():
+    x = np.round(100 * two_tones(120))
+    expected = cwt(x, PAPER)
+    frozen = x.copy()
+    frozen.flags.writeable = False
+    wide = np.zeros((120, 4))
+    wide[:, 2] = x
+    for other in (
+        x.astype(np.int16),
+        x.astype(">f8"),
+        x.astype(">i4"),
+        x.astype(np.float32),
+        wide[:, 2],
+        frozen,
+        list(x),
+    ):
+        np.testing.assert_array_equal(cwt(other, PAPER), expected)
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 5, 8, 997])

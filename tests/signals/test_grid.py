@@ -58,6 +58,12 @@ def test_a_rate_asked_for_within_one_per_cent_leaves_the_recording_alone(share):
     assert grid.rate == pytest.approx(1000)
 
 
+def test_a_rate_further_away_is_met_to_a_thousandth():
+    demo = recording(np.arange(5000) / 1000, 1.0)
+    for rate in (1010.0, 989.9, 987.654, 701.3, 333.3):
+        assert on_grid(demo, rate).rate == pytest.approx(rate, rel=1e-3)
+
+
 def test_the_demonstrations_own_grid_rate_counts_unless_another_is_asked_for():
     demo = recording(np.arange(2000) / 1000, 1.0, rate=250.0)
     assert on_grid(demo).rate == pytest.approx(250)

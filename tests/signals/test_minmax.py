@@ -135,6 +135,16 @@ def test_a_column_shows_its_samples_at_every_zoom(data):
     check(envelope, times, signals[:, 0], edges)
 
 
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 40))
+@settings(max_examples=30, deadline=None)
+def test_columns_of_very_different_width_show_their_samples_too(seed, count):
+    random = np.random.default_rng(seed)
+    times, signals = recording(random, 30_000, 0.05)
+    edges = np.sort(np.exp(random.uniform(np.log(times[0]), np.log(times[-1]), count + 1)))
+    (envelope,) = read(signals)
+    check(envelope, times, signals[:, 0], edges)
+
+
 def test_nothing_reaches_across_a_gap():
     n = 20_000
     times = np.arange(n) / 1000.0
@@ -215,6 +225,16 @@ def test_an_impact_of_one_sample_stands_in_its_column_and_in_one_beside_it_at_mo
         assert shown == [own] or abs(past) < block
 
 
+def test_what_is_looked_at_does_not_grow_with_the_samples():
+    looked_at = []
+    for n in (100_000, 1_600_000):
+        columns = Columns(np.arange(n) / 1000.0, np.linspace(0, n / 1000.0, 401))
+        _, bounds = columns.run
+        looked_at.append(sum(e.blocks.size for e in columns.ends) + np.diff(bounds)[::2].sum())
+    assert columns.pyramid
+    assert max(looked_at) < 100 * 400
+
+
 @given(seed=st.integers(0, 2**32 - 1), kind=st.sampled_from(["even", "late", "apart", "uneven"]))
 @settings(max_examples=30, deadline=None)
 def test_columns_of_a_long_recording_hold_what_a_search_finds(seed, kind):
@@ -267,6 +287,16 @@ def test_what_was_read_is_shown_and_the_rest_is_not_there_yet():
     finish(read_envelopes([envelope]))
     check(envelope, times, signals[:, 0], edges)
     assert envelope.range == (signals.min(), signals.max())
+
+
+def test_a_close_look_needs_no_pyramid():
+    times, signals = recording(np.random.default_rng(2), 200_000)
+    columns = Columns(times, np.linspace(10, 20, 201))
+    assert not columns.pyramid
+    np.testing.assert_array_equal(
+        Envelope(signals, 0).extremes(columns).low,
+        brute(times, signals[:, 0], np.linspace(10, 20, 201))[0],
+    )
 
 
 def test_channels_are_read_together_and_only_those_wanted(tmp_path):

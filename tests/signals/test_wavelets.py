@@ -81,6 +81,15 @@ def test_the_uncorrected_morlet_and_that_of_torrence_and_compo_are_their_closed_
     )
 
 
+@pytest.mark.parametrize("at", [0.0, 0.7, 3.0, 25.0])
+def test_torrence_and_compos_morlet_is_the_integral_over_positive_frequencies(at):
+    nodes, weights = np.polynomial.legendre.leggauss(400)
+    w = 7.0 * (nodes + 1)  # 0 .. 14
+    bells = np.pi**-0.25 / math.sqrt(2 * np.pi) * np.exp(-((w - 5) ** 2) / 2)
+    expected = complex(7.0 * weights @ (bells * np.exp(1j * w * at)))
+    assert complex(TorrenceCompoMorlet(5.0).time(at)) == pytest.approx(expected, abs=1e-13)
+
+
 def test_the_other_morlets_cost_what_the_documents_say():
     far = np.array([50.0, 100.0])
     tail = np.abs(TorrenceCompoMorlet(5.0).time(far))
@@ -123,6 +132,12 @@ def test_every_name_is_a_wavelet():
 def test_the_derivatives_of_a_gaussian_are_those_of_torrence_and_compo(m):
     t = np.linspace(-12, 12, 2401)
     np.testing.assert_allclose(DOG(m).time(t), derivative_of_gaussian(t, m), rtol=0, atol=1e-13)
+
+
+def test_the_second_derivative_is_the_mexican_hat_standing_upright():
+    t = np.array([0.0, 1.0, 2.0])
+    hat = (1 - t**2) * np.exp(-(t**2) / 2) / math.sqrt(math.gamma(2.5))
+    np.testing.assert_allclose(DOG(2).time(t).real, hat, atol=1e-15)
 
 
 def test_the_haar_wavelet_is_one_then_minus_one():
@@ -218,6 +233,19 @@ def strongest(wavelet):
 )
 def test_the_fourier_factor_is_where_a_sine_answers_most_over_the_scales(wavelet, within):
     assert wavelet.fourier_factor == pytest.approx(strongest(wavelet), rel=within)
+
+
+@pytest.mark.parametrize(
+    ("wavelet", "expected"), [(Morlet(1.0), 3.98), (RealMorlet(1.0), 3.64), (Morlet(2.0), 2.80)]
+)
+def test_where_p_is_small_the_correction_term_moves_the_fourier_factor(wavelet, expected):
+    assert wavelet.fourier_factor == pytest.approx(expected, abs=0.005)
+
+
+@pytest.mark.parametrize(("p", "within"), [(5.0, 1e-10), (6.0, 1e-12), (1000.0, 1e-12)])
+def test_where_p_is_large_the_fourier_factor_is_that_of_torrence_and_compo(p, within):
+    published = 4 * math.pi / (p + math.sqrt(2 + p**2))
+    assert Morlet(p).fourier_factor == pytest.approx(published, rel=within)
 
 
 @pytest.mark.parametrize("wavelet", ALL, ids=name)

@@ -217,7 +217,26 @@ def test_taps_lie_before_and_after_the_task_and_have_the_stated_length(duration)
         assert abs(force(at + TAP_LENGTH / 2 + ROUND)) < 0.01
 
 
+def test_without_taps_the_task_begins_at_once_and_nothing_is_tapped():
+    hand = choreography()
+    hand.phase("hold", 1.0)
+    assert hand.end() == 1.0
+    assert hand.taps == ()
+    assert hand.phases[0].start == 0.0
+    _, command = commanded(hand)
+    assert not command["tap"].any()
+
+
 # All of it
+
+
+def test_phases_follow_one_another_without_gaps():
+    hand = choreography(taps=True)
+    for action in ("still", "grab", "hold"):
+        hand.phase(action, 0.4)
+    assert [phase.action for phase in hand.phases] == ["still", "grab", "hold"]
+    assert all(phase.end == following.start for phase, following in pairwise(hand.phases))
+    assert hand.t == hand.phases[-1].end
 
 
 def test_the_commands_reach_beyond_the_end_and_are_finite():
@@ -234,3 +253,19 @@ def test_the_commands_reach_beyond_the_end_and_are_finite():
 def test_durations_are_those_of_the_recipe_in_the_tempo_of_the_hand():
     hand = choreography(tempo=1.5, close=0.2)
     assert hand.lasts("close") == pytest.approx(0.3)
+
+
+def test_the_same_stream_gives_the_same_commands():
+    values = []
+    for seed in (1, 1, 2):
+        hand = choreography(seed=seed, tremor=3e-5, wander=5e-4)
+        hand.phase("hold", hand.between(0.5, 1.5))
+        values.append(hand.values())
+    np.testing.assert_array_equal(values[0], values[1])
+    assert values[0].shape != values[2].shape or (values[0] != values[2]).any()
+
+
+def test_a_chance_is_taken_as_often_as_it_says():
+    hand = choreography()
+    taken = np.mean([hand.chance(0.3) for _ in range(3000)])
+    assert taken == pytest.approx(0.3, abs=0.03)

@@ -145,6 +145,12 @@ def test_the_mistakes_tell_exactly_how_track_and_truth_differ(actions, coder, se
     assert [segment.action for segment in coded.track.segments] == called
 
 
+@settings(max_examples=20, deadline=None)
+@given(rows, coders, seeds)
+def test_the_same_seed_gives_the_same_track(actions, coder, seed):
+    assert code_row(actions, coder, seed) == code_row(actions, coder, seed)
+
+
 @given(rows)
 def test_a_careful_coder_repeats_the_truth(actions):
     distinct = tuple(
@@ -198,6 +204,13 @@ def test_edges_spread_little_at_jumps_and_much_on_ramps(channels):
     slope = errors(coder, changing(1.0, 8.0, channels))
     assert slope.std() == pytest.approx(0.1 - 0.15 * 0.09, rel=0.11)
     assert abs(slope.mean()) < 3 * 0.1 / 20
+
+
+def test_the_slower_the_forces_change_the_wider_the_edges_spread():
+    coder = Coder("Ada", sharp=0.01, ramp=0.1)
+    spreads = [errors(coder, changing(rise)).std() for rise in (0.01, 0.05, 0.1, 0.2, 0.5)]
+    assert spreads == sorted(spreads)
+    assert spreads[-1] > 5 * spreads[0]
 
 
 def test_what_hardly_changes_shows_no_edge_however_sudden():

@@ -59,6 +59,14 @@ def test_wandering_has_unit_variance_and_falls_off_beyond_a_hertz():
     assert power[frequency < 0.33].sum() > 0.1 * power.sum()
 
 
+@pytest.mark.parametrize("source", [tremor, wander])
+def test_the_same_seed_moves_the_hand_in_the_same_way(source):
+    times = np.arange(100) / 100.0
+    first = source(times, np.random.default_rng(1))
+    assert np.array_equal(first, source(times, np.random.default_rng(1)))
+    assert not np.allclose(first, source(times, np.random.default_rng(2)))
+
+
 def test_commands_go_through_their_values_and_stay_at_the_last():
     command = Trajectory.through(VALUES)
     for lane, values in enumerate(VALUES):

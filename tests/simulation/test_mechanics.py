@@ -21,6 +21,7 @@ from forcelab.simulation.mechanics import (
     sliding_friction,
     socket_push,
     stack_numbers,
+    table_under,
 )
 from forcelab.simulation.scene import (
     Arm,
@@ -117,6 +118,20 @@ def test_energy_is_kept_all_along_a_motion_through_width_and_click(name, start, 
     assert moved.max() > extent
     held = energy(system, motion.y, {"left jaw": 0.012, "right jaw": 0.012})
     assert np.ptp(held) < 1e-6 * held[0]
+
+
+def test_a_body_that_is_let_fall_and_bounces_only_loses_energy():
+    scene = replace(SCENES["lift"], body=replace(SCENES["lift"].body, damping=0.2))
+    system = mechanics(scene, {"left jaw": 0.0199, "right jaw": 0.0199})
+    grip = {"left jaw": 0.0199, "right jaw": 0.0199}
+    start = state(system, {**grip, "body z": 0.03, "body x rate": 0.2, "tongs z": 0.01})
+    motion = follow(system, start, 0.15, rtol=1e-6, atol=1e-10)
+    held = energy(system, motion.y, grip)
+    q = named(system, motion.y)
+    assert q["body z"].min() < 0.0
+    # What the bristles store is not counted: they give a little of it back.
+    assert np.diff(held).max() < 1e-4 * held[0]
+    assert held[-1] < 0.2 * held[0]
 
 
 @given(seed=seeds)
@@ -384,6 +399,19 @@ def test_contact_is_lost_at_the_tip_even_by_jaws_that_squeeze_each_other():
     assert (after < 0).all()
 
 
+def test_entering_and_leaving_the_socket_change_the_mode_alone():
+    system = mechanics(SCENES["socket"])
+    enters = next(i for i, name in enumerate(system.events) if name == "into the socket|")
+    leaves = next(i for i, name in enumerate(system.events) if name == "out of the socket|")
+    outside = state(system, {"body y": 0.02})
+    inside = system.jump(enters, True, outside)
+    assert inside[-1] == 1.0
+    assert np.array_equal(inside[:-1], outside[:-1])
+    assert np.array_equal(system.jump(enters, False, outside), outside)
+    assert np.array_equal(system.jump(leaves, True, inside), outside)
+    assert np.array_equal(system.jump(0, True, inside), inside)
+
+
 @pytest.mark.parametrize(
     ("places", "leaves"),
     [
@@ -454,6 +482,17 @@ def test_a_cap_sticks_below_the_torque_at_rest_and_turns_with_that_in_motion_abo
 
 def has(name, word):
     return any(word in row for row in Layout.of(SCENES[name]).names)
+
+
+def test_a_scene_without_tangential_motion_carries_no_friction_and_no_places():
+    assert Layout.of(SCENES["grip"]).names == (
+        "left jaw",
+        "right jaw",
+        "body x",
+        "left jaw rate",
+        "right jaw rate",
+        "body x rate",
+    )
 
 
 @pytest.mark.parametrize(
@@ -535,6 +574,13 @@ def test_scales_turn_a_newton_into_each_place_s_own_measure(name):
 def test_scenes_that_make_no_sense_are_refused_with_a_sentence(build, sentence):
     with pytest.raises(InputError, match=sentence):
         build()
+
+
+def test_parts_tell_what_scenes_of_a_batch_have_in_common():
+    grip = SCENES["grip"]
+    heavier = replace(grip, body=replace(grip.body, mass=1.0))
+    assert heavier.parts == grip.parts
+    assert len({scene.parts for scene in SCENES.values()}) == len(SCENES) - 1  # grip is curved
 
 
 SOLVERS = [Explicit(tolerance=1e-6), Lsoda(tolerance=1e-6)]
@@ -687,6 +733,27 @@ def test_a_grip_too_stiff_for_the_steps_allowed_is_refused_with_a_sentence():
         integrate(system, start, times, Explicit(max_steps=500))
 
 
+def test_a_batch_is_followed_as_each_of_its_lanes_alone():
+    scene = SCENES["lift"]
+    scenes = [
+        replace(scene, body=replace(scene.body, mass=m, stiffness=k))
+        for m, k in ((0.01, 1e3), (0.05, 3e3), (0.2, 3e4))
+    ]
+    values = np.zeros((101, 4))
+    values[:, :2] = 0.016
+    values[:, 2] = 0.01 * np.linspace(0.0, 1.0, 101)
+    system = Mechanics(scenes, Trajectory.through([values] * 3))
+    alone = system.lane(0)
+    start = state(alone, {"left jaw": 0.021, "right jaw": 0.021})
+    times = np.linspace(0.0, 0.2, 101)
+    together = integrate(system, np.repeat(start[:, None], 3, axis=1), times, Rosenbrock())
+    for lane in range(3):
+        single = integrate(system.lane(lane), start[:, None], times, Rosenbrock())
+        assert together.states[:, :, lane] == pytest.approx(single.states[:, :, 0], abs=1e-10)
+        kinds = [event.kind for event in single.events[0]]
+        assert [event.kind for event in together.events[lane]] == kinds
+
+
 SOCKET = Socket(place=0.02, depth=0.006, friction=4.0, snap=5.0, snap_depth=0.004, snap_width=5e-4)
 
 
@@ -709,6 +776,26 @@ def rubbed(depths, socket, speed, bristle):
     return force[2] - sliding_friction(hold, moving, bent, namespace(socket).rubbing)[0][0]
 
 
+def test_a_plain_table_is_flat():
+    table = table_under(np.array([[1e-3, -2e-3]]), np.array([[0.1, -0.2]]), None)
+    assert table.depth.tolist() == [-1e-3, 2e-3]
+    assert table.rate.tolist() == [-0.1, 0.2]
+    assert table.slope is None
+
+
+def test_the_bumps_around_a_socket_have_the_slope_and_speed_that_they_seem_to():
+    y = np.linspace(-0.05, 0.09, 14001)
+    place, speed = np.stack([y, 0.0 * y]), np.stack([0.3 + 0.0 * y, 0.1 + 0.0 * y])
+    table = table_under(place, speed, namespace(SOCKET))
+    assert np.abs(np.gradient(table.depth, y) - table.slope)[1:-1].max() < 1e-4
+    assert table.rate == pytest.approx(0.3 * table.slope - 0.1)
+    assert table.depth.min() == 0.0
+    assert table.depth.max() == pytest.approx(3e-4, rel=0.05)
+    nearby = np.abs(y - 0.02) < 2e-4
+    assert table.depth[nearby].max() < 1e-5  # it lies between the bumps
+    assert table.depth[np.abs(y - 0.02) > 0.05].max() < 1e-7
+
+
 def test_the_socket_takes_hold_of_a_body_without_a_jump_at_its_rim():
     force, hold = pushed(np.array([0.0, 1e-9]), y=0.0203, x=1e-3, speed=-0.1)
     rim, below = force.T
@@ -716,6 +803,23 @@ def test_the_socket_takes_hold_of_a_body_without_a_jump_at_its_rim():
     assert np.abs(below).max() < 1e-4
     assert hold[0] == 0.0
     assert 0.0 < hold[1] < 1e-4
+
+
+@pytest.mark.parametrize(("y", "x"), [(0.02, 0.0), (0.0203, 1e-3)])
+def test_what_the_socket_takes_on_the_way_in_it_gives_back_on_the_way_out(y, x):
+    depths = np.linspace(0.0, 0.0065, 13001)
+    smooth = replace(SOCKET, friction=0.0)
+    force = pushed(depths, smooth, y, x)[0]
+    work = np.concatenate(
+        [[0.0], np.cumsum(0.5 * (force[2, 1:] + force[2, :-1]) * np.diff(depths))]
+    )
+    walls = 0.5 * (SOCKET.walls * (y - 0.02) ** 2 + SOCKET.ends * x**2)
+    bump = SOCKET.snap * 5e-4 * np.exp(0.5 - 0.5 * ((depths - 0.004) / 5e-4) ** 2)
+    bottom = 0.5 * SOCKET.bottom * np.maximum(depths - 0.006, 0.0) ** 2
+    inside = depths > 0.25 * SOCKET.depth
+    assert np.abs(work - walls - bump - bottom)[inside].max() < 1e-7
+    assert force[0, -1] == pytest.approx(-SOCKET.ends * x)
+    assert force[1, -1] == pytest.approx(-SOCKET.walls * (y - 0.02))
 
 
 def test_the_click_takes_exactly_its_force_in_and_out_when_the_walls_do_not_rub():
@@ -777,6 +881,17 @@ PROFILES = {
 }
 
 
+@pytest.mark.parametrize("name", PROFILES)
+def test_a_width_that_varies_has_the_slopes_that_it_seems_to(name):
+    up = np.linspace(-0.01, 0.05, 60001)
+    width = width_at(up, np.array([0.004]), namespace(PROFILES[name]))
+    for value, slope in zip(
+        (*width.half, width.left), (*width.slope, width.left_slope), strict=True
+    ):
+        numeric = np.gradient(value, up)
+        assert np.abs(numeric - slope)[1:-1].max() < 1e-4 * max(np.abs(slope).max(), 1.0)
+
+
 def test_a_body_is_wide_swells_before_its_end_and_ends_in_a_tip():
     profile = PROFILES["rim"]
     up = np.array([0.0, 0.005, 0.015, 0.03, 0.04, 0.05])
@@ -787,3 +902,11 @@ def test_a_body_is_wide_swells_before_its_end_and_ends_in_a_tip():
     assert middle[4:].tolist() == [0.0, 0.0]
     assert width.left.tolist() == [1.0, 1.0, 1.0, 1.0, 0.0, 0.0]
     assert (width.tip > 0).tolist() == [True, True, True, True, False, False]
+
+
+def test_friction_in_the_scenes_for_closed_forms_is_next_to_nothing():
+    # The other tests of the mechanics rest on it.
+    force, _, _ = sliding_friction(
+        np.array([10.0]), np.ones((1, 1)), np.full((1, 1), 1e-3), namespace(SLIPPERY)
+    )
+    assert abs(force).max() < 1e-7

@@ -197,6 +197,18 @@ def test_as_many_samples_are_lost_as_the_device_loses():
     assert lost == pytest.approx(200 * 2.0 * 3.0, rel=0.15)
 
 
+def test_the_same_seed_gives_the_same_bytes_and_another_one_others():
+    forces = tone(2.0, 5.0)
+
+    def record_bytes(seed):
+        rng = np.random.default_rng(seed)
+        result = record(forces, RATE, 1000.0, Sensor.drawn(rng), rng)
+        return result.times.tobytes() + result.signals.tobytes() + result.saturated.tobytes()
+
+    assert record_bytes(3) == record_bytes(3)
+    assert record_bytes(3) != record_bytes(4)
+
+
 def test_drawn_devices_lie_where_real_ones_were_measured_and_differ():
     devices = [Sensor.drawn(np.random.default_rng(seed)) for seed in range(60)]
     counts = np.array([device.counts for device in devices])

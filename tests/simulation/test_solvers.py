@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
+from forcelab.simulation import solvers as rodas
 from forcelab.simulation.solvers import (
     EventLocator,
     Explicit,
@@ -101,6 +103,15 @@ def test_the_job_tells_how_many_samples_there_are_and_gives_the_same(solver):
     assert {progress.total for progress in visits} == {2 * 201}
     assert np.array_equal(result.states, integrate(system, start, times, solver).states)
     assert np.array_equal(result.states[0], start)
+
+
+@pytest.mark.parametrize("solver", ALL, ids=NAMES)
+def test_time_need_not_start_at_zero(solver):
+    system, start = driven()
+    system.push *= 0
+    times = np.linspace(0, 0.05, 26)
+    early, late = (integrate(system, start, times + t, solver) for t in (0.0, 7.0))
+    assert np.abs(early.states - late.states)[:, 0].max() < 1e-8
 
 
 def test_the_settings_and_the_start_are_looked_at():
@@ -386,6 +397,76 @@ def test_loose_tolerances_give_numbers_or_refusals_on_a_stiff_drop(tolerance):
             assert np.isfinite(found.states).all()
 
 
+STAGES = len(rodas.NODES)
+
+
+def lower(rows):
+    """A lower triangle as a square matrix."""
+    return np.array([np.append(row, np.zeros(STAGES - len(row))) for row in rows])
+
+
+# The coefficients as Hairer and Wanner write a Rosenbrock method (IV.7.4): alpha, Gamma, beta.
+GAMMA = np.linalg.inv(np.eye(STAGES) / rodas.GAMMA - lower(rodas.COUPLING))
+ALPHA = lower(rodas.STAGES) @ GAMMA
+BETA = ALPHA + GAMMA
+NODES, SUMS = ALPHA.sum(axis=1), BETA.sum(axis=1)
+
+
+def conditions(weights, share, order):
+    """What is left of the order conditions (IV.7.15) of the state at a share of the step."""
+    b = weights @ GAMMA
+    left = [
+        [b.sum() - share],
+        [b @ SUMS - share**2 / 2],
+        [b @ NODES**2 - share**3 / 3, b @ BETA @ SUMS - share**3 / 6],
+        [
+            b @ NODES**3 - share**4 / 4,
+            b @ (NODES * (ALPHA @ SUMS)) - share**4 / 8,
+            b @ BETA @ NODES**2 - share**4 / 12,
+            b @ BETA @ BETA @ SUMS - share**4 / 24,
+        ],
+    ]
+    return np.concatenate(left[:order])
+
+
+WHOLE = np.append(rodas.STAGES[-1], 1.0)
+
+
+def test_the_coefficients_fulfil_all_conditions_of_order_four():
+    assert np.abs(conditions(WHOLE, 1.0, 4)).max() < 1e-12
+    assert np.abs(NODES - rodas.NODES).max() < 1e-13
+    assert np.abs(GAMMA.sum(axis=1) - rodas.SLOPES).max() < 1e-13
+
+
+def test_a_wrong_jacobian_leaves_order_two():
+    # Then alpha and Gamma count by themselves, not only their sum.
+    b = WHOLE @ GAMMA
+    assert b @ NODES == pytest.approx(0.5, abs=1e-12)
+    assert b @ GAMMA.sum(axis=1) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_error_is_the_difference_to_a_solution_of_order_three_and_not_four():
+    assert np.abs(conditions(WHOLE - np.eye(STAGES)[-1], 1.0, 3)).max() < 1e-12
+    assert np.abs(conditions(WHOLE - np.eye(STAGES)[-1], 1.0, 4)).max() > 1e-3
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
+def test_the_states_within_a_step_are_of_order_three(share):
+    weights = share ** np.arange(1, 4) @ rodas.DENSE
+    assert np.abs(conditions(weights, share, 3)).max() < 1e-12
+    assert np.ones(3) @ rodas.DENSE == pytest.approx(WHOLE, abs=1e-13)
+
+
+def test_stiff_parts_are_damped_at_every_frequency_and_wholly_at_infinity():
+    def grows(z):
+        ones = np.ones(STAGES)
+        return 1 + z * (WHOLE @ GAMMA) @ np.linalg.solve(np.eye(STAGES) - z * BETA, ones)
+
+    edge = 1j * np.geomspace(1e-2, 1e6, 400)
+    assert max(abs(grows(z)) for z in edge) <= 1 + 1e-12
+    assert abs(grows(-1e9)) < 1e-7
+
+
 def test_the_error_falls_with_the_fourth_power_of_the_step():
     system, start = driven()
     # With a tolerance that nothing exceeds, all steps but the first few are the longest ones.
@@ -476,6 +557,41 @@ def test_any_contact_is_made_and_lost_when_the_closed_form_says(k, m):
     assert k * np.abs(found.states[within, 0, 0] - touching(times[within])).max() < 1e-4 * peak
 
 
+def test_a_visit_across_within_one_long_step_is_seen():
+    # Thrown up to just above the line, and down again between two looks at it.
+    class Line(Thrown):
+        def watched(self, _times, states):
+            return states[:1] - (0.5 - 1e-3)
+
+    found = integrate(
+        Line(-1.0), np.array([[0.0], [1.0]]), np.linspace(0, 2, 5), Rosenbrock(1.0, longest=2.0)
+    )
+    assert [event.kind for event in found.events[0]] == ["up", "down"]
+    way = np.sqrt(2e-3)
+    times = [event.time for event in found.events[0]]
+    assert times == pytest.approx([1 - way, 1 + way], abs=1e-7)
+
+
+def test_lanes_of_rosenbrock_do_not_feel_each_other():
+    k = np.array([1e2, 1e3, 1e6, 1e4, 3e5, 1e1, 2e3])
+    m = np.array([0.1, 1e-3, 0.02, 10.0, 0.3, 1e-2, 0.05])
+    start = np.array([[1e-4] * 7, np.linspace(-0.2, 0, 7)])
+    times = np.linspace(0, 0.02, 41)
+    # Rounding differs with the number of lanes, and is raised by the differences of which the
+    # derivatives are made.
+    for kind, newtons in ((Oscillator, 1e-7), (Ball, 1e-6)):
+        system = kind(m=m, k=k, c=0.02 * np.sqrt(k))
+        together = integrate(system, start, times, Rosenbrock(1e-4))
+        for lane in range(7):
+            alone = integrate(system.lane(lane), start[:, [lane]], times, Rosenbrock(1e-4))
+            difference = np.abs(together.states[..., [lane]] - alone.states)
+            assert (difference / system.scales[:, [lane]]).max() < newtons
+            assert together.steps[lane] == pytest.approx(alone.steps[0], rel=0.02)
+            assert [event.kind for event in together.events[lane]] == [
+                event.kind for event in alone.events[0]
+            ]
+
+
 def test_a_step_whose_equations_have_no_solution_is_tried_shorter():
     # The first step, 2**-20 s, times gamma times the first lane's rate is one, without rounding.
     class Growth(Decay):
@@ -486,3 +602,62 @@ def test_a_step_whose_equations_have_no_solution_is_tried_shorter():
     solver = Rosenbrock(1e-6, longest=2.0**-20)
     found = integrate(system, np.ones((1, 2)), times, solver)
     assert found.states[:, 0] == pytest.approx(np.exp(np.outer(times, system.r)), rel=1e-4)
+
+
+SOFT, HARD = 10.0, 1e8
+RATIO_DURATION = 0.05
+
+
+class Chain(Mechanism):
+    """A mass on a soft spring, and a light one that a hard and damped spring ties to it."""
+
+    names = ("x", "y", "vx", "vy")
+    positions = np.array([0, 1])
+    velocities = np.array([2, 3])
+
+    def __init__(self, m=0.05, light=1e-3, k=SOFT, hard=HARD, c=None):
+        damping = 2 * np.sqrt(np.asarray(hard) * light) if c is None else c
+        super().__init__(m=m, light=light, k=k, hard=hard, c=damping)
+
+    def newton(self):
+        impedance = np.sqrt(self.k * self.m)
+        return np.stack([1 / self.k, 1 / self.k, 1 / impedance, 1 / impedance])
+
+    def rates(self, _times, states):
+        x, y, vx, vy = states
+        tie = self.hard * (y - x) + self.c * (vy - vx)
+        return np.stack([vx, vy, (tie - self.k * x) / self.m, -tie / self.light])
+
+    def matrix(self):
+        """The same as one linear system."""
+        (m,), (light,), (k,), (hard,), (c,) = (self.m, self.light, self.k, self.hard, self.c)
+        return np.array(
+            [
+                [0, 0, 1, 0],
+                [0, 0, 0, 1],
+                [-(k + hard) / m, hard / m, -c / m, c / m],
+                [hard / light, -hard / light, c / light, -c / light],
+            ]
+        )
+
+
+@pytest.mark.parametrize(
+    "solver",
+    [Rosenbrock(1e-3), Explicit(1e-3, max_steps=300), Lsoda(1e-3), Radau(1e-3)],
+    ids=lambda solver: type(solver).__name__,
+)
+def test_a_ratio_of_ten_million_is_right_or_refused_in_a_sentence(solver):
+    chain = Chain()
+    assert HARD / SOFT == 1e7
+    times = np.linspace(0.0, RATIO_DURATION, 51)
+    start = np.array([0.1, 0.1 + 1e-9, 0.0, 0.0])[:, None]  # a newton each in both springs
+    exact = np.stack([expm(chain.matrix() * t) @ start[:, 0] for t in times])
+    try:
+        found = integrate(chain, start, times, solver).states[:, :, 0]
+    except InputError as error:
+        assert str(error).endswith(".")
+        assert isinstance(solver, Explicit), "a stiff solver must not refuse it"
+        return
+    assert np.isfinite(found).all()
+    assert SOFT * np.abs(found[:, 0] - exact[:, 0]).max() < 0.02
+    assert np.abs(found[:, 1] - found[:, 0]).max() < 2e-9 + 0.02 / SOFT * 1e-3

@@ -20,7 +20,11 @@ from forcelab.runtime import one_blas_thread
 from forcelab.signals.conditioning import condition
 from forcelab.signals.cwt import geometric_scales, transform_channels, usual_scales
 from forcelab.signals.cwt_blocks import (
+    PARTS,
     TOLERANCES,
+    design,
+    from_spectrum,
+    spectrum,
 )
 from forcelab.signals.cwt_engine import ROUNDING, Plan, plan_for
 from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet, TorrenceCompoMorlet
@@ -111,6 +115,28 @@ def test_every_tolerance_is_held_at_every_scale_edges_included(tolerance, n):
     assert worst(x, found, scales, expected=direct_coefficients(n)).max() < allowed(tolerance)
 
 
+def random_signal(seed, n):
+    """A random signal: rough or smooth, perhaps with impacts, steps and a trend."""
+    random = np.random.default_rng(seed)
+    x = random.standard_normal(n)
+    for _ in range(seed % 3):
+        x = np.cumsum(x - x.mean())
+    x /= np.abs(x).max()
+    x[random.integers(0, n, seed % 4)] += random.standard_normal(seed % 4) * 10
+    x[random.integers(0, n) :] += random.standard_normal()
+    return x + random.standard_normal() * np.linspace(-1, 1, n) * (seed % 2)
+
+
+def test_every_tolerance_is_held_on_twenty_random_signals_at_every_scale_edges_included():
+    n, scales = 600, np.r_[geometric_scales(4.4, 600, 0.4), 1300.0]
+    x = condition(np.stack([random_signal(seed, n) for seed in range(20)])).values
+    expected = [direct(x, scale, 5.0, shown(n)) for scale in scales]
+    for tolerance in TOLERANCES:
+        found = plan_for(n, scales, tolerance=tolerance).coefficients(x)
+        errors = worst(x, found, scales, expected=expected)
+        assert errors.max() < allowed(tolerance), tolerance
+
+
 @pytest.mark.parametrize(("n", "p"), [(7404, 0.3), (150_000, 5.0)])
 def test_what_a_slow_strong_force_adds_is_bounded(n, p):
     slow = np.stack([np.linspace(0.0, 1.0, n), np.sin(3 * np.arange(n) / n)])
@@ -124,6 +150,16 @@ def test_what_a_slow_strong_force_adds_is_bounded(n, p):
         error = np.abs(found - expected).max(axis=2)
         held = allowed(tolerance) * sizes + tolerance * besides + ROUNDING * np.sqrt(scales)
         assert np.all(error < held), tolerance
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+def test_a_ramp_over_many_blocks_adds_a_two_hundredth_of_what_other_forces_may(tolerance):
+    n, scales = 150_000, np.array([9.3, 35.4, 120.0, 500.0, 1000.0])
+    x = np.linspace(-0.5, 0.5, n)[np.newaxis]
+    expected = transform_channels(x, scales, Morlet())
+    found = Plan(n, scales, Morlet(), tolerance, False).coefficients(x)
+    error = np.abs(found - expected).max(axis=2)
+    assert np.all(error < (tolerance / 50 / 200 + ROUNDING) * np.sqrt(scales))
 
 
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="other C libraries decide for good")
@@ -143,6 +179,22 @@ def test_memory_is_not_had_from_the_system_again_for_each_transform():
         [sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=True
     )
     assert int(run.stdout) < 300
+
+
+def test_the_tolerances_are_not_held_by_chance_with_much_to_spare():
+    x, scales = CASES[1500]
+    errors = [
+        worst(
+            x,
+            plan_for(1500, scales, tolerance=t).coefficients(x),
+            scales,
+            5.0,
+            direct_coefficients(1500),
+        )
+        for t in TOLERANCES
+    ]
+    assert np.all(np.diff([e.max() for e in errors]) < 0)
+    assert errors[0].max() > 1e-5
 
 
 @pytest.mark.parametrize("p", [0.5, 2.0, 12.0, 50.0])
@@ -272,6 +324,13 @@ def test_a_wavelet_that_takes_a_long_ring_takes_little_memory_beside_the_result(
     assert peak < found.nbytes + 12 * n  # 200 MB at 2^24
 
 
+def test_the_band_and_the_reach_widen_as_the_tolerance_falls():
+    designs = [design(5.0, tolerance) for tolerance in TOLERANCES]
+    assert sorted(d.reach for d in designs) == [d.reach for d in designs]
+    assert sorted(d.high for d in designs) == [d.high for d in designs]
+    assert all(d.kernel.taps <= 16 for d in designs)
+
+
 @pytest.mark.parametrize("n", [500, 501, 503])
 @pytest.mark.parametrize("wavelet", [Morlet(), DOG(3)], ids=str)
 def test_a_ring_too_long_to_keep_its_responses_gives_the_same(monkeypatch, n, wavelet):
@@ -295,6 +354,20 @@ def test_a_cut_wavelet_in_a_long_ring_takes_little_memory_beside_the_result(
     (magnitudes, phases), peak = peak_memory(lambda: plan.log_polar(x))
     # 200 MB at 2^24; and 4 MB that do not grow.
     assert peak < magnitudes.nbytes + phases.nbytes + 12 * n + (1 << 22)
+
+
+def test_a_long_ring_is_the_fourier_transform_of_the_whole():
+    n = 3 * PARTS**2
+    x = white(n)
+    response = np.exp(2j * np.random.default_rng(1).uniform(0, 7, n))
+    table = spectrum(lambda places: x[places], n, np.complex128)
+    spectrum_of_all = np.fft.fft(x)
+    expected = spectrum_of_all.reshape(PARTS, -1)[:, : len(table[0])]
+    np.testing.assert_allclose(np.stack(table), expected, rtol=0, atol=1e-12)
+    found = np.empty(n, dtype=complex)
+    for start, piece in from_spectrum(table, n, lambda bins: response[bins]):
+        found[start : start + len(piece)] = piece
+    np.testing.assert_allclose(found, np.fft.ifft(spectrum_of_all * response), rtol=0, atol=1e-13)
 
 
 def test_blas_has_its_threads_back_when_the_last_transform_has_ended():
