@@ -207,6 +207,14 @@ def test_a_new_video_replaces_the_old_one_and_no_video_leaves_it(project, make, 
     assert len(list(path.rglob("video-*"))) == 1
 
 
+def test_a_video_that_cannot_be_read_adds_nothing(project, make, film, path):
+    film.unlink()
+    with pytest.raises(InputError, match=r"'01' was not added .*No such file.*Take 1\.MP4"):
+        project.demonstrations.add(replace(make(1), videos=(VideoReference(film),)))
+    assert project.demonstrations.infos() == ()
+    assert list((path / "demonstrations").iterdir()) == []
+
+
 def truncate(file):
     return file.write_bytes(file.read_bytes()[:-8])
 
