@@ -5,7 +5,6 @@ import os
 import re
 import sqlite3
 import struct
-import subprocess
 import sys
 import tempfile
 import time
@@ -557,14 +556,6 @@ def test_without_the_library_it_is_said_how_to_install_it(tmp_path, monkeypatch)
     monkeypatch.setitem(sys.modules, "rosbags", None)
     with pytest.raises(InputError, match=r"-m pip install .forcelab\[rosbag\]"):
         read_single(path)
-
-
-def test_the_library_is_loaded_for_bags_only(tmp_path):
-    (tmp_path / "a.csv").write_text("t,fx\n" + "".join(f"{i / 100},{i}\n" for i in range(50)))
-    code = f"import sys; from forcelab.formats import read; read({str(tmp_path / 'a.csv')!r})"
-    code += "\nprint([name for name in sys.modules if 'rosbag' in name])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
 
 
 def test_bags_are_imported_by_the_command_line(tmp_path, capsys):
