@@ -152,7 +152,7 @@ def test_a_bad_message_is_passed_over_and_the_next_one_heard():
 
 
 @given(st.lists(st.binary(max_size=12) | st.sampled_from([configure_command(3), serial_command()])))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_whatever_it_is_sent_it_takes_every_good_message_once(pieces):
     device = VirtualOptoForce(numbered)
     data = b"".join(pieces) + bytes(9)
