@@ -167,30 +167,6 @@ class QueueLoader(QObject):
             self.vocabulary = action_styles(project, self.read.run)
 
 
-def missing_queue_text(run: RunResult | None, read: QueueData | None, *, training: bool) -> str:
-    """Why there is nothing to list; empty where there is something."""
-    if run is None:
-        announcement = (
-            "A recogniser is being trained; every place where you and it differ will be listed "
-            "here."
-        )
-        none = "Train a recogniser, and every place where you and it differ is listed here."
-        return announcement if training else none
-    if read is None:
-        return "Comparing…"
-    if read.queue.open or read.queue.judged:
-        return ""
-    if not run.tested:
-        return untested_text(
-            run,
-            "Nothing was tested, so nothing can differ.",
-            "See the page Proposals.",
-        )
-    if not read.run.tested:
-        return "You code these demonstrations blind; what differs is shown when done."
-    return "Labels and predictions agree everywhere."
-
-
 def queue_summary(queue: Queue) -> str:
     """How much is open, and who was right so far."""
     main = len(queue.suspected) + len(queue.actions) + len(queue.missed)
@@ -586,9 +562,24 @@ class QueueView(QWidget):
 
     @property
     def _missing(self) -> str:
-        return missing_queue_text(
-            self.document.review.run, self.reader.read, training=self.document.review.training
-        )
+        """Why there is nothing to list; empty where there is something."""
+        run, read = self.document.review.run, self.reader.read
+        if run is None and self.document.review.training:
+            return (
+                "A recogniser is being trained; every place where you and it differ will be "
+                "listed here."
+            )
+        if run is None:
+            return "Train a recogniser, and every place where you and it differ is listed here."
+        if read is None:
+            return "Comparing…"
+        if read.queue.open or read.queue.judged:
+            return ""
+        if not run.tested:
+            nothing = "Nothing was tested, so nothing can differ."
+            return untested_text(run, nothing, "See the page Proposals.")
+        blind = "You code these demonstrations blind; what differs is shown when done."
+        return "Labels and predictions agree everywhere." if read.run.tested else blind
 
     def _show(self) -> None:
         read = self.reader.read
