@@ -17,10 +17,11 @@ from forcelab.errors import ForcelabError, InputError
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import training_preferences
-from forcelab.gui.review.training_backend import Backend, SettingsAndChoice, freshness_text
+from forcelab.gui.review.training_backend import Backend, SettingsAndChoice
 from forcelab.gui.review.training_preferences import PRESET, TrainingChoice
 from forcelab.labels import Segments, is_model
 from forcelab.recognition.groups import default_fold_count
+from forcelab.text import counted
 
 if TYPE_CHECKING:
     from forcelab.project import Project, RunSummary
@@ -558,12 +559,20 @@ class Trainer(QObject):
     @property
     def freshness(self) -> tuple[str, str]:
         """How up to date the reviewed run is, at length and in short."""
-        return freshness_text(
-            self.edits,
-            self.reviewed_author,
-            has_recogniser=self.has_recogniser,
-            resettled=self.settings_changed,
-        )
+        edits, coder, kept = self.edits, self.reviewed_author, self.has_recogniser
+        if edits is None:
+            return "not trained yet", ""
+        if coder:  # while the next training takes another's labels
+            return f"trained on the labels of {coder}", f"trained on {coder}"
+        if edits:
+            changes = f"{counted(edits, 'change')} since"
+            return f"{changes} {'training' if kept else 'this run'}", changes
+        if not kept:
+            age = "other settings" if self.settings_changed else "up to date"
+            return f"{age}, no recogniser kept", "no recogniser kept"
+        if self.settings_changed:
+            return "trained with other settings", "other settings"
+        return "up to date", ""
 
     @property
     def _outdated(self) -> bool:
