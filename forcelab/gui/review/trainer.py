@@ -242,10 +242,7 @@ class Trainer(QObject):
         super().__init__(parent)
         training_preferences.name_own_code()
         self.document = document
-        self._path: Path | None = None
-        self._reset_task()
         self.jobs = jobs
-        self.runs: tuple[RunSummary, ...] = ()
         self._backend = backend or Backend()
         document.listing_changed.connect(self._listing_changed)
         self._counter = EditCounter(document, self._backend.count_edits, self)
@@ -254,19 +251,25 @@ class Trainer(QObject):
         self.pause = QTimer(self, singleShot=True, interval=QUIET_TIME)
         self.pause.timeout.connect(self._train_automatically)
         self._automatic_runs = AutomaticRuns(document)
-        self._forget()
         PRESET.changed.connect(self._preset_changed)
         document.project_changed.connect(self._project_changed)
         document.demonstration_changed.connect(self._demonstration_changed)
         self._project_changed()
 
-    def _reset_task(self) -> None:
-        self.task = ""
-        self.trouble = ""
+    def _forget(self) -> None:
+        self._path: Path | None = None
+        self.task = self.trouble = ""
         self._settings: Settings | None = None
         self._choice: TrainingChoice | None = None
         self._author: tuple[tuple[object, ...], str | None] | None = None
         self._other_coders: tuple[tuple[object, ...], dict[str, int]] | None = None
+        self.document.review.set_training(False)
+        self.step: TrainingStep | None = None
+        self.step_history: list[TrainingStep] = []
+        self.automatic = False
+        self.runs: tuple[RunSummary, ...] = ()
+        self._training_automatically = False
+        self._automatic_runs.forget()
 
     @property
     def ready(self) -> bool:
@@ -511,16 +514,6 @@ class Trainer(QObject):
         """Review nothing where nothing that was tested is left."""
         self.document.review.set_run(None)
         self._failed_to_load(error)
-
-    def _forget(self) -> None:
-        self._reset_task()
-        self.document.review.set_training(False)
-        self.step: TrainingStep | None = None
-        self.step_history: list[TrainingStep] = []
-        self.automatic = False
-        self.runs = ()
-        self._training_automatically = False
-        self._automatic_runs.forget()
 
     # How it stands
 
