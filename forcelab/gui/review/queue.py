@@ -441,14 +441,14 @@ class QueueView(QWidget):
         undone; the difference is open again then.
         """
         item, read = self.current, self.reader.read
-        if item is None or read is None or not isinstance(item.about, Difference):
+        if read is None or not isinstance(item, Difference):
             if self.reader.stale and self.document.review.examined is not None:
                 self._verdict = verdict  # it may be open again, after an undo
                 self.reader.compare()
                 return False
             self.document.refuse(CHOOSE_DIFFERENCE)
             return False
-        difference, run = item.about, read.run
+        difference, run = item, read.run
         self.document.show_message("")  # what became of the verdict before is over
         after = self.list.after()
         project, author = self.document.project, self.document.author
@@ -493,14 +493,14 @@ class QueueView(QWidget):
     def withdraw(self) -> bool:
         """Withdraw the verdict on the chosen item; it is open again."""
         item, project = self.current, self.document.project
-        if item is None or project is None or not isinstance(item.about, StoredVerdict):
+        if project is None or not isinstance(item, StoredVerdict):
             self.document.show_message(
                 "Choose a judged place first, at the end of the queue.", True
             )
             return False
         try:
-            withdraw_verdict(project, item.about, self.document.author)
-            self.history.add(item.about, withdrawn=True)
+            withdraw_verdict(project, item, self.document.author)
+            self.history.add(item, withdrawn=True)
         except ForcelabError as error:
             self.document.refuse(str(error))
             return False
@@ -539,7 +539,7 @@ class QueueView(QWidget):
     def _offer(self) -> None:
         item = self.current
         self.buttons.offer(
-            open_=item is not None and not item.judged, judged=bool(item and item.judged)
+            open_=isinstance(item, Difference), judged=isinstance(item, StoredVerdict)
         )
 
     def _training_changed(self) -> None:
