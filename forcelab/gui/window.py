@@ -44,7 +44,7 @@ from forcelab.gui.label.hints import HintBar
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.gui.launch_options import DIALOGS, REVIEW_PAGES, LaunchOptions
 from forcelab.gui.layout import Dock, DockedWindow, run_dialog
-from forcelab.gui.menus import RecentProjects, ShownTracks, fill_menus, follow_tabs
+from forcelab.gui.menus import RecentProjects, ShownTracks, ToolBar, fill_menus, follow_tabs
 from forcelab.gui.obstacles import Obstacles
 from forcelab.gui.preferences import TEXT_SIZE, THEME
 from forcelab.gui.project_actions import ProjectActions, sample_place
@@ -52,7 +52,6 @@ from forcelab.gui.refusal_note import RefusalNote
 from forcelab.gui.review.tab import BACKGROUND_JOBS, ReviewTab
 from forcelab.gui.shortcuts import bind, keys
 from forcelab.gui.status_bar import StatusLine
-from forcelab.gui.toolbar import ToolBar
 from forcelab.gui.welcome import SampleProgress, Welcome
 from forcelab.jobs import Progress
 from forcelab.runtime import return_memory
