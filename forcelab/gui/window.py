@@ -396,17 +396,7 @@ class Window(DockedWindow):
             "save": lambda: document.show_message(
                 "Everything is saved already: each change is, as it is made."
             ),
-            "attach_video": self.demonstrations.ask_video,
-            "note": self.demonstrations.ask_note,
-            "rename": self.demonstrations.ask_name,
-            "assign": self.demonstrations.ask_assign,
-            "task": self.demonstrations.ask_task,
-            "next_demonstration": self.demonstrations.open_next,
-            "previous_demonstration": self.demonstrations.open_previous,
-            "done": self.demonstrations.mark_done,
-            "done_and_next": self.demonstrations.done_and_next,
             "synchronise": self._synchronise,
-            "next_to_label": self.demonstrations.open_to_label,
             "search": partial(self._in_list, self.demonstrations.focus_search),
             "choose_all": partial(self._in_list, self.demonstrations.choose_all),
             "coder": self._coders.choose,
@@ -434,7 +424,8 @@ class Window(DockedWindow):
         # What was begun last is taken back where it can be seen.
         cancel = {"cancel": lambda: self.capture.cancel() or label["cancel"]()}
         handlers |= label | cancel
-        handlers |= self.review.handlers() | self.capture.handlers()
+        handlers |= self.demonstrations.handlers() | self.review.handlers()
+        handlers |= self.capture.handlers()
         return {id_: partial(self._carry_out, id_, verb) for id_, verb in handlers.items()}
 
     def _obstacles(self) -> Obstacles:
