@@ -40,19 +40,18 @@ from forcelab.gui.guide_pages import GuideKey, page_about
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import application
 from forcelab.gui.label import commands
-from forcelab.gui.label.hints import HintBar
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.gui.launch_options import DIALOGS, REVIEW_PAGES, LaunchOptions
 from forcelab.gui.layout import Dock, DockedWindow, run_dialog
 from forcelab.gui.menus import RecentProjects, ShownTracks, ToolBar, fill_menus, follow_tabs
 from forcelab.gui.obstacles import Obstacles
 from forcelab.gui.preferences import TEXT_SIZE, THEME
-from forcelab.gui.project_actions import ProjectActions, sample_place
+from forcelab.gui.project_actions import ProjectActions
 from forcelab.gui.refusal_note import RefusalNote
 from forcelab.gui.review.tab import BACKGROUND_JOBS, ReviewTab
 from forcelab.gui.shortcuts import bind, keys
 from forcelab.gui.status_bar import StatusLine
-from forcelab.gui.welcome import SampleProgress, Welcome
+from forcelab.gui.welcome import HintBar, SampleProgress, Welcome
 from forcelab.jobs import Progress
 from forcelab.runtime import return_memory
 
@@ -96,8 +95,8 @@ class Window(DockedWindow):
         self.review = ReviewTab(self.document, self.jobs, self.label)
         self.capture = CaptureTab(self.document, self.jobs)
         self.demonstrations = DemonstrationList(self.document)
-        self._welcome, self._coders = Welcome(sample_place()), AuthorChoice(self.document)
-        self._sample = SampleProgress()
+        self._welcome = Welcome(self.opening, self._show_guide)
+        self._coders, self._sample = AuthorChoice(self.document), SampleProgress(self.opening)
         self._line = StatusLine(self.document)
         self._dock = Dock("Demonstrations", self)
         self.obstacles = self._obstacles()
@@ -361,22 +360,12 @@ class Window(DockedWindow):
         theme.themes().changed.connect(self._dress)
         THEME.changed.connect(self._use_theme)
         TEXT_SIZE.changed.connect(self._use_text_size)
-        self._welcome.cancelled.connect(opening.cancel_sample)
-        self._sample.cancelled.connect(opening.cancel_sample)
         self.demonstrations.importing.connect(opening.ask_import)
-        self._welcome.opening.connect(opening.ask_open)
-        self._welcome.creating.connect(opening.ask_new)
-        self._welcome.importing.connect(opening.ask_import)
-        self._welcome.reading.connect(self._show_guide)
         if self._remembering:
             self._hints = HintBar(document)
             self.label.setMenuWidget(self._hints)
             opening.begun.connect(self._hints.begin)
         opening.sample_opened.connect(self._train_sample)
-        self._welcome.sampling.connect(lambda: opening.make_sample(sample_place()))
-        self._welcome.chosen.connect(opening.open_recent)
-        opening.recent_changed.connect(lambda: self._welcome.set_recent(settings.recent_projects()))
-        opening.refused.connect(self._welcome.show_trouble)
         self._listing.timeout.connect(document.refresh_info)
         self._look.timeout.connect(self._look_elsewhere)
         self._look.start(LOOK_MS)
@@ -477,7 +466,7 @@ class Window(DockedWindow):
         self._stack.setCurrentIndex(1 if is_open else 0)
         self._dock.setVisible(is_open)
         self._show_toolbar()
-        self._welcome.set_recent(settings.recent_projects())
+        self._welcome.refresh()
         self._welcome.show_trouble("")
         self._title()
 
@@ -493,8 +482,7 @@ class Window(DockedWindow):
         self._show_toolbar()
 
     def _show_sample(self, progress: Progress | None) -> None:
-        """Show the progress of the sample project."""
-        self._welcome.show_progress(progress)
+        """Show the progress in the status bar, too, while the start page is not in front."""
         self._sample.show_progress(progress if self.document.project is not None else None)
 
     def _train_sample(self) -> None:
