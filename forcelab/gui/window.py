@@ -10,14 +10,7 @@ from pathlib import Path
 from threading import Thread
 
 from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
-from PySide6.QtGui import (
-    QCloseEvent,
-    QDragEnterEvent,
-    QDragMoveEvent,
-    QDropEvent,
-    QResizeEvent,
-    QShowEvent,
-)
+from PySide6.QtGui import QCloseEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
@@ -35,7 +28,7 @@ from forcelab.gui.author_choice import AuthorChoice
 from forcelab.gui.capture.tab import ENDLESS, CaptureTab
 from forcelab.gui.demonstration_list import DemonstrationList
 from forcelab.gui.document import Document
-from forcelab.gui.file_dialogs import accept_as_copy
+from forcelab.gui.file_dialogs import FileDrop
 from forcelab.gui.guide_pages import GuideKey, page_about
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import application
@@ -76,7 +69,7 @@ LOWEST_WITH_TOOLBAR = 560
 VIEW_SHARE = 0.05
 
 
-class Window(DockedWindow):
+class Window(FileDrop, DockedWindow):
     """The program's one window.
 
     `author` is the coder in the project that is opened first; ``""`` for the last one. Unless
@@ -254,19 +247,12 @@ class Window(DockedWindow):
         if event.type() == QEvent.Type.WindowStateChange:
             self.commands["full_screen"].setChecked(self.isFullScreen())
 
-    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        accept_as_copy(event)
-
-    def dragMoveEvent(self, event: QDragMoveEvent) -> None:
-        accept_as_copy(event)
-
-    def dropEvent(self, event: QDropEvent) -> None:
+    def add_files(self, files: Sequence[Path]) -> None:
         """Open a project that was dropped, or import recordings."""
-        paths = accept_as_copy(event)
-        if not paths:
+        if not files:
             return
-        folders = [path for path in paths if path.is_dir() and not is_bag_folder(path)]
-        take: Callable[[], object] = partial(self.opening.ask_import, tuple(paths))
+        folders = [path for path in files if path.is_dir() and not is_bag_folder(path)]
+        take: Callable[[], object] = partial(self.opening.ask_import, tuple(files))
         if folders:
             take = partial(self.opening.open, folders[0])
         # Once the drop is over: on a dialog that is opened within it another drop crashes Qt under
