@@ -35,7 +35,7 @@ from forcelab.gui.key_events import application
 from forcelab.gui.label import commands
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.gui.launch_options import DIALOGS, REVIEW_PAGES, LaunchOptions
-from forcelab.gui.layout import Dock, DockedWindow, run_dialog
+from forcelab.gui.layout import LAYOUT, Dock, DockedWindow, run_dialog
 from forcelab.gui.menus import RecentProjects, ShownTracks, ToolBar, fill_menus, follow_tabs
 from forcelab.gui.obstacles import Obstacles
 from forcelab.gui.preferences import TEXT_SIZE, THEME
@@ -48,14 +48,10 @@ from forcelab.gui.welcome import HintBar, SampleProgress, Welcome
 from forcelab.jobs import Progress
 from forcelab.runtime import return_memory
 
-__all__ = ["Window"]
-
 #: The workspaces in the order of their tabs, as the command line names them.
 WORKSPACES = ("label", "review", "capture")
 #: Panels of Label that have a key: the command, and the panel.
 PANEL_KEYS = {"show_scalogram": "scalogram", "segments_behind": "segments_behind"}
-#: The layout's version: a layout of another one is not restored.
-LAYOUT = 1
 #: Milliseconds between two looks at what other windows and processes have changed, and from an
 #: edit to the new share in the list of demonstrations.
 LOOK_MS, LIST_MS = 1000, 600
@@ -94,8 +90,7 @@ class Window(FileDrop, DockedWindow):
         self._dock = Dock("Demonstrations", self)
         self.obstacles = self._obstacles()
         self.commands = bind(self, self._handlers())
-        self._tabs = QTabWidget()
-        self._tabs.setDocumentMode(True)
+        self._tabs = QTabWidget(documentMode=True)
         self._tabs.tabBar().setDrawBase(False)
         self._tabs.setAccessibleName("Workspaces")
         self._tabs.tabBar().setAccessibleName("Workspaces")
@@ -173,12 +168,9 @@ class Window(FileDrop, DockedWindow):
             self.commands[command].trigger()
 
     def restore_layout(self) -> None:
-        """Restore the layout of the last time."""
         if geometry := settings.data("window/geometry"):
             self.restoreGeometry(QByteArray(geometry))
-        if state := settings.data("window/layout"):
-            self._shared_out = self.restoreState(QByteArray(state), LAYOUT)
-            self.recall_widths(settings.strings("window/widths"))
+        self._shared_out = self.restore_docks("window")
         self._dock.setVisible(self.document.project is not None)
         self._show_toolbar()
         self.label.restore_layout()
@@ -360,7 +352,6 @@ class Window(FileDrop, DockedWindow):
         self._check_snapping()
 
     def _handlers(self) -> dict[str, Callable[[], object]]:
-        """The handler of each command."""
         document, opening = self.document, self.opening
         handlers: dict[str, Callable[[], object]] = {
             "new_project": opening.ask_new,
@@ -516,8 +507,7 @@ class Window(FileDrop, DockedWindow):
 
     def _remember_layout(self) -> None:
         settings.store("window/geometry", bytes(self.saveGeometry().data()))
-        settings.store("window/layout", bytes(self.saveState(LAYOUT).data()))
-        settings.store("window/widths", self.widths)
+        self.store_docks("window")
         self.label.take_back()  # its layout is the one in which nothing is lent
         self.label.remember_layout()
         self.review.remember_layout()
