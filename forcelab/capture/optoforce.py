@@ -70,7 +70,6 @@ def configure_command(speed: int, filtered: int = 4, zero: int = 0) -> bytes:
 
 
 def serial_command() -> bytes:
-    """The command that asks for the serial number."""
     return with_checksum(bytes([171, 0, 18, 8]))
 
 
