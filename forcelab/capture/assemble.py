@@ -67,8 +67,6 @@ class DeviceLog:
 
 @dataclass(eq=False)
 class JournalIndex:
-    """All that a journal holds."""
-
     devices: list[DeviceLog]
     #: Of each camera, shape (m, 3): arrived, the camera's own stamp, and the file's own stamp of
     #: each frame (s).

@@ -345,7 +345,6 @@ class VirtualTextDevice(VirtualSampler):
         return ["\t".join(["micros", *self._names])]
 
     def _line(self, time: float, row: NDArray[np.float64]) -> str:
-        """One sample as it is printed."""
         return "\t".join([f"{1e6 * time:.0f}", *(f"{value:.6f}" for value in row)])
 
     def _answer(self, _: bytes) -> bytes:

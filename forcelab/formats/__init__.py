@@ -28,8 +28,6 @@ ENTRY_POINTS: Final = "forcelab.formats"
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """A format that can be read."""
-
     name: str  #: unique
     description: str  #: a few words that may follow "can read"
     module: str  #: reads it; imported when it is needed

@@ -121,7 +121,7 @@ class Array:
             values = values.astype("M8[ns]")
         elif values.dtype.kind == "m":
             values = values.astype("m8[ns]").astype(np.int64)
-        return values[:first]
+        return values if first is None else values[:first]
 
 
 def check_size(path: str, values: int, stored: int) -> None:
@@ -444,6 +444,13 @@ class _Choice:
             if array is not before:
                 values = np.empty((0, 0))  # so that the one before is gone when this one comes
                 values, before = array.sample_table(self.rows), array
+                alone = values.shape == table.shape and values.dtype == np.float64
+                if (
+                    alone
+                    and values.base is None
+                    and all(self.parts[i][0] is array for i in numeric)
+                ):
+                    table = values  # which needs no copy
             if index == self.roles.time:
                 times = self._times(index, values[:, place])
             elif index in self.roles.numeric:

@@ -129,8 +129,6 @@ class LabelOptions:
 
 @dataclass(frozen=True, slots=True)
 class LabelFormat:
-    """A format that labels can be read from."""
-
     name: str  #: unique
     description: str  #: a few words that may follow "can read"
     module: str  #: reads it; imported when it is needed

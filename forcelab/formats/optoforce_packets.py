@@ -47,8 +47,6 @@ from numpy.typing import ArrayLike, NDArray
 
 @dataclass(frozen=True, slots=True)
 class FrameType:
-    """One type of frame."""
-
     header: bytes  #: four bytes, the first of them 170
     size: int  #: bytes, header and checksum included
 
@@ -109,8 +107,6 @@ def _headers(kind: SensorKind | None) -> re.Pattern[bytes]:
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """An answer of a DAQ."""
-
     code: int | None = None  #: of a configuration: 0 if it was accepted
     serial: str | None = None  #: its serial number, if that was asked for
 

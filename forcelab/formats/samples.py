@@ -78,7 +78,6 @@ class SampleTable:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The names of the columns."""
         names = ["time (s)", *self._signals, *self._labels]
         if self._prediction is not None:
             names.append(f"{PROBABILITY_OF}{self._prediction.author}")
