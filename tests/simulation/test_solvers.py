@@ -114,23 +114,6 @@ def test_time_need_not_start_at_zero(solver):
     assert np.abs(early.states - late.states)[:, 0].max() < 1e-8
 
 
-def test_the_settings_and_the_start_are_looked_at():
-    with pytest.raises(InputError, match=r"Explicit.tolerance must be finite and above zero"):
-        Explicit(0.0)
-    with pytest.raises(InputError, match=r"Rosenbrock.longest must be finite and above zero"):
-        Rosenbrock(longest=float("inf"))
-    system, start = driven()
-    times = np.linspace(0, 1, 5)
-    with pytest.raises(InputError, match=r"numbers of shape \(2, 2\), not of shape \(2,\)"):
-        integrate(system, start[0], times, Explicit())
-    start[1, 1] = np.nan
-    with pytest.raises(InputError, match="The start of demonstration 2 is not finite"):
-        integrate(system, start, times, Explicit())
-    for wrong in (np.zeros(1), np.array([0, 1, 3.0]), np.array([1, 0.5, 0]), np.array([0, np.nan])):
-        with pytest.raises(InputError, match="two or more, evenly spaced"):
-            integrate(system, np.zeros((2, 2)), wrong, Explicit())
-
-
 SOLVERS = [Explicit(1e-6), Rosenbrock(1e-6), Lsoda(1e-7), Radau(1e-6)]
 
 
