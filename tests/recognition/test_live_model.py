@@ -6,8 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from factories import labelled_set, synthetic_set
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
@@ -117,48 +115,6 @@ def test_own_units_hear_nothing_of_a_glitch_once_it_has_passed(size, rate, hop, 
 # Labels
 
 
-def first_steps(demonstration, count):
-    """The beginning of a recording; what a reference takes grows with the square of its length."""
-    return replace(
-        demonstration,
-        times=demonstration.times[:count],
-        signals=demonstration.signals[:count],
-    )
-
-
-@pytest.mark.parametrize("latency", [0.0, 0.1, 1.0])
-def test_labels_are_those_stated_for_the_latency(trained, three, latency):
-    demonstration = first_steps(three[2].demonstration, 600)
-    expected = reference_labels(trained, demonstration, latency)
-    assert np.array_equal(expected.times, demonstration.times)
-    for blocks in ([5], [1, 40, 3, 700]):
-        times, codes, probabilities = streamed(trained, demonstration, latency, blocks)
-        assert np.array_equal(times, expected.times)
-        assert np.array_equal(codes, expected.codes)
-        assert np.allclose(probabilities, expected.probabilities, atol=1e-6)
-
-
-def test_labels_do_not_depend_on_the_blocks(trained, three):
-    demonstration = three[2].demonstration
-
-    @settings(max_examples=15, deadline=None)
-    @given(
-        sizes=st.lists(st.integers(1, 90), min_size=1, max_size=6),
-        latency=st.sampled_from([0.0, 0.04, 0.1, 0.4]),
-        length=st.integers(2, 250),
-    )
-    def check(sizes, latency, length):
-        short = first_steps(demonstration, length)
-        found, expected = (
-            streamed(trained, short, latency, blocks, RATE) for blocks in (sizes, [length])
-        )
-        assert len(found[1]) == length
-        for one, other in zip(found, expected, strict=True):
-            assert np.array_equal(one, other)
-
-    check()
-
-
 def test_a_label_is_what_the_decoder_says_of_all_that_the_latency_lets_it_see(trained, three):
     demonstration, latency = three[2].demonstration, 0.1
     online = OnlineRecogniser(trained, latency, demonstration.channels, RATE)
@@ -172,24 +128,6 @@ def test_a_label_is_what_the_decoder_says_of_all_that_the_latency_lets_it_see(tr
         past = logs[: step + lag + 1]
         expected = decode(past, np.ones(len(past), dtype=bool), 0.02, trained.grammar)
         assert codes[step * hop + hop // 2] == expected[step]
-
-
-def test_a_label_comes_no_later_than_the_latency_and_needs_no_later_sample(trained, three):
-    demonstration, latency = three[2].demonstration, 0.2
-    online = OnlineRecogniser(trained, latency, demonstration.channels, RATE)
-    known = []
-    for i in range(len(demonstration.times)):
-        block = slice(i, i + 1)
-        known += online.push(
-            demonstration.times[block], demonstration.signals[block]
-        ).codes.tolist()
-        assert i + 1 - len(known) <= round(latency * RATE)
-    half = len(demonstration.times) // 2
-    other = demonstration.signals.copy()
-    other[half:] = 9.0
-    _, codes, _ = streamed(trained, replace(demonstration, signals=other), latency, [5], RATE)
-    before = half - round(latency * RATE)
-    assert codes[:before].tolist() == known[:before]
 
 
 def test_with_time_enough_labels_are_nearly_those_of_offline_recognition(trained, three):
@@ -214,35 +152,6 @@ def test_devices_whose_clocks_differ_a_little_are_learnt_from_together():
     )
     for part, same in zip(one, other, strict=True):
         assert np.allclose(part.classifier.mean, same.classifier.mean, rtol=1e-9, atol=1e-12)
-
-
-def test_a_gap_is_never_labelled(trained, three):
-    demonstration = three[2].demonstration
-    keep = np.ones(len(demonstration.times), dtype=bool)
-    keep[400:460] = False
-    keep[700:702] = False  # lost samples are no gap
-    signals = demonstration.signals.copy()
-    signals[600:640, 0] = np.nan
-    holed = replace(demonstration, times=demonstration.times[keep], signals=signals[keep])
-    for latency in (0.0, 0.1):
-        times, codes, known = streamed(trained, holed, latency, [7])
-        assert np.array_equal(codes, streamed(trained, holed, latency, [5000])[1])
-        assert np.array_equal(times, holed.times)
-        bare = (times >= 2.4) & (times < 2.559)
-        assert np.all(codes[bare] == UNLABELLED)
-        assert np.all(known[bare] == 0)
-        assert np.all(codes[(times > 1.84) & (times < 2.38)] != UNLABELLED)
-        assert np.all(codes[times > 2.6] != UNLABELLED)
-
-
-def test_after_days_unplugged_it_goes_on(trained, three):
-    demonstration = three[2].demonstration
-    online = OnlineRecogniser(trained, 0.1, demonstration.channels, RATE)
-    online.push(demonstration.times, demonstration.signals)
-    decided = online.push(demonstration.times + 3e5, demonstration.signals)
-    late = decided.times > 3e5
-    assert late.sum() > 0.9 * len(demonstration.times)
-    assert np.all(decided.codes[late] != UNLABELLED)
 
 
 @pytest.mark.parametrize("kind", ["zeros", "huge", "tiny", "offset", "constant", "jump"])
