@@ -11,41 +11,19 @@ from dataclasses import dataclass, fields
 from forcelab.errors import InputError
 from forcelab.resources import read_toml
 
-__all__ = ["Entry", "glossary"]
-
 FILE = "actions.toml"
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One action, told to a coder in plain sentences.
-
-    Parameters
-    ----------
-    action : str
-        The label's name.
-    sentence : str
-        What the action is.
-    starts, ends : str
-        How a coder decides where it starts and where it ends.
-    unlike : str
-        What it is not to be mistaken for.
-    picture : str
-        Name of the asset that shows it, such as ``"actions/grab.png"``;
-        :func:`forcelab.resources.asset` finds it or says that it is missing.
-
-    Raises
-    ------
-    InputError
-        If a text is not one line of whole sentences, or the picture is not a PNG beside the others.
-    """
+    """One action, told to a coder in plain sentences."""
 
     action: str
     sentence: str
-    starts: str
-    ends: str
-    unlike: str
-    picture: str
+    starts: str  # how a coder decides where it starts
+    ends: str  # how a coder decides where it ends
+    unlike: str  # what it is not to be mistaken for
+    picture: str  # the asset that shows it, such as "actions/grab.png"
 
     def __post_init__(self) -> None:
         if not re.fullmatch(r"\S+( \S+)*", self.action):
@@ -80,7 +58,6 @@ def glossary() -> tuple[Entry, ...]:
 
 
 def _entry(action: str, table: object) -> Entry:
-    """One action's entry from its table."""
     names = [field.name for field in fields(Entry)][1:]
     if not isinstance(table, dict) or {k: type(v) for k, v in table.items()} != dict.fromkeys(
         names, str

@@ -23,8 +23,6 @@ from itertools import count
 from forcelab.errors import InputError
 from forcelab.labels import check_action_name
 
-__all__ = ["COLOURS", "KEYS", "Action", "Vocabulary", "joined"]
-
 #: The eight colours of Okabe and Ito (Color Universal Design, 2008), which stay apart for every
 #: kind of colour vision. Of all orders this one keeps neighbours furthest apart for normal and
 #: simulated colour-blind vision (CIE76 38 at least); black is last, as it looks like text.
@@ -51,29 +49,12 @@ MOST_ACTIONS = 1000
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """One action: its name, its look and its key.
-
-    Parameters
-    ----------
-    name : str
-        Such as ``"grab"``; not blank.
-    colour : str
-        ``"#rrggbb"``; stored in lower case.
-    key : str
-        One of :data:`KEYS`, or empty where no key was left.
-    texture : int
-        0 is plain; 1, 2, ... tell actions of the same colour apart.
-
-    Raises
-    ------
-    InputError
-        If the name is blank, or colour, key or texture is none.
-    """
+    """One action: its name, its look and its key."""
 
     name: str
-    colour: str
-    key: str
-    texture: int = 0
+    colour: str  # "#rrggbb"; stored in lower case
+    key: str  # one of :data:`KEYS`, or empty where no key was left
+    texture: int = 0  # 0 is plain; 1, 2, ... tell actions of the same colour apart
 
     def __post_init__(self) -> None:
         if not self.name.strip():
@@ -211,13 +192,7 @@ class Vocabulary:
         return Vocabulary(tuple(actions))
 
     def rebound(self, name: str, key: str) -> Vocabulary:
-        """Give an action another key, or none with ``""``.
-
-        Raises
-        ------
-        InputError
-            If the action is not known, or the key means something else or paints another action.
-        """
+        """Give an action another key, or none with ``""``; that of another action is refused."""
         action = self._known(name)
         for other in self.actions:
             if key and other.key == key and other is not action:
@@ -230,11 +205,6 @@ class Vocabulary:
         """Give an action another colour (``"#rrggbb"``), plain unless another action has that.
 
         Then it gets the first texture that is free.
-
-        Raises
-        ------
-        InputError
-            If the action is not known or the colour is none.
         """
         old = self._known(name)
         action = replace(old, colour=colour)
@@ -246,25 +216,13 @@ class Vocabulary:
         """Give an action another name; its look, its key and its place stay.
 
         Labels with the old name are not changed: to look as before they need an action of it.
-
-        Raises
-        ------
-        InputError
-            If the action is not known, or the new name is blank, another action's or says that
-            there is none.
         """
         old = self._known(name)
         check_action_name(new)
         return self._replaced(old, replace(old, name=new))
 
     def removed(self, name: str) -> Vocabulary:
-        """Take an action out; the others keep their looks and keys.
-
-        Raises
-        ------
-        InputError
-            If the action is not known.
-        """
+        """Take an action out; the others keep their looks and keys."""
         gone = self._known(name)
         return Vocabulary(tuple(action for action in self.actions if action is not gone))
 
@@ -274,18 +232,7 @@ class Vocabulary:
 
     @classmethod
     def from_json(cls, items: object) -> Vocabulary:
-        """Build a vocabulary from what :meth:`to_json` gave.
-
-        Parameters
-        ----------
-        items : object
-            As parsed from JSON.
-
-        Raises
-        ------
-        InputError
-            If it is anything but a list of complete, valid actions.
-        """
+        """Build a vocabulary from what :meth:`to_json` gave; anything else is refused."""
         if not isinstance(items, list):
             raise InputError("A vocabulary must be a list of actions.")
         if len(items) > MOST_ACTIONS:
@@ -310,13 +257,8 @@ def joined(tasks: Mapping[str, Vocabulary], *, apart: bool = False) -> Vocabular
     """The actions of several tasks together, those of the first exactly as they are there.
 
     Of a name that several have, the first one's look counts. Two actions of the same look keep the
-    colour and differ in texture; one whose key is taken gets the first that is free.
-
-    Parameters
-    ----------
-    tasks : mapping of str to Vocabulary
-    apart : bool
-        Whether actions get their task as a suffix, as ``grab_foam``.
+    colour and differ in texture; one whose key is taken gets the first that is free. With `apart`
+    they get their task as a suffix, as ``grab_foam``.
     """
     actions: list[Action] = []
     for task, vocabulary in tasks.items():

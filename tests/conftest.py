@@ -192,11 +192,12 @@ def no_widget_outlives_its_file():
 
 
 def _windows():
-    """Windows that stand for themselves, if any test has made some."""
+    """Windows that stand for themselves, if any test has made some; but for those of its file."""
     widgets = sys.modules.get("PySide6.QtWidgets")
     if widgets is None or widgets.QApplication.instance() is None:
         return []
-    return [widget for widget in widgets.QApplication.topLevelWidgets() if not widget.parent()]
+    top = widgets.QApplication.topLevelWidgets()
+    return [widget for widget in top if not widget.parent() and not widget.property("of file")]
 
 
 def _delete(windows):

@@ -30,37 +30,19 @@ MOST_NAMED = 5
 
 @dataclass(frozen=True, slots=True)
 class ActionRename:
-    """What renaming an action changes, or has changed.
+    """What renaming an action changes, or has changed."""
 
-    Parameters
-    ----------
-    author : str
-        The coder whose segments get the new name.
-    old, new : str
-        The names.
-    tasks : tuple of str
-        Whose actions change.
-    segments : mapping of str to int
-        By the id of each demonstration, how many segments get the new name.
-    merges : bool
-        Whether there is an action of the new name already.
-    others : mapping of str to int
-        By other coder, how many segments keep the old name, as far as the coder may see them.
-    kept : frozenset of str
-        The tasks in which the old name stays an action, as others use it.
-    learnt : bool
-        Whether recognisers or runs were made of what changes; they keep the old name.
-    """
-
-    author: str
+    author: str  # the coder whose segments get the new name
     old: str
     new: str
-    tasks: tuple[str, ...]
+    tasks: tuple[str, ...]  # whose actions change
+    #: By the id of each demonstration, how many segments get the new name
     segments: Mapping[str, int]
-    merges: bool
+    merges: bool  # whether there is an action of the new name already
+    #: By other coder, how many segments keep the old name, as far as the coder may see them.
     others: Mapping[str, int]
-    kept: frozenset[str]
-    learnt: bool
+    kept: frozenset[str]  # the tasks in which the old name stays an action, as others use it
+    learnt: bool  # whether recognisers or runs were made of what changes; they keep the old name.
 
     def sentences(self, *, done: bool) -> str:
         """What changes, or has changed, and what stays, for people."""
@@ -90,7 +72,11 @@ class ActionRename:
 
 
 class ActionStore:
-    """The actions of a project's tasks; ``project.actions``."""
+    """The actions of a project's tasks; ``project.actions``.
+
+    What is not there, and a name that no action may have, is an `InputError`; nothing was changed
+    then.
+    """
 
     def __init__(self, database: Database, tracks: TrackStore, coding: CodingStore) -> None:
         self._db = database
@@ -138,23 +124,11 @@ class ActionStore:
         before: Vocabulary | None = None,
         recoloured: str = "",
     ) -> bool:
-        """Replace the actions of a task; no label changes.
+        """Replace the actions of a task; no label changes. Gives whether it was written.
 
-        Parameters
-        ----------
-        task : str
-        vocabulary : Vocabulary
-            The actions from now on.
-        before : Vocabulary, optional
-            What it is made from: where another process has changed that, nothing is written.
-        recoloured : str, optional
-            The action that has got another colour. Other tasks where it looked as it did here
-            follow, unless it would need a texture there.
-
-        Returns
-        -------
-        bool
-            Whether it was written.
+        Nothing is written where another process has changed the vocabulary `before` that this one
+        is made from. Other tasks where the `recoloured` action looked as it did here follow, unless
+        it would need a texture there.
         """
         with self._db.writing():
             old = self.vocabulary(task)
@@ -193,13 +167,7 @@ class ActionStore:
         ]
 
     def add(self, task: str, names: Iterable[str]) -> Vocabulary:
-        """Add the actions that a task's vocabulary lacks; gives all that it has then.
-
-        Raises
-        ------
-        InputError
-            If a name is blank, or a new one says that there is no action.
-        """
+        """Add the actions that a task's vocabulary lacks; gives all that it has then."""
         with self._db.writing():
             old = self.vocabulary(task)
             new = old.with_actions(*names, like=self.elsewhere(task))
@@ -212,7 +180,7 @@ class ActionStore:
     def preview_rename(
         self, author: str, old: str, new: str, tasks: Collection[str] | None = None
     ) -> ActionRename:
-        """What :meth:`rename` would change; parameters and errors are those of it."""
+        """What :meth:`rename` would change; refuses what that does."""
         known = {
             task: vocabulary
             for task, vocabulary in self.vocabularies().items()
@@ -267,34 +235,13 @@ class ActionStore:
     ) -> ActionRename:
         """Rename an action in all of a coder's tracks, one edit a track, all or nothing.
 
-        Each edit stands in the history of its track and can be undone there, or all of them at
-        once by ``tracks.undo_everywhere``. The action keeps its colour and its key; where others
-        use it, the old name stays for them with the next that are free. Predictions, recognisers
-        and runs keep the old name.
+        Only in demonstrations of these `tasks`, if they are given. Each edit stands in the history
+        of its track and can be undone there, or all of them at once by ``tracks.undo_everywhere``.
+        The action keeps its colour and its key; where others use it, the old name stays for them
+        with the next that are free. Predictions, recognisers and runs keep the old name.
 
-        Parameters
-        ----------
-        author : str
-            The coder; nobody else's labels change.
-        old, new : str
-            The names.
-        tasks : collection of str, optional
-            Only in demonstrations of these tasks.
-        merge : bool
-            Whether the new name may be that of an action there is. What had the two names cannot
-            be told apart any more, but by the history; no segments become one.
-
-        Returns
-        -------
-        ActionRename
-            What has changed.
-
-        Raises
-        ------
-        InputError
-            If there is no such action, only others have segments of it, the new name is blank, the
-            old one or says that there is none, or an action has it and `merge` is not given.
-            Nothing was changed then.
+        Where there is an action of the new name, `merge` must be given: what had the two names
+        cannot be told apart any more then, but by the history; no segments become one.
         """
         with self._db.writing():
             change = self.preview_rename(author, old, new, tasks)

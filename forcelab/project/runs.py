@@ -54,21 +54,11 @@ _PROPOSER = """(
 
 @dataclass(frozen=True, slots=True)
 class LabelsUsed:
-    """Which labels of a demonstration something was computed from.
+    """Which labels of a demonstration something was computed from."""
 
-    Parameters
-    ----------
-    demonstration : str
-        Its id.
-    author : str
-        Whose labels were used.
-    edit : int
-        The latest edit of that track at the time; 0 where there was none.
-    """
-
-    demonstration: str
-    author: str
-    edit: int
+    demonstration: str  # its id
+    author: str  # whose labels were used
+    edit: int  # the latest edit of that track at the time; 0 where there was none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,40 +108,19 @@ class Provenance:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredRecogniser(Provenance):
-    """A trained recogniser's record; its file is opaque to the store.
+    """A trained recogniser's record; its file is opaque to the store."""
 
-    Parameters
-    ----------
-    settings, seed, labels, versions, time
-        As of :class:`Provenance`.
-    id : str
-        32 hex digits of the SHA-256 of its file.
-    name : str
-        For people; need not be unique.
-    """
-
-    id: str
-    name: str
+    id: str  # 32 hex digits of the SHA-256 of its file
+    name: str  # for people; need not be unique
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSummary(Provenance):
-    """A run without its result, which may be long.
+    """A run without its result, which may be long."""
 
-    Parameters
-    ----------
-    settings, seed, labels, versions, time
-        As of :class:`Provenance`.
-    id : int
-        Number in the project.
-    kind : str
-        Such as ``"evaluate"``.
-    digest : dict
-        What stands under ``"digest"`` in its result, if that comes first there; otherwise empty.
-    """
-
-    id: int
-    kind: str
+    id: int  # its number in the project
+    kind: str  # such as "evaluate"
+    #: What stands under "digest" in its result, if that comes first there; otherwise empty.
     digest: dict[str, Any]
 
     @property
@@ -167,52 +136,29 @@ class RunSummary(Provenance):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredRun(Provenance):
-    """An evaluation or another computation, with everything needed to repeat it.
+    """An evaluation or another computation, with everything needed to repeat it."""
 
-    Parameters
-    ----------
-    settings, seed, labels, versions, time
-        As of :class:`Provenance`.
-    id : int
-        Number in the project.
-    kind : str
-        Such as ``"evaluate"``.
-    result : dict
-        What came out, as JSON has it.
-    """
-
-    id: int
-    kind: str
-    result: dict[str, Any]
+    id: int  # its number in the project
+    kind: str  # such as "evaluate"
+    result: dict[str, Any]  # what came out, as JSON has it
 
 
 @dataclass(frozen=True, slots=True)
 class RunUse:
-    """What a run takes up, and what hangs on it.
+    """What a run takes up, and what hangs on it."""
 
-    Parameters
-    ----------
-    run : int
-        Its number.
-    bytes : int
-        Of what it found, and of its recogniser's file.
-    recogniser : str
-        Id of the recogniser that belongs to it; ``""`` where there is none, or none any more.
-    verdicts : int
-        How many were given on what it predicted.
-    accepted : int
-        How many edits took over what it predicted.
-    """
-
-    run: int
-    bytes: int
-    recogniser: str
-    verdicts: int
-    accepted: int
+    run: int  # its number
+    bytes: int  # of what it found, and of its recogniser's file
+    recogniser: str  # id of the one that belongs to it; "" where there is none, or none any more
+    verdicts: int  # how many were given on what it predicted
+    accepted: int  # how many edits took over what it predicted
 
 
 class RunStore:
-    """The runs and recognisers of a project; ``project.runs``."""
+    """The runs and recognisers of a project; ``project.runs``.
+
+    What is not there, or has no name, is an `InputError`; nothing was changed then.
+    """
 
     def __init__(self, database: Database) -> None:
         self._db = database
@@ -222,13 +168,6 @@ class RunStore:
         return tuple(map(_run, self._db.all(f"SELECT {_RUN} FROM run ORDER BY id")))
 
     def get(self, number: int) -> StoredRun:
-        """One run.
-
-        Raises
-        ------
-        InputError
-            If there is no such run, or it is damaged.
-        """
         return _run(self._row(number))
 
     def summaries(self, kind: str | None = None) -> tuple[RunSummary, ...]:
@@ -242,21 +181,7 @@ class RunStore:
         return tuple(map(_summary, rows))
 
     def add(self, kind: str, provenance: Provenance, result: Mapping[str, Any]) -> int:
-        """Add a result and how it was computed; gives its number.
-
-        Parameters
-        ----------
-        kind : str
-            Such as ``"evaluate"``; not blank.
-        provenance : Provenance
-        result : mapping
-            What came out; anything that JSON can hold.
-
-        Raises
-        ------
-        InputError
-            If it has no kind or labels are not in the project.
-        """
+        """Add a result that JSON can hold, and how it was computed; gives its number."""
         columns = self._provenance_columns(provenance)
         with self._db.writing():
             return self._insert_run(kind, result, columns)
@@ -264,20 +189,9 @@ class RunStore:
     def add_recogniser(
         self, name: str, data: bytes | str | PathLike[str], provenance: Provenance
     ) -> str:
-        """Add a recogniser's file, which stays opaque here, and how it was made; gives its id.
+        """Add a recogniser's content or file, opaque here, and how it was made; gives its id.
 
-        Parameters
-        ----------
-        name : str
-            For people; not blank.
-        data : bytes or path-like
-            Its content, or the file. The same content is stored once, as it was added first.
-        provenance : Provenance
-
-        Raises
-        ------
-        InputError
-            If it has no name, labels are not in the project or the file cannot be read.
+        The same content is stored once, as it was added first.
         """
         columns = self._provenance_columns(provenance)
         with files.file_errors(f"The recogniser '{name}' was not added to '{self._db.folder}'"):
@@ -318,13 +232,6 @@ class RunStore:
         return tuple(map(_recogniser, self._db.all("SELECT * FROM recogniser ORDER BY rowid")))
 
     def recogniser_path(self, id_: str) -> Path:
-        """The file of a recogniser.
-
-        Raises
-        ------
-        InputError
-            If there is no such recogniser or its file is missing.
-        """
         if not self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
             raise InputError(
                 f"There is no recogniser '{id_}' in '{self._db.folder}' any more; train it again."
@@ -353,13 +260,7 @@ class RunStore:
         return tuple(used for used in labels if used.demonstration in existing_ids)
 
     def uses(self, number: int | None = None) -> tuple[RunUse, ...]:
-        """What runs take up on the disk and what depends on them, the first one first.
-
-        Parameters
-        ----------
-        number : int, optional
-            Only of this run; by default of every one.
-        """
+        """What a run, or every one, takes up and what depends on it, the first one first."""
         # The older way reads all of a result to tell how long it is.
         new = sqlite3.sqlite_version_info >= (3, 43)
         length = "octet_length(result)" if new else "length(CAST(result AS BLOB))"
@@ -397,11 +298,6 @@ class RunStore:
         Labels stay, those accepted from its predictions, too, and still tell who proposed them;
         verdicts stay, but no longer tell which run they were given on. A recogniser that another
         run has as well stays. Room that is free then is given back to the disk.
-
-        Raises
-        ------
-        InputError
-            If there is no such run.
         """
         with self._db.writing():
             self._row(number, "id")
@@ -433,13 +329,7 @@ class RunStore:
         return True
 
     def remove_recogniser(self, id_: str) -> None:
-        """Delete a recogniser for good; a run that it belongs to keeps what it found.
-
-        Raises
-        ------
-        InputError
-            If there is no such recogniser.
-        """
+        """Delete a recogniser for good; a run that it belongs to keeps what it found."""
         with self._db.writing():
             if not self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
                 raise InputError(

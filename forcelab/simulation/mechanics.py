@@ -28,7 +28,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.errors import InputError
 from forcelab.simulation import contact
 from forcelab.simulation.hand import Trajectory
 from forcelab.simulation.scene import Axis, Jaws, Scene, width_at
@@ -495,10 +494,6 @@ class Mechanics:
         self.command = command
         self.layout = layout = Layout.of(self.scenes[0])
         self.lanes = len(self.scenes)
-        if any(scene.parts != self.scenes[0].parts for scene in self.scenes):
-            raise InputError("Scenes that are computed together must have the same parts.")
-        if command.shape != (self.lanes, len(layout.commands)):
-            raise InputError("A scene needs one command for each jaw and axis, and the taps.")
         self.names = layout.names
         p, d, a = len(layout.coordinates), len(layout.driven), len(layout.axes)
         self.positions, self.velocities = np.arange(p), np.arange(p, 2 * p)

@@ -313,12 +313,6 @@ class Scene:
     thread: Thread | None = None
     gravity: float = 9.81  # m/s^2
 
-    @property
-    def parts(self) -> tuple[object, ...]:
-        """Which parts it has, and the axes of its arm: what a batch has in common."""
-        present = tuple(getattr(self, field.name) is not None for field in fields(self))
-        return (*present, self.arm.axes if self.arm else ())
-
     def __post_init__(self) -> None:
         axes = self.arm.axes if self.arm else ()
         needs = (

@@ -84,7 +84,7 @@ def hovered(app):
     return rest
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def until(app):
     """Run the event loop until something holds."""
 
@@ -121,6 +121,50 @@ def windows(app, until):
         window.close()
 
 
+@pytest.fixture(scope="module")
+def windows_of_file(app):
+    """The windows of the tests of a file; see `window_of_file`."""
+    created = []
+    yield created
+    for window in created:
+        window.close()
+        window.setProperty("of file", False)
+
+
+@pytest.fixture
+def window_of_file(windows_of_file, until):
+    """Begin in the window of the test before, or in a new one where that was closed.
+
+    It is as it was at first but for what hangs on the settings. For tests that leave no dialog.
+    """
+    from forcelab.gui.window import Window
+
+    def begin(start, author="Ann", size=(1100, 700)):
+        reused = bool(windows_of_file) and windows_of_file[-1].isVisible()
+        window = windows_of_file[-1] if reused else Window(author)
+        window.resize(*size)
+        if not reused:
+            window.setProperty("of file", True)
+            windows_of_file.append(window)
+            window.restore_layout()
+            window.show()
+        window.begin(start)
+        if reused:
+            window.commands["reset_layout"].trigger()
+            window.document.set_author(author)
+        until(lambda: window.settled)
+        return window
+
+    yield begin
+    for window in [*windows_of_file]:
+        window.show_workspace("label")
+        window.document.close()
+        until(lambda window=window: not window.jobs.busy)
+        if not window.isVisible():
+            windows_of_file.remove(window)
+            window.setProperty("of file", False)
+
+
 @pytest.fixture(autouse=True)
 def no_thread_is_left_behind():
     before = set(threading.enumerate())
@@ -147,9 +191,12 @@ def no_timer_is_left_running(request):
 
 
 def _running_timers():
-    """Timers that nobody stopped; once per file, as it looks at every object there is."""
+    """Timers that nobody stopped; once per file, as it looks at every object there is.
+
+    A single shot ends by itself, such as that of a message that is shown for some seconds.
+    """
     from PySide6.QtCore import QTimer
     from shiboken6 import isValid
 
-    timers = [thing for thing in gc.get_objects() if type(thing) is QTimer]
-    return [(t, t.parent()) for t in timers if isValid(t) and t.isActive()]
+    timers = [t for t in gc.get_objects() if type(t) is QTimer and isValid(t)]
+    return [(t, t.parent()) for t in timers if t.isActive() and not t.isSingleShot()]

@@ -169,9 +169,9 @@ def test_units_of_the_features_do_not_matter_where_they_are_standardised(name):
 def test_every_classifier_can_be_calibrated_where_features_are_standardised(name):
     # Each demonstration has its own offset: sure within one, wrong about the next.
     random = np.random.default_rng(3)
-    groups = np.repeat(np.arange(8), 60)
-    y = np.tile(np.repeat([0, 1], 30), 8)
-    X = (y + 1.2 * random.normal(size=8)[groups])[:, None] + 0.05 * random.normal(size=(480, 2))
+    groups = np.repeat(np.arange(8), 30)
+    y = np.tile(np.repeat([0, 1], 15), 8)
+    X = (y + 1.2 * random.normal(size=8)[groups])[:, None] + 0.05 * random.normal(size=(240, 2))
     exponents = []
     for calibrated in (False, True):
         options = FitOptions(groups, calibrated=calibrated, standardised=True)

@@ -18,7 +18,7 @@ from forcelab.recognition.presets import preset
 from forcelab.recognition.training import train
 
 RATE = 100.0
-NAMES = ("paper", "fast", "best", "ensemble")
+NAMES = ("paper", "best", "ensemble")
 THREE = labelled_set(3, rate=RATE)
 
 
@@ -121,7 +121,7 @@ def test_an_action_in_a_single_demonstration(settings):
     recogniser = train(items, settings)
     assert "grab" in recogniser.actions
     predicted(recogniser, THREE[0].demonstration)
-    if settings.preset != "fast":
+    if settings.preset != "best":
         return
     evaluation = finish(leave_one_out_job(items, settings))
     assert any("grab (only in foam 01)" in remark for remark in evaluation.remarks)
@@ -147,8 +147,7 @@ def steps(seed, actions, each=8):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_more_actions_than_a_signed_byte_counts(name):
-    # Preset fast trains on every fifth decision: some of each action have to be among them.
-    item = steps(1, 130, each=8 if name != "fast" else 20)
+    item = steps(1, 130)
     settings = settings_of(name).replace(max_scale=4.0, windows=(0.01, 0.04))
     recogniser = train([item], settings)
     assert len(recogniser.actions) == 130

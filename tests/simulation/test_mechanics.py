@@ -27,7 +27,6 @@ from forcelab.simulation.scene import (
     Arm,
     Body,
     Ground,
-    Holder,
     Jaws,
     Pads,
     Profile,
@@ -429,15 +428,6 @@ def test_a_body_leaves_the_socket_upwards_or_above_the_rim_sideways(places, leav
     assert (system.watched(np.zeros(1), column)[row, 0] > 0) == leaves
 
 
-def test_scenes_of_different_parts_are_not_computed_together():
-    first = SCENES["grip"]
-    command = Trajectory.through([np.zeros((3, 3))] * 2)
-    with pytest.raises(InputError, match="same parts"):
-        Mechanics([first, replace(first, holder=Holder())], command)
-    with pytest.raises(InputError, match="one command for each"):
-        Mechanics([first], command)
-
-
 def test_a_frictionless_pull_leaves_the_body_where_it_is():
     scene = replace(SCENES["held"], arm=replace(SCENES["held"].arm, pads=SLIPPERY))
     system = mechanics(scene, {**COMMANDS, "tongs z": 0.1})
@@ -574,13 +564,6 @@ def test_scales_turn_a_newton_into_each_place_s_own_measure(name):
 def test_scenes_that_make_no_sense_are_refused_with_a_sentence(build, sentence):
     with pytest.raises(InputError, match=sentence):
         build()
-
-
-def test_parts_tell_what_scenes_of_a_batch_have_in_common():
-    grip = SCENES["grip"]
-    heavier = replace(grip, body=replace(grip.body, mass=1.0))
-    assert heavier.parts == grip.parts
-    assert len({scene.parts for scene in SCENES.values()}) == len(SCENES) - 1  # grip is curved
 
 
 SOLVERS = [Explicit(tolerance=1e-6), Lsoda(tolerance=1e-6)]

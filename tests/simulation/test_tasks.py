@@ -299,19 +299,6 @@ def test_without_taps_there_are_none_and_progress_ends_where_all_is_done():
     assert np.abs(untouched.forces[: round(0.2 * RATE)]).max() < INERTIA
 
 
-# The same again; test_production holds that it is the same to the last bit
-
-
-def test_a_demonstration_is_the_same_alone_and_among_others_but_for_rounding(performed):
-    # Of all tasks the stylus, which slips most, tells a difference soonest.
-    among = performed["stylus"][NUMBERS.index(2)]
-    (alone,) = finish(perform_job("stylus", SEED, [2], taps=True))
-    assert alone.scene == among.scene
-    assert alone.taps == among.taps
-    assert np.sqrt(np.mean((alone.forces - among.forces) ** 2)) < 1e-4
-    assert [a.action for a in alone.actions] == [a.action for a in among.actions]
-
-
 @pytest.mark.parametrize("task", TASKS)
 def test_numbers_differ_in_more_than_noise(performed, task):
     performance, other = performed[task]

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QRectF, QSizeF
 from PySide6.QtGui import QColor, QPainter, QPen
 
-from forcelab.errors import InputError
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import (
     CURVE_COLOURS,
@@ -50,18 +49,6 @@ class ClusterFigure(Figure):
     unit: str = "N"
     theme: Theme = LIGHT
 
-    def __post_init__(self) -> None:
-        n = len(self.times)
-        lengths = {len(self.signal), *(len(codes) for _, codes in self.rows)}
-        if n < 2 or lengths != {n} or not self.rows:
-            raise InputError(
-                f"Clusters need two or more samples, as many times as values and codes; there are "
-                f"{n} times and {len(self.rows)} rows of {sorted(lengths)} values."
-            )
-        for name, codes in self.rows:
-            if codes.min() < 0 or codes.max() >= len(CURVE_COLOURS):
-                raise InputError(f"'{name}' has clusters other than 0 .. {len(CURVE_COLOURS) - 1}.")
-
     @property
     def size(self) -> QSizeF:
         height = MARGIN + HEADING + len(self.rows) * ROW - 8 + AXIS_ROOM + MARGIN
@@ -69,7 +56,6 @@ class ClusterFigure(Figure):
 
     @property
     def axis(self) -> Axis:
-        """The time axis."""
         return Axis(float(self.times[0]), float(self.times[-1]), LEFT, LEFT + PLOT_WIDTH)
 
     def box(self, row: int) -> QRectF:
@@ -91,7 +77,7 @@ class ClusterFigure(Figure):
         middle = bottom - PLOT_HEIGHT - NAME_LINE / 2 - 2
         caption = text.elided_name(name, text.font(bold=True), PLOT_WIDTH)
         text.draw_text(
-            painter, LEFT, middle, caption, face=text.font(bold=True), ink=QColor(self.theme.text)
+            painter, LEFT, middle, caption, face=text.font(bold=True), ink=self.theme.text
         )
         low, high = float(self.signal.min()), float(self.signal.max())
         # Room for the thick line, and something to divide by where the signal never changes.

@@ -50,7 +50,6 @@ class DemonstrationFigure(Figure):
 
     @cached_property
     def axis(self) -> Axis:
-        """The time axis."""
         names = [track.author for track in self.tracks] + self._channel_names
         room = min(text.widest(map(text.printable, names), text.font()), NAME_ROOM)
         shown = self.demonstration
@@ -90,7 +89,6 @@ class DemonstrationFigure(Figure):
                 paint_curve(painter, self.axis, up, x[part], y[part], pen=curve_pen(ink, 1.0))
 
     def _paint_name(self, painter: QPainter, name: str, y: float, ink: QColor) -> None:
-        """Draw the name of a row at its left."""
         edge = self.axis.begin - NUMBER_ROOM
         name = text.elided_name(name, text.font(), edge - MARGIN)
         text.draw_text(painter, edge, y, name, face=text.font(), ink=ink, align=1.0)

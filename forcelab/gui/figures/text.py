@@ -137,7 +137,7 @@ def draw_text(
     line: str,
     *,
     face: QFont,
-    ink: QColor,
+    ink: QColor | str,
     align: float = 0.0,
 ) -> None:
     """Draw one line of text with the middle of its capital letters at height `y`.
@@ -157,7 +157,7 @@ def draw_text_upwards(
     line: str,
     *,
     face: QFont,
-    ink: QColor,
+    ink: QColor | str,
     align: float = 0.0,
 ) -> None:
     """Draw one line of text upwards from `y`, centred on `x` (see `draw_text`)."""

@@ -84,7 +84,6 @@ def fade_overlays(
 def paint_fade(
     painter: QPainter, box: QRectF, fades: tuple[FadeOverlay, ...], unlabelled: QColor
 ) -> None:
-    """Make a bar lighter."""
     stretches_by_opacity: dict[float, list[QRectF]] = {}
     for fade in fades:
         stretch = QRectF(fade.left, box.top(), fade.right - fade.left, box.height())
@@ -103,7 +102,6 @@ def fade_at(fades: tuple[FadeOverlay, ...], x: float) -> float:
 
 
 def _levels(probabilities: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Opacities in steps."""
     shares = np.clip((SURE - probabilities) / (SURE - UNSURE), 0.0, 1.0)
     return np.rint(shares * LEVELS).astype(np.int64)
 

@@ -103,7 +103,6 @@ class PlotView(pg.GraphicsView):
         self.update()
 
     def restyle(self) -> None:
-        """Take the theme's colours."""
         for item in self.scene().items():
             if isinstance(item, ValueAxis):
                 item.restyle()
@@ -222,7 +221,6 @@ class PlotView(pg.GraphicsView):
         return menu
 
     def add_picture_entries(self, menu: QMenu) -> None:
-        """Offer to copy and to export the plot."""
         menu.addAction("Copy as picture").triggered.connect(self.copy)
         menu.addAction("Export as picture…").triggered.connect(self.ask_export)
 
@@ -240,7 +238,6 @@ class PlotView(pg.GraphicsView):
         QGuiApplication.clipboard().setImage(self.as_figure().image())
 
     def ask_export(self) -> None:
-        """Ask for a file and save a picture of the plot in it."""
         name = self.accessibleName() or "Plot"
         path = ask_picture(self, "Export as picture", f"{name}.svg")
         if path is None:
@@ -505,7 +502,6 @@ class Plot(PlotView):
             self.show_all()
 
     def show_all(self) -> None:
-        """Show everything again."""
         self.box.setRange(self._whole, padding=0)
         self.zoomed = False
 
@@ -557,7 +553,6 @@ class Plot(PlotView):
             painter.drawText(QRectF(self.rect()).adjusted(16, 8, -16, -8), flags, self.sentence)
 
     def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
-        self.exposed = rect
         if self.legend:
             x, y = self.area.left(), self.area.top() - NUMBER
             paint_names(painter, x, y, self.legend, colours())

@@ -182,7 +182,6 @@ class ComparisonDialog(QDialog):
         return (*AGREEMENT_METRICS, *(metric for metric in ERROR_METRICS if metric.better))
 
     def done(self, result: int) -> None:
-        """Cancel the jobs when it closes."""
         for key in (LISTING_JOB, COMPARING_JOB):
             self._jobs.cancel(key)
         super().done(result)

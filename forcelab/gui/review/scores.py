@@ -170,7 +170,6 @@ class ScoresView(QWidget):
         return AGREEMENT_METRICS if self.which.currentData() == "rates" else ERROR_METRICS
 
     def copy(self) -> None:
-        """Copy the table as tab-separated text."""
         copy_text(self.model.as_tsv())
         self.document.show_message("The scores were copied.")
 

@@ -6,6 +6,7 @@ from factories import BAYES_SETTINGS, synthetic_set
 from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QGuiApplication, QImage, QPainter
 
+from forcelab.capture.emulator import VirtualOptoForce
 from forcelab.gui import settings
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.gui.capture.live_model import RECOGNISING, LoadedRecogniser, RecogniserSelection
@@ -18,6 +19,7 @@ from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import dump, save_recogniser
 from forcelab.recognition.training import train
+from tests.gui.capture.conftest import connect, make_study, open_window, source
 
 #: Every step gets a label, whatever it is: what comes is no foam.
 SETTINGS = BAYES_SETTINGS.replace(stride=10, threshold=None, median=None, drop=None)
@@ -35,20 +37,59 @@ def recogniser():
     return trained(("tangential 1", "normal 1"))
 
 
-@pytest.fixture(autouse=True)
-def _few_frequencies(monkeypatch):
+@pytest.fixture(scope="module", autouse=True)
+def _few_frequencies():
     """To make the wavelets of forty takes most of a second."""
-    monkeypatch.setattr("forcelab.gui.capture.live_scalogram.ROWS", 6)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("forcelab.gui.capture.live_scalogram.ROWS", 6)
+        yield
 
 
-@pytest.fixture
-def study(study, recogniser):
+@pytest.fixture(scope="module")
+def study(tmp_path_factory, recogniser):
     """The project with a recogniser in it."""
-    with Project.open(study) as project:
+    path = make_study(tmp_path_factory.mktemp("live") / "study.forcelab")
+    with Project.open(path) as project:
         project.runs.add_recogniser(
             "tiny", dump(recogniser), Provenance(settings={}, seed=0, labels=[], versions={})
         )
-    return study
+    return path
+
+
+@pytest.fixture(scope="module")
+def tongs():
+    with VirtualOptoForce(source) as device:
+        yield device
+
+
+@pytest.fixture(scope="module")
+def window(app, study, until):
+    """One window for all tests here."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FORCELAB_SETTINGS", str(study.with_name("settings.ini")))
+        with open_window(study, until) as window:
+            yield window
+
+
+@pytest.fixture(scope="module")
+def page(window, tongs, until):
+    """The workspace with the tongs connected, which they stay."""
+    return connect(window, tongs, until)
+
+
+@pytest.fixture
+def connected(window, page, until):
+    """The same; afterwards it is as it was before."""
+    latency = page.recogniser.latency.value()
+    yield page
+    if page.controller.recording:
+        window.commands["record"].trigger()
+        until(lambda: page.controller.phase is CaptureState.READY)
+    page.recogniser.latency.setValue(latency)
+    choose(page, 0)
+    page.scalogram.choose("")
+    window.show_workspace("capture")
+    until(lambda: not {RECOGNISING, DRAWING} & set(window.jobs.busy))
 
 
 def choose(page, row):
@@ -61,18 +102,23 @@ def labelled(page):
     return snapshot is not None and snapshot.until == snapshot.until
 
 
-def test_a_recorded_demonstration_is_labelled_while_it_plays(window, until, study):
+def test_a_recorded_demonstration_is_labelled_while_it_plays(window, until, tmp_path):
     performed, _ = synthetic_set(2)[0]
-    with Project.open(study) as project:
+    other = make_study(tmp_path / "other.forcelab")
+    with Project.open(other) as project:
         project.demonstrations.add(performed)
     page = window.capture.workspace
-    page.device_list.add(f"replay:{study}?demonstration={performed.name}")
+    page.device_list.add(f"replay:{other}?demonstration={performed.name}")
     page.connect_button.click()
     until(lambda: page.controller.phase is CaptureState.READY)
     choose(page, 1)
     until(lambda: labelled(page))
     live = page.controller.live_model
     until(lambda: {s.action for s in live.track.snapshot.segments} >= {"grab", "hold"})
+    choose(page, 0)
+    page.connect_button.click()
+    until(lambda: page.controller.phase is CaptureState.DISCONNECTED)
+    page.device_list.rows.clear()
 
 
 def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
@@ -201,10 +247,6 @@ def test_the_scalogram_grows_with_its_channel_on_the_same_axis(window, connected
     page.scalogram.grab()
     page.scalogram.choose("fx1")
     until(lambda: page.scalogram.strip is not None)
-    page.connect_button.click()
-    until(lambda: page.controller.phase is CaptureState.DISCONNECTED)
-    assert page.scalogram.isHidden()
-    until(lambda: DRAWING not in window.jobs.busy)
 
 
 def test_a_recogniser_that_does_not_fit_says_so_and_one_from_a_file_does(
@@ -306,10 +348,15 @@ def test_of_long_sentences_the_last_one_is_whole_and_the_others_have_a_line_each
     assert status.messages.toolTip().split("\n") == messages
 
 
+def lane_axes(view):
+    """Those of the lanes that are shown, drawn."""
+    view.grab()
+    return [trace.axis for trace in view.traces if trace.axis.isVisible()]
+
+
 def written(view):
     """What stands beside the lanes: a channel's name, then its latest value."""
-    view.grab()
-    return [[line for line, *_ in trace.axis.texts(view.readings)] for trace in view.traces]
+    return [[line for line, *_ in axis.texts(view.readings)] for axis in lane_axes(view)]
 
 
 def test_what_a_device_read_before_it_was_unplugged_is_not_shown_as_its_reading(
@@ -321,19 +368,21 @@ def test_what_a_device_read_before_it_was_unplugged_is_not_shown_as_its_reading(
     tongs.unplug()
     until(lambda: "unplugged" in connected.controller.state.devices[0].alarms)
     assert [value for _, value in written(connected.live_view)] == ["\N{EN DASH}"] * 3
+    tongs.replug()
+    until(lambda: "unplugged" not in connected.controller.state.devices[0].alarms)
 
 
 def test_the_lowest_lane_has_two_numbers_inside_of_it(connected):
     view = connected.live_view
     view.resize(600, view.minimumSizeHint().height())
-    view.grab()
+    axes = lane_axes(view)
+    assert len(axes) == 3
     image = QImage(600, 60, QImage.Format.Format_RGB32)
     with QPainter(image) as painter:
-        for trace in view.traces:
-            lane = trace.axis.lane
-            _, _, numbers = trace.axis.generateDrawSpecs(painter)
+        for axis in axes:
+            _, _, numbers = axis.generateDrawSpecs(painter)
             assert len(numbers) >= 2
-            assert all(box.top() >= 0 and box.bottom() <= lane.height for box, *_ in numbers)
+            assert all(box.top() >= 0 and box.bottom() <= axis.lane.height for box, *_ in numbers)
 
 
 def test_both_time_axes_agree(connected, until):
@@ -385,6 +434,7 @@ def test_readings_stay_to_be_read_until_devices_are_asked_again(app, connected):
         controller.ticked.emit()
         app.processEvents()
         assert painted.lefts == [left]
+    controller._timer.start()
 
 
 def test_the_labels_are_heard_by_other_programs_while_that_is_asked_for(window, connected, until):
@@ -412,3 +462,12 @@ def test_the_labels_are_heard_by_other_programs_while_that_is_asked_for(window, 
     until(lost)
     assert {action[0] for action in heard if action} <= {"", "still", "grab", "hold", "release"}
     assert not settings.flag("capture/send labels")
+
+
+def test_what_was_seen_goes_with_the_devices(window, page, until):
+    page.scalogram.choose("fx1")
+    until(lambda: page.scalogram.strip is not None)
+    page.connect_button.click()
+    until(lambda: page.controller.phase is CaptureState.DISCONNECTED)
+    assert page.scalogram.isHidden()
+    until(lambda: DRAWING not in window.jobs.busy)

@@ -182,7 +182,7 @@ def test_marks_in_a_file_are_as_large_as_on_screen(app, plot):
 
 def test_a_window_with_plots_can_be_deleted(app):
     """Its items belong to Qt and to Python, and either may end first."""
-    for number in range(20):
+    for number in range(6):
         window = QWidget()
         plots = [Line("force", "time") for _ in range(3)]
         column = QVBoxLayout(window)
