@@ -34,13 +34,17 @@ def imports_and_painters():
     """Of each file its imports, also those inside functions, and painters that no block ends."""
     found = {}
     for path in (ROOT / "forcelab").rglob("*.py"):
-        nodes = list(ast.walk(ast.parse(path.read_text("utf-8"))))
+        source = path.read_text("utf-8")
+        nodes = list(ast.walk(ast.parse(source)))
         imports = [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
-        calls = [node for node in nodes if isinstance(node, ast.Call)]
-        painters = {call for call in calls if getattr(call.func, "id", None) == "QPainter"}
-        ending = {item.context_expr for node in nodes for item in getattr(node, "items", ())}
-        found[path] = imports, painters - ending
+        found[path] = imports, painters_left(nodes) if "QPainter(" in source else set()
     return found
+
+
+def painters_left(nodes):
+    calls = [node for node in nodes if isinstance(node, ast.Call)]
+    painters = {call for call in calls if getattr(call.func, "id", None) == "QPainter"}
+    return painters - {item.context_expr for node in nodes for item in getattr(node, "items", ())}
 
 
 def imports_of_all_files():

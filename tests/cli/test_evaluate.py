@@ -501,8 +501,10 @@ def test_a_stream_is_left_out_in_groups_too(forcelab, project):
         "--task",
         "foam",
         *FAST_OPTIONS,
+        "--stride",
+        "10",
         "--latency",
-        "0.1",
+        "0.5",
         "--json",
         "-",
     ]
