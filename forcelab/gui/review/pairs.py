@@ -309,7 +309,6 @@ class PairsView(QWidget):
             ),
             self._vocabulary,
             tuple(self._styles),
-            note_key="At the right: accuracy after the filters.",
             stretched=self.tools.stretched.isChecked(),
         )
 
