@@ -88,13 +88,6 @@ SECTION_TEXTS = {
 VERDICT_NAMES = {"human": "human right", "model": "model right", "ambiguous": "ambiguous"}
 
 
-def percentages_text(kind: str) -> str:
-    """What the percentages of a section are, and its order."""
-    if kind == "suspected":
-        return "Percentages: how much speaks for an error of the coder, the largest first."
-    return "Percentages: how sure the model is; what is long and sure comes first."
-
-
 def action_name(action: str | None) -> str:
     return "unlabelled" if action is None else action
 
@@ -131,28 +124,11 @@ class QueueSection:
 
     @property
     def tip(self) -> str:
-        return "\n".join(
-            filter(None, (self.explained, self.percentages and percentages_text(self.kind)))
-        )
-
-
-def queue_sections(
-    queue: Queue, names: Mapping[str, str], text: str = ""
-) -> tuple[QueueSection, ...]:
-    """The sections that hold anything, with the items whose action or demonstration fits."""
-    text = text.strip().casefold()
-
-    def fits(about: Interval) -> bool:
-        actions = action_name(about.human), action_name(about.predicted)
-        return any(text in t.casefold() for t in (*actions, names.get(about.demonstration, "")))
-
-    sections = []
-    for kind in get_args(SectionKind):
-        items = tuple(getattr(queue, kind))
-        listed = tuple(filter(fits, items)) if text else items
-        if listed:
-            sections.append(QueueSection(kind, listed, len(items)))
-    return tuple(sections)
+        """What is in it, what its percentages are, and its order by these."""
+        order = "how sure the model is; what is long and sure comes first."
+        if self.kind == "suspected":
+            order = "how much speaks for an error of the coder, the largest first."
+        return f"{self.explained}\nPercentages: {order}" if self.percentages else self.explained
 
 
 class QueueModel(QAbstractListModel):
@@ -169,12 +145,22 @@ class QueueModel(QAbstractListModel):
         self._heads: tuple[int, ...] = (0,)  # the rows of the headings, and how many rows there are
 
     def show(self, queue: Queue, names: Mapping[str, str], text: str = "") -> bool:
-        """Show a queue; gives whether anything changed."""
-        sections = queue_sections(queue, names, text)
-        if (sections, names) == (self.sections, self.names):
+        """Show what of a queue has a text in action or demonstration; gives whether it changed."""
+        text = text.strip().casefold()
+
+        def fits(about: Interval) -> bool:
+            actions = action_name(about.human), action_name(about.predicted)
+            return any(text in t.casefold() for t in (*actions, names.get(about.demonstration, "")))
+
+        sections = []
+        for kind in get_args(SectionKind):
+            items = tuple(getattr(queue, kind))
+            if listed := tuple(filter(fits, items)) if text else items:
+                sections.append(QueueSection(kind, listed, len(items)))
+        if (tuple(sections), names) == (self.sections, self.names):
             return False
         self.beginResetModel()
-        self.sections, self.names = sections, names
+        self.sections, self.names = tuple(sections), names
         self._count()
         self.endResetModel()
         return True
