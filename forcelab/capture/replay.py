@@ -211,18 +211,16 @@ class Replay(Closable):
             return VirtualTextDevice(
                 lambda times: part.values[now(times)],
                 rate,
-                names=part.header,
-                path=Path(f"ttyUSB{number}"),
-                absent=self._absent(number, np.zeros(len(part.values), dtype=np.bool_)),
-                waits=True,
+                Path(f"ttyUSB{number}"),
+                self._absent(number, np.zeros(len(part.values), dtype=np.bool_)),
+                part.header,
             )
         return VirtualOptoForce(
             lambda times: part.counts[now(times)],
             rate,
-            serial=part.serial,
-            path=Path(f"ttyACM{number}"),
-            absent=self._absent(number, part.missing),
-            waits=True,
+            Path(f"ttyACM{number}"),
+            self._absent(number, part.missing),
+            part.serial,
         )
 
     def _absent(
