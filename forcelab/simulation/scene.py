@@ -15,9 +15,11 @@ from types import SimpleNamespace
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from forcelab.labels import Segments
-from forcelab.simulation.system import Array, Event
+
+Array = NDArray[np.float64]
 
 
 class Width(NamedTuple):
@@ -264,6 +266,14 @@ class Motion:
     #: (n, 4), x, y, z (m) and angle (rad) of the body; z is that of its lower face above the table.
     body: Array
     normal: Array  # (n, 2), force that presses on the left and on the right jaw, N, not negative
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Event:
+    """Something that happened at an instant, located to less than a microsecond."""
+
+    time: float  # seconds from the start of the force recording
+    kind: str  # such as ``"left jaw: contact made"``, ``"left jaw: slip begins"`` or ``"snap in"``
 
 
 @dataclass(frozen=True)

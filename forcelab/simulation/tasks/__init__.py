@@ -9,9 +9,8 @@ import numpy as np
 from forcelab.jobs import Progress, job
 from forcelab.simulation.hand import Trajectory
 from forcelab.simulation.mechanics import Layout, Mechanics
-from forcelab.simulation.scene import TASKS, Motion, Performance, Scene, Task
+from forcelab.simulation.scene import TASKS, Array, Event, Motion, Performance, Scene, Task
 from forcelab.simulation.solvers import Rosenbrock, integrating
-from forcelab.simulation.system import Array, Event
 from forcelab.simulation.tasks.choreography import AFTERWARDS, Choreography
 from forcelab.simulation.tasks.ground_truth import Course, true_actions
 from forcelab.simulation.tasks.plays import PLAYS
