@@ -19,6 +19,16 @@ from forcelab.errors import InputError
 _FARTHEST, _FASTEST = 1e12, 1e6
 
 
+def farthest_drift(late: NDArray[np.float64], window: int) -> float:
+    """How far stamps move away from even ones over `window` samples, in the unit of `late`.
+
+    Of stamps that only jitter the median distance from even ones, `late` (n,), is everywhere the
+    same; where samples were lost, all that come after are late.
+    """
+    parts = np.median(late[: late.size // window * window].reshape(-1, window), axis=1)
+    return float(np.abs(parts - np.median(late)).max())
+
+
 @dataclass(frozen=True, slots=True)
 class ClockMap:
     """An affine map from a device's clock to the force recording's clock.

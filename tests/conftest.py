@@ -15,33 +15,28 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-#: The files that take longest begin first, so that no process is left with one in the end.
+#: The files that take longest, 9 s and more, begin first: no process is left with one in the end.
 LONG = (
     "recognition/test_cross_validation.py",
-    "gui/review/test_tradeoff.py",
+    "recognition/test_live_model.py",
+    "measure/test_benchmarks.py",
     "simulation/test_tasks.py",
     "test_guide.py",
-    "cli/test_commands.py",
-    "e2e/test_review.py",
-    "cli/test_evaluate.py",
-    "simulation/test_generate.py",
-    "cli/test_plan.py",
-    "cli/test_measure.py",
-    "cli/test_capture_recogniser.py",
-    "test_house_rules.py",
-    "review/test_label_errors.py",
-    "cli/test_capture.py",
-    "cli/test_simulate.py",
-    "cli/test_gui.py",
-    "cli/test_interrupts.py",
-    "e2e/test_kills.py",
-    "recognition/test_storage.py",
-    "measure/test_contact.py",
+    "gui/review/test_workspace.py",
     "recognition/test_extremes.py",
-    "measure/test_benchmarks.py",
+    "gui/capture/test_live_views.py",
+    "gui/test_memory.py",
     "recognition/test_classifiers.py",
-    "formats/test_broken_input.py",
-    "formats/test_pdl.py",
+    "e2e/test_review.py",
+    "review/test_label_errors.py",
+    "e2e/test_keyboard.py",
+    "gui/capture/test_workspace.py",
+    "gui/test_window_menus.py",
+    "gui/test_window.py",
+    "capture/test_recorder.py",
+    "capture/test_lsl.py",
+    "recognition/test_live.py",
+    "simulation/test_solvers.py",
     "signals/test_scalogram.py",
 )
 #: Waits for what has gone on beside all others.
@@ -197,11 +192,12 @@ def no_widget_outlives_its_file():
 
 
 def _windows():
-    """Windows that stand for themselves, if any test has made some."""
+    """Windows that stand for themselves, if any test has made some; but for those of its file."""
     widgets = sys.modules.get("PySide6.QtWidgets")
     if widgets is None or widgets.QApplication.instance() is None:
         return []
-    return [widget for widget in widgets.QApplication.topLevelWidgets() if not widget.parent()]
+    top = widgets.QApplication.topLevelWidgets()
+    return [widget for widget in top if not widget.parent() and not widget.property("of file")]
 
 
 def _delete(windows):

@@ -121,7 +121,7 @@ class Array:
             values = values.astype("M8[ns]")
         elif values.dtype.kind == "m":
             values = values.astype("m8[ns]").astype(np.int64)
-        return values[:first]
+        return values if first is None else values[:first]
 
 
 def check_size(path: str, values: int, stored: int) -> None:
@@ -215,7 +215,7 @@ class _Choice:
                 f"'{tree.path}' holds no array of numbers with a row for each sample"
                 f"{f' ({why[:200]})' if why else ''}; there is nothing to import."
             )
-        options = _without_slashes(options)
+        options = _rename(options, lambda name: (name.removeprefix("/"),))
         roles = _single_roles(options)
         names = [*roles, *options.signals, *options.leave_out]
         #: Beginnings of names of columns, whose arrays are told column by column.
@@ -428,23 +428,10 @@ class _Choice:
             ]
             return tuple(found) or (name,)
 
-        def single(name: str | None) -> str | None:
-            return columns(name)[0] if name else None
-
+        options = _rename(options, columns)
         known = {column.name for column in self.layout.columns}
-        return replace(
-            options,
-            time=single(options.time),
-            label=single(options.label),
-            counter=single(options.counter),
-            signals=tuple(name for text in options.signals for name in columns(text)),
-            leave_out=tuple(
-                name
-                for text in options.leave_out
-                for name in columns(text)
-                if name in known or name.isdecimal()
-            ),
-        )
+        left_out = (name for name in options.leave_out if name in known or name.isdecimal())
+        return replace(options, leave_out=tuple(left_out))
 
     def body(self) -> TableBody:
         """Read the arrays, that of the times first, while there is nothing else in memory."""
@@ -457,6 +444,13 @@ class _Choice:
             if array is not before:
                 values = np.empty((0, 0))  # so that the one before is gone when this one comes
                 values, before = array.sample_table(self.rows), array
+                alone = values.shape == table.shape and values.dtype == np.float64
+                if (
+                    alone
+                    and values.base is None
+                    and all(self.parts[i][0] is array for i in numeric)
+                ):
+                    table = values  # which needs no copy
             if index == self.roles.time:
                 times = self._times(index, values[:, place])
             elif index in self.roles.numeric:
@@ -585,19 +579,19 @@ def _single_roles(options: ReadOptions) -> list[str]:
     return [name for name in (options.time, options.label, options.counter) if name]
 
 
-def _without_slashes(options: ReadOptions) -> ReadOptions:
-    """The options with names as paths are told, which do not begin with a slash."""
+def _rename(options: ReadOptions, names: Callable[[str], tuple[str, ...]]) -> ReadOptions:
+    """The options with other names for what they name; a role is the first of several."""
 
-    def bare(name: str | None) -> str | None:
-        return name and name.removeprefix("/")
+    def role(name: str | None) -> str | None:
+        return names(name)[0] if name else None
 
     return replace(
         options,
-        time=bare(options.time),
-        label=bare(options.label),
-        counter=bare(options.counter),
-        signals=tuple(name.removeprefix("/") for name in options.signals),
-        leave_out=tuple(name.removeprefix("/") for name in options.leave_out),
+        time=role(options.time),
+        label=role(options.label),
+        counter=role(options.counter),
+        signals=tuple(new for name in options.signals for new in names(name)),
+        leave_out=tuple(new for name in options.leave_out for new in names(name)),
     )
 
 

@@ -23,6 +23,7 @@ import numpy as np
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
+from forcelab.formats.json_values import GZIP
 from forcelab.formats.label_offset import fit_offset
 from forcelab.formats.output_folder import file_names
 from forcelab.formats.samples import LABELS_OF
@@ -43,20 +44,6 @@ from forcelab.project import DemonstrationInfo, LabelImport, Project
 from forcelab.segment_edits import tell_changes
 from forcelab.text import counted, listed, name_alike
 from forcelab.vocabulary import MOST_ACTIONS
-
-__all__ = [
-    "LABEL_FORMATS",
-    "ImportedTrack",
-    "LabelFormat",
-    "LabelOptions",
-    "LabelReport",
-    "LabelSet",
-    "identify_labels",
-    "import_labels",
-    "importing_labels",
-    "own_stem",
-    "read_label_file",
-]
 
 #: Demonstrations that a sentence names; further ones it only counts.
 NAMED: Final = 4
@@ -142,8 +129,6 @@ class LabelOptions:
 
 @dataclass(frozen=True, slots=True)
 class LabelFormat:
-    """A format that labels can be read from."""
-
     name: str  #: unique
     description: str  #: a few words that may follow "can read"
     module: str  #: reads it; imported when it is needed
@@ -172,40 +157,18 @@ def _marked(start: bytes) -> tuple[bytes, ...]:
     return (codecs.BOM_UTF8 + start, *wide)
 
 
+_TEXTGRID: Final = (b"File type", *_marked(b"File type"), b"ooBinaryFile")
 #: In the order in which they are tried: any text might be a table.
-LABEL_FORMATS: Final[tuple[LabelFormat, ...]] = (
+LABEL_FORMATS: Final = (
+    LabelFormat("elan", "ELAN files (*.eaf)", "forcelab.formats.elan", (b"<", *_marked(b"<"))),
+    LabelFormat("textgrid", "TextGrids of Praat", "forcelab.formats.textgrid", _TEXTGRID),
+    LabelFormat("boris", "projects and event tables of BORIS", "forcelab.formats.boris"),
+    LabelFormat("boris.gz", "compressed projects of BORIS", "forcelab.formats.boris", (GZIP,)),
+    LabelFormat("label-studio", "JSON of Label Studio", "forcelab.formats.label_studio"),
     LabelFormat(
-        name="elan",
-        description="ELAN files (*.eaf)",
-        module="forcelab.formats.elan",
-        starts=(b"<", *_marked(b"<")),
-    ),
-    LabelFormat(
-        name="textgrid",
-        description="TextGrids of Praat",
-        module="forcelab.formats.textgrid",
-        starts=(b"File type", *_marked(b"File type"), b"ooBinaryFile"),
-    ),
-    LabelFormat(
-        name="boris",
-        description="projects and event tables of BORIS",
-        module="forcelab.formats.boris",
-    ),
-    LabelFormat(
-        name="boris.gz",
-        description="compressed projects of BORIS",
-        module="forcelab.formats.boris",
-        starts=(b"\x1f\x8b",),
-    ),
-    LabelFormat(
-        name="label-studio",
-        description="JSON of Label Studio",
-        module="forcelab.formats.label_studio",
-    ),
-    LabelFormat(
-        name="table",
-        description="tables of start, end and action (CSV, TSV, Audacity)",
-        module="forcelab.formats.label_tables",
+        "table",
+        "tables of start, end and action (CSV, TSV, Audacity)",
+        "forcelab.formats.label_tables",
     ),
 )
 

@@ -14,20 +14,6 @@ from typing import Final
 
 from forcelab.errors import InputError
 
-__all__ = [
-    "BAG_METADATA",
-    "LEROBOT_INFO",
-    "announced_kind",
-    "file_head",
-    "is_bag_folder",
-    "is_lerobot_folder",
-    "lerobot_folder",
-    "names_in_zip",
-    "naming_damage",
-    "naming_file",
-    "seems_to_be",
-]
-
 #: Bytes of a file that are looked at to tell its format.
 HEAD_BYTES: Final = 64 * 1024
 

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, UnclearRateError
-from forcelab.formats.boris import sniff_labels as is_boris
 from forcelab.formats.label_tables import is_label_table, own_or_beside_tracks
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
 from forcelab.formats.samples import SAMPLES
@@ -75,11 +74,8 @@ _TABLE_SHARE = 0.5
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """Whether a file is a text table: rows of numbers, or a text called ``.csv`` or ``.tsv``.
-
-    A table of events of BORIS is none.
-    """
-    if not is_text(head) or is_boris(path, head):
+    """Whether a file is a text table: rows of numbers, or a text called ``.csv`` or ``.tsv``."""
+    if not is_text(head):
         return False
     if path.suffix.lower() in _SUFFIXES:
         return True
@@ -197,6 +193,19 @@ class TableBody:
     def values(self) -> dict[int, NDArray[np.float64]]:
         """The numbers of each numeric column, by index."""
         return dict(zip(self.numeric, self.table.T, strict=True))
+
+
+def as_cells(column: NDArray[Any] | list[str]) -> list[str]:
+    """Words, numbers or times as the cells of a text table; empty where one is missing."""
+    if isinstance(column, list) or column.dtype.kind == "O":
+        return list(column)
+    if column.dtype.kind in "Mm":
+        clock = column.dtype.kind == "m"
+        dates = np.datetime64("1970-01-01") + column if clock else column
+        texts = ["" if text == "NaT" else text for text in np.datetime_as_string(dates).tolist()]
+        return [text.partition("T")[2] for text in texts] if clock else texts
+    # Whole numbers of labels may be floats as some are missing.
+    return ["" if text == "nan" else text.removesuffix(".0") for text in map(str, column.tolist())]
 
 
 class BodyReader:

@@ -1,4 +1,4 @@
-"""The choice of the coder one labels as."""
+"""The choice of a coder: the one that one labels as, or the one of labels that name none."""
 
 from __future__ import annotations
 
@@ -80,3 +80,22 @@ class AuthorChoice(QWidget):
         self._document.set_author(name)
         project = self._document.project
         settings.remember_coder(project.path if project else None, self._document.author)
+
+
+class UnsignedCoder(QComboBox):
+    """The coder of labels that are brought without one: seldom the one who sits here now."""
+
+    def __init__(self, document: Document, unsigned: str) -> None:
+        super().__init__()
+        self._document = document
+        self.setEditable(True)
+        self.setAccessibleName("Coder for unsigned labels")
+        self.addItems(list(dict.fromkeys((unsigned, *self._coders(), document.author))))
+
+    def settle(self) -> str:
+        """The tidied name; if it nearly is that of a coder here, the coder is asked which it is."""
+        return settle_name(self, self.currentText(), self._coders())
+
+    def _coders(self) -> tuple[str, ...]:
+        project = self._document.project
+        return project.coding.coders() if project else ()

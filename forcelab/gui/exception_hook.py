@@ -138,7 +138,6 @@ class ExceptionHook(QObject):
 
     @Slot(object)
     def _take(self, error: BaseException) -> None:
-        """Show one error."""
         if isinstance(error, ForcelabError):
             self._say(str(error))
         elif self._open is not None:
@@ -234,19 +233,17 @@ class FaultDialog(QDialog):
 
     def _folded(self, details: str) -> QPlainTextEdit:
         """The details, hidden at first."""
-        text = QPlainTextEdit(details)
-        text.setReadOnly(True)
+        text = QPlainTextEdit(details, readOnly=True, tabChangesFocus=True)
         text.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
         text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
         text.setAccessibleName("Details")
-        text.setTabChangesFocus(True)
         metrics = self.fontMetrics()
         text.setMinimumSize(metrics.averageCharWidth() * 80, metrics.lineSpacing() * 12)
         text.hide()
         return text
 
     def _buttons(self) -> QHBoxLayout:
-        self._show = QPushButton("Show details", self)
+        self._show = QPushButton("Show details")
         self._show.setCheckable(True)
         self._show.toggled.connect(self._show_details)
         self._copy = push_button("Copy details", self._copy_details)

@@ -45,11 +45,10 @@ class ExportDialog(QDialog):
         # The name of a demonstration may be longer than the screen is wide.
         self.which = ElidedComboBox()
         if document.demonstration is not None:
-            current = f"This demonstration ({document.demonstration.name})"
-            self.which.addItem(current, (document.id,))
+            name = document.demonstration.name
+            self.which.addItem(f"This demonstration ({name})", (document.id,))
         if shown:
-            listed = f"All in the list ({len(shown)})"
-            self.which.addItem(listed, tuple(shown))
+            self.which.addItem(f"All in the list ({len(shown)})", tuple(shown))
             self.which.setCurrentIndex(self.which.count() - 1)  # what is wanted most
         if len(shown) < len(document.infos):  # the list is searched or narrowed
             all_ = f"The whole project ({len(document.infos)})"

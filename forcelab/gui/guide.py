@@ -77,8 +77,6 @@ from forcelab.gui.layout import (
 )
 from forcelab.guide import Page, anchors, patterns, picture_folder, read_pages, search
 
-__all__ = ["GuideWindow", "fragments", "is_code", "read_markdown"]
-
 #: What a picture is in a paragraph's text.
 PICTURE = "\N{OBJECT REPLACEMENT CHARACTER}"
 #: What Qt and GitHub both make of a page.

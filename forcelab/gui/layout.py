@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Literal, TypeVar
 
@@ -35,6 +35,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.gui import settings
 from forcelab.gui.icons import icon
 from forcelab.jobs import Progress
 
@@ -44,14 +45,15 @@ ROW_SPACING = 1.6
 PAGE_MARGIN = 16
 #: Of a widget that may become as high as it can (Qt's QWIDGETSIZE_MAX), in pixels.
 UNLIMITED = 16_777_215
+#: The version of the docks' layout: one of another version is not restored.
+LAYOUT = 1
 #: What a window's frame adds to its width and height at most, in pixels.
 FRAME = QSize(16, 44)
 
 
 def scroll_area(page: QWidget) -> QScrollArea:
     """A page that scrolls up and down if there is too little room; it wraps its texts."""
-    area = QScrollArea()
-    area.setWidgetResizable(True)
+    area = QScrollArea(widgetResizable=True)
     area.setFrameShape(QFrame.Shape.NoFrame)
     area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
     area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -171,17 +173,23 @@ class DockedWindow(QMainWindow):
         if shown:
             self.resizeDocks([*shown], [*shown.values()], Qt.Orientation.Horizontal)
 
-    @property
-    def widths(self) -> list[str]:
-        """The widths that the lists should have, to be remembered with the layout."""
-        return [f"{width} {dock.objectName()}" for dock, width in self._widths.items()]
+    def store_docks(self, key: str) -> None:
+        """Remember where the docks are, and how wide they should be: the window may be small."""
+        settings.store(f"{key}/layout", bytes(self.saveState(LAYOUT).data()))
+        widths = [f"{width} {dock.objectName()}" for dock, width in self._widths.items()]
+        settings.store(f"{key}/widths", widths)
 
-    def recall_widths(self, widths: Iterable[str]) -> None:
-        """Have the widths that were remembered: the window may have been small when it closed."""
-        for width, _, name in (entry.partition(" ") for entry in widths):
+    def restore_docks(self, key: str) -> bool:
+        """Have the docks as they were remembered; gives whether they were."""
+        state = settings.data(f"{key}/layout")
+        if not state or not self.restoreState(QByteArray(state), LAYOUT):
+            return False
+        for entry in settings.strings(f"{key}/widths"):
+            width, _, name = entry.partition(" ")
             dock = self.findChild(QDockWidget, name)
             if isinstance(dock, QDockWidget) and width.isdecimal():
                 self._widths[dock] = int(width)
+        return True
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -434,8 +442,7 @@ def search_field(placeholder: str, name: str) -> QLineEdit:
 
 def separator() -> QFrame:
     """A line between two groups."""
-    line = QFrame()
-    line.setFrameShape(QFrame.Shape.HLine)
+    line = QFrame(frameShape=QFrame.Shape.HLine)
     line.setFrameShadow(QFrame.Shadow.Plain)
     line.setForegroundRole(QPalette.ColorRole.Mid)
     return line

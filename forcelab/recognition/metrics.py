@@ -360,20 +360,14 @@ def without_unlabelled(over: Overlay) -> Overlay:
 
     Neighbours of one action that now touch are one segment.
     """
-    samples, seconds = over.pieces.samples, over.pieces.seconds
-    places = np.concatenate([[0], np.cumsum(samples)])
-    times = np.concatenate([[0.0], np.cumsum(seconds)])
-
-    def gathered(codes: NDArray[np.int64]) -> Runs:
-        """Neighbouring pieces of one code together; unlabelled ones left out."""
-        changes = np.flatnonzero(np.diff(codes)) + 1
-        first = np.concatenate([[0], changes]) if len(codes) else changes
-        last = np.concatenate([changes, [len(codes)]]) if len(codes) else changes
-        labelled = codes[first] >= 0
-        first, last = first[labelled], last[labelled]
-        return Runs(codes[first], places[first], places[last], times[first], times[last])
-
-    return Overlay.from_codes(over.human_codes, over.predicted_codes, over.actions, gathered)
+    places = np.concatenate([[0], np.cumsum(over.pieces.samples)])
+    times = np.concatenate([[0.0], np.cumsum(over.pieces.seconds)])
+    return Overlay.from_codes(
+        over.human_codes,
+        over.predicted_codes,
+        over.actions,
+        lambda codes: gather_runs(codes, places, times),
+    )
 
 
 def boundaries_found(closed: Overlay) -> tuple[int, int]:
@@ -653,7 +647,7 @@ def overlay_segments(human: Segments, predicted: Segments, actions: Sequence[str
         _codes(human, number, ticks),
         _codes(predicted, number, ticks),
         len(actions),
-        lambda codes: _timed_runs(codes, ticks, times),
+        lambda codes: gather_runs(codes, ticks, times),
     )
 
 
@@ -717,9 +711,9 @@ def _codes(
     return np.where((last >= 0) & (starts < end[last]), codes[last], UNLABELLED)
 
 
-def _timed_runs(
+def gather_runs(
     codes: NDArray[np.int64], ticks: NDArray[np.int64], times: NDArray[np.float64]
 ) -> Runs:
-    """Gather neighbours of equal code, numbered in ticks instead of in edges."""
+    """Neighbours of equal code as one; code ``i`` holds from tick and time ``i`` to the next."""
     runs = stretches(codes, times[:-1], times[1:])
     return Runs(runs.codes, ticks[runs.firsts], ticks[runs.lasts], runs.starts, runs.ends)

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 from typing import Any, NamedTuple
 
@@ -36,7 +36,7 @@ from forcelab.jobs import Progress, job
 from forcelab.labels import Interval, Segment, Segments, is_model, to_codes
 from forcelab.project import Project
 from forcelab.recognition.intervals import FEWEST, draw_resamples, percentile_interval
-from forcelab.recognition.metrics import OVERLAPS, Overlay, f1, match_segments
+from forcelab.recognition.metrics import OVERLAPS, Overlay, f1, gather_runs, match_segments
 from forcelab.review.differences import Difference, difference_kind
 from forcelab.runs import Runs
 from forcelab.segment_edits import SLIVER
@@ -393,30 +393,24 @@ def _segment_starts(track: Segments) -> list[float]:
 
 def _pair_overlay(common: _LabelledByBoth, human: int, predicted: int) -> Overlay:
     """The overlay of the two tracks, in ticks instead of samples."""
-    either = common.numbers[human] * (int(common.numbers[predicted].max(initial=0)) + 1)
-    pairs = _number_runs(common, either + common.numbers[predicted], common.codes[human])
-    first = np.searchsorted(common.ticks, pairs.firsts)
-    return Overlay(
-        human=_number_runs(common, common.numbers[human], common.codes[human]),
-        predicted=_number_runs(common, common.numbers[predicted], common.codes[predicted]),
-        pieces=pairs,
-        human_codes=common.codes[human][first],
-        predicted_codes=common.codes[predicted][first],
-        actions=int(common.codes.max(initial=-1)) + 1,
+    numbers, codes = common.numbers, common.codes
+    both = numbers[human] * (int(numbers[predicted].max(initial=0)) + 1) + numbers[predicted]
+    pieces, of_human, of_predicted = (
+        gather_runs(row, common.ticks, common.ticks / TICKS)
+        for row in (both, numbers[human], numbers[predicted])
     )
 
+    def code(track: int, runs: Runs) -> NDArray[np.int64]:
+        return codes[track][np.searchsorted(common.ticks, runs.firsts)]
 
-def _number_runs(
-    common: _LabelledByBoth, numbers: NDArray[np.int64], codes: NDArray[np.int64]
-) -> Runs:
-    """Neighbouring pieces of one number as one stretch."""
-    if not len(numbers):
-        none, empty_times = np.empty(0, dtype=np.int64), np.empty(0)
-        return Runs(none, none, none, empty_times, empty_times)
-    firsts = np.concatenate([[0], np.flatnonzero(np.diff(numbers)) + 1])
-    starts = common.ticks[firsts]
-    ends = np.append(starts[1:], common.ticks[-1])
-    return Runs(codes[firsts], starts, ends, starts / TICKS, ends / TICKS)
+    return Overlay(
+        human=replace(of_human, codes=code(human, of_human)),
+        predicted=replace(of_predicted, codes=code(predicted, of_predicted)),
+        pieces=pieces,
+        human_codes=code(human, pieces),
+        predicted_codes=code(predicted, pieces),
+        actions=int(codes.max(initial=-1)) + 1,
+    )
 
 
 def coder_differences(demonstration: str, a: Segments, b: Segments) -> tuple[Difference, ...]:

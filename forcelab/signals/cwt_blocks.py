@@ -34,6 +34,7 @@ from functools import cache, cached_property
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 from scipy import fft
@@ -122,10 +123,7 @@ class Interpolation:
     step: int  # D, samples of a step of the grid
     points: int  # steps that one row of the product covers
     before: int  # points of the grid that a row needs before its first sample
-    matrix: NDArray[np.floating]  # (inputs, points * step), for real and imaginary parts apart
-    #: (2 * inputs, 2 * points * step), the same for parts in turn, as complex numbers lie in
-    #: memory: half of it is zero, but its product is written where it belongs at once.
-    interleaved: NDArray[np.floating]
+    matrix: NDArray[np.floating]  # (inputs, points * step)
 
     @property
     def inputs(self) -> int:
@@ -145,25 +143,7 @@ def interpolation(kernel: Kernel, step: int, single: bool) -> Interpolation:
     before = kernel.taps // 2 - 1
     grid = np.arange(kernel.taps + points - 1)[:, None] - before
     matrix = kernel(np.arange(points * step) / step - grid)
-    interleaved = np.zeros((len(grid), 2, points * step, 2))
-    interleaved[:, 0, :, 0] = interleaved[:, 1, :, 1] = matrix
-    flat = interleaved.reshape(2 * len(grid), -1)
-    if single:
-        return Interpolation(
-            step, points, before, matrix.astype(np.float32), flat.astype(np.float32)
-        )
-    return Interpolation(step, points, before, matrix, flat)
-
-
-def windows(points: Floats, rows: int, product: Interpolation, group: int = 1) -> Floats:
-    """Overlapping windows of rows of `group` numbers a point: (..., rows, inputs * group).
-
-    Each window begins `product.points` points after the one before.
-    """
-    *outer, last = points.strides
-    strides = (*outer, product.points * group * last, last)
-    shape = (*points.shape[:-1], rows, product.inputs * group)
-    return np.lib.stride_tricks.as_strided(points, shape, strides, writeable=False)
+    return Interpolation(step, points, before, matrix.astype(np.float32) if single else matrix)
 
 
 #: Errors to choose from, relative to the largest coefficient of the scale, and fewest taps.
@@ -308,10 +288,6 @@ Complex = NDArray[np.complexfloating[Any, Any]]
 class Sink(Protocol):
     """Takes coefficients, part by part."""
 
-    #: (c, k, 2 * padded), where real and imaginary parts in turn can be written without the sink's
-    #: help.
-    direct: Floats | None
-
     def write(self, channels: slice, scales: slice, start: int, real: Floats, imag: Floats) -> None:
         """Take parts of shape (channels, scales, samples) from sample `start` on.
 
@@ -320,21 +296,11 @@ class Sink(Protocol):
 
 
 class Coefficients:
-    """Complex coefficients.
+    """Complex coefficients; `result` (c, k, n)."""
 
-    `padded`: samples with those that only fill the last row of a product.
-    """
-
-    def __init__(self, channels: int, scales: int, n: int, padded: int, single: bool) -> None:
+    def __init__(self, channels: int, scales: int, n: int, single: bool) -> None:
         kind = np.complex64 if single else np.complex128
-        self._whole = np.empty((channels, scales, padded), dtype=kind)
-        self._n = n
-        self.direct: Floats | None = self._whole.view(np.float32 if single else np.float64)
-
-    @property
-    def result(self) -> Complex:
-        """What was written, shape (c, k, n)."""
-        return self._whole[:, :, : self._n]
+        self.result: Complex = np.empty((channels, scales, n), dtype=kind)
 
     def write(self, channels: slice, scales: slice, start: int, real: Floats, imag: Floats) -> None:
         """Take parts, see :class:`Sink`."""
@@ -349,8 +315,6 @@ class LogPolar:
     `floor` (k,): magnitudes below are raised to it, and their phase, which means nothing, is 0;
     `magnitudes`, `phases` (c, k, n): natural logarithms, and radians in -pi .. pi.
     """
-
-    direct: Floats | None = None
 
     def __init__(self, channels: int, floor: NDArray[np.float64], n: int, single: bool) -> None:
         kind = np.float32 if single else np.float64
@@ -383,8 +347,6 @@ class LargestPower:
     `bounds` (m + 1,): samples, rising; `power` (c, k, m).
     """
 
-    direct: Floats | None = None
-
     def __init__(self, channels: int, scales: int, bounds: NDArray[np.int64], single: bool) -> None:
         kind = np.float32 if single else np.float64
         self.power: Floats = np.zeros((channels, scales, len(bounds) - 1), dtype=kind)
@@ -411,8 +373,6 @@ class AtSamples:
 
     `samples` (m,): rising; `coefficients` (c, k, m).
     """
-
-    direct: Floats | None = None
 
     def __init__(
         self, channels: int, scales: int, samples: NDArray[np.int64], single: bool
@@ -580,9 +540,7 @@ def _smoothed(finer: _Copy, ratio: int, smoothing: Smoothing) -> _Copy:
         chosen = min(together, rows - row)
         start = begin + row * hop
         part = held(finer.values, start, start + (chosen - 1) * hop + len(matrix))
-        strides = (part.strides[0], hop * part.strides[1], part.strides[1])
-        shape = (c, chosen, len(matrix))
-        windows = np.lib.stride_tricks.as_strided(part, shape, strides, writeable=False)
+        windows = sliding_window_view(part, len(matrix), 1)[:, ::hop]
         means = np.ascontiguousarray(windows).reshape(-1, len(matrix)) @ matrix
         out[:, row * MEANS_A_ROW : (row + chosen) * MEANS_A_ROW] = means.reshape(c, -1)
     return _Copy(out, step, first * step)

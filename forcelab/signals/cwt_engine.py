@@ -24,6 +24,7 @@ from itertools import groupby
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy import fft
 
@@ -48,7 +49,6 @@ from forcelab.signals.cwt_blocks import (
     keep_freed_memory,
     response,
     spectrum,
-    windows,
     without_line,
 )
 from forcelab.signals.wavelets import Morlet, Wavelet
@@ -324,45 +324,22 @@ class Narrow:
         """Frames `first` .. `last` of some channels."""
         hop, margin = self._hop, self._margin
         part = held(values[channels], first * hop - margin, last * hop + margin)
-        spectra, slopes = self._spectra(part, last - first)
+        spectra, slopes = self._spectra(part)
         for j, weights, slope in self._ways:
             product = np.empty_like(spectra)
             np.multiply(spectra.view(weights.dtype), weights, out=product.view(weights.dtype))
             # The inverse transform divides by the length.
             product[:, :, 0] = slopes * (-1j * slope * self._length)
             rows = fft.ifft(product, axis=-1, overwrite_x=True)[:, :, margin : margin + hop]
-            if sink.direct is None:
-                real = np.ascontiguousarray(rows.real).reshape(len(rows), 1, -1)
-                imag = np.ascontiguousarray(rows.imag).reshape(len(rows), 1, -1)
-                sink.write(channels, slice(j, j + 1), first * hop, real, imag)
-            else:
-                self._place(rows, sink.direct[channels, j], first * hop)
+            real = np.ascontiguousarray(rows.real).reshape(len(rows), 1, -1)
+            imag = np.ascontiguousarray(rows.imag).reshape(len(rows), 1, -1)
+            sink.write(channels, slice(j, j + 1), first * hop, real, imag)
 
-    def _spectra(self, part: Real, frames: int) -> tuple[Complex, Real]:
+    def _spectra(self, part: Real) -> tuple[Complex, Real]:
         """Spectra (c, frames, length) without the straight lines, and the lines' slopes."""
-        strides = (part.strides[0], self._hop * part.strides[1], part.strides[1])
-        shape = (len(part), frames, self._length)
-        views = np.lib.stride_tricks.as_strided(part, shape, strides, writeable=False)
-        rest, slopes = without_line(views)
+        rest, slopes = without_line(sliding_window_view(part, self._length, 1)[:, :: self._hop])
         half = fft.rfft(rest, axis=-1, overwrite_x=True)
         return whole_spectra(half, self._length, self._single), slopes[:, :, 0]
-
-    def _place(
-        self,
-        rows: NDArray[np.complexfloating[Any, Any]],
-        into: NDArray[np.floating[Any]],
-        start: int,
-    ) -> None:
-        """Copy the middles of frames side by side."""
-        hop = self._hop
-        place = into.view(rows.dtype)[:, start : min(self._n, start + rows.shape[1] * hop)]
-        full = place.shape[1] // hop
-        for c in range(len(rows)):
-            whole = place[c, : full * hop].reshape(full, hop)
-            whole[...] = rows[c, :full]
-            if full < rows.shape[1]:
-                rest = place[c, full * hop :]
-                rest[...] = rows[c, full, : len(rest)]
 
 
 #: The largest step of a grid: larger ones gain nothing, and their matrices leave the cache.
@@ -490,10 +467,7 @@ class Wide:
             samples = min(self._block, self._n - start)
             rows = -(-samples // product.outputs)
             points = grids[:, :, skipped : skipped + rows * product.points + product.inputs]
-            if sink.direct is None:
-                _write_parts(points, product, rows, sink, scales, start)
-            else:
-                _write_complex(points, product, rows, sink.direct[:, scales], start)
+            _interpolate(points, product, rows, sink, scales, start)
 
 
 def _coarse(spectra: Complex128, slopes: Real, grid: _Grid, members: slice) -> Complex128:
@@ -511,22 +485,7 @@ def _coarse(spectra: Complex128, slopes: Real, grid: _Grid, members: slice) -> C
     return np.asarray(fft.ifft(product, axis=-1, overwrite_x=True))
 
 
-def _write_complex(
-    points: Complex128, product: Interpolation, rows: int, into: Floats, start: int
-) -> None:
-    """Interpolate, real and imaginary parts in turn, straight into the result."""
-    matrix = product.interleaved
-    parts = points.view(np.float64).astype(matrix.dtype)
-    overlapping = windows(parts, rows, product, 2)
-    place = into[:, :, 2 * start : 2 * start + rows * matrix.shape[1]]
-    left = np.empty(overlapping.shape[2:], dtype=matrix.dtype)
-    for c in range(len(points)):
-        for j in range(points.shape[1]):
-            np.copyto(left, overlapping[c, j])
-            np.matmul(left, matrix, out=place[c, j].reshape(rows, -1))
-
-
-def _write_parts(
+def _interpolate(
     points: Complex128, product: Interpolation, rows: int, sink: Sink, scales: slice, start: int
 ) -> None:
     """Interpolate real and imaginary parts apart and hand them on while they are in the cache."""
@@ -535,7 +494,8 @@ def _write_parts(
     # (2, c, s, points): real parts, then imaginary parts.
     parts = np.empty((2, *points.shape), dtype=matrix.dtype)
     parts[0], parts[1] = points.real, points.imag
-    overlapping = windows(parts, rows, product)
+    firsts = slice(0, rows * product.points, product.points)
+    overlapping = sliding_window_view(parts, product.inputs, -1)[..., firsts, :]
     together = min(rows, max(1, SAMPLES // product.outputs))
     stack = min(s, max(1, SAMPLES // (rows * product.outputs)))
     channels = max(1, SAMPLES // (s * rows * product.outputs))
@@ -647,7 +607,6 @@ class Plan:
         self._order = np.argsort(self.scales, kind="stable")
         rising = self.scales[self._order]
         block = WIDEST_STEP * -(-(n if n <= WHOLE else BLOCK) // WIDEST_STEP)
-        self._padded = n
         self._smoothing = Smoothing((1,), 1.0, 1)
         if type(wavelet) is Morlet:
             self._paths = self._morlet(rising, wavelet, design(wavelet.p, tolerance), block)
@@ -668,8 +627,6 @@ class Plan:
         if narrow:
             paths.append(Narrow(n, scales[narrow], narrow, wavelet, design, single))
         first = len(cut) + len(narrow)
-        if first < len(scales):
-            self._padded = WIDEST_STEP * -(-n // WIDEST_STEP)
         half = math.ceil(design.reach * design.gaussian)
         self._smoothing = Smoothing((1,), design.gaussian, half)
         while first < len(scales):
@@ -681,7 +638,7 @@ class Plan:
             paths.append(
                 Wide(
                     n,
-                    block if near else self._padded,
+                    block if near else WIDEST_STEP * -(-n // WIDEST_STEP),
                     scales[first:last],
                     first,
                     wavelet,
@@ -723,7 +680,7 @@ class Plan:
                 few = FewSamples(self.n, self.scales, self._wavelet, self.tolerance, wanted)
                 latest = self._few = wanted, few
             return latest[1].coefficients(values)
-        sink = Coefficients(len(values), len(self.scales), self.n, self._padded, self.single)
+        sink = Coefficients(len(values), len(self.scales), self.n, self.single)
         self._run(values, sink)
         return self._as_asked(sink.result)[:, :, samples]
 

@@ -30,7 +30,6 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractItemView, QApplication, QVBoxLayout, QWidget
 
-from forcelab.capture.emulator import VirtualOptoForce
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.gui import theme
@@ -54,7 +53,7 @@ from forcelab.recognition.training import train
 from forcelab.runtime import collect_garbage, collect_garbage_rarely, switch_threads_often
 from forcelab.video.codecs import opencv
 from tests.benchmarks.latency import Bound, Latencies, Latency, load, refused
-from tests.capture.virtual_devices import table_source
+from tests.capture.virtual_devices import VirtualOptoForce, table_source
 
 #: What measures something.
 Measured = Generator[Progress, None, tuple[Latency, ...]]

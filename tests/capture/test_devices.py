@@ -10,14 +10,21 @@ from forcelab.capture import encoder, optoforce
 from forcelab.capture.device import MessageQueue, UnpluggedError
 from forcelab.capture.device_names import number_sensors, parse_device, parse_devices, quote_value
 from forcelab.capture.discovery import FoundPort
-from forcelab.capture.emulator import VirtualOptoForce, VirtualTextDevice, build_packets
+from forcelab.capture.emulator import build_packets
 from forcelab.capture.encoder import Encoder
 from forcelab.capture.optoforce import OptoForce
 from forcelab.capture.reader import DeviceReader
 from forcelab.capture.text_device import TextDevice
 from forcelab.errors import InputError
 from tests.capture.helpers import eventually, numbered
-from tests.capture.virtual_devices import Faults, FaultyOptoForce, VirtualEncoder, table_source
+from tests.capture.virtual_devices import (
+    Faults,
+    FaultyOptoForce,
+    VirtualEncoder,
+    VirtualOptoForce,
+    VirtualTextDevice,
+    table_source,
+)
 
 SHEET = """
 [ISE123AB.sensor1]

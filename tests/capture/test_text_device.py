@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 from forcelab.capture.assemble import assemble
 from forcelab.capture.clock_smoother import spread_deliveries
 from forcelab.capture.device import Block
-from forcelab.capture.emulator import VirtualTextDevice
 from forcelab.capture.journal import RecordKind, encode_block, encode_header, encode_record
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.serial_port import LONGEST
 from forcelab.capture.text_device import SampleCounter, TextDevice, TextParser
 from forcelab.project import Project
 from tests.capture.helpers import eventually, journal_of
+from tests.capture.virtual_devices import VirtualTextDevice
 
 TORN = b"12.\n"  # the first line of a connection is not trusted
 
@@ -169,8 +169,8 @@ def torn(line, rng):
 class TearingBoard(VirtualTextDevice):
     """Prints its sample's number and what goes with it; tears a share of the lines."""
 
-    def __init__(self, share, seed=0, burst=0.004):
-        super().__init__(self.readings, 1000.0, burst=burst)
+    def __init__(self, share, seed=0):
+        super().__init__(self.readings, 1000.0)
         self.complete, self._share, self._lines = [], share, np.random.default_rng(seed)
         self._glued = False
 

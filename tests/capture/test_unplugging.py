@@ -7,12 +7,12 @@ from itertools import pairwise
 import numpy as np
 
 from forcelab.capture.device_names import parse_device
-from forcelab.capture.emulator import VirtualOptoForce, VirtualTextDevice
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.save import CAPTURES
 from forcelab.demonstration import GAP_PERIODS
 from forcelab.project import Project
 from tests.capture.helpers import eventually
+from tests.capture.virtual_devices import VirtualOptoForce, VirtualTextDevice
 
 #: How often it is unplugged within one recording; more often when asked, as each takes a second.
 UNPLUGS = int(os.environ.get("FORCELAB_UNPLUGS", "2"))

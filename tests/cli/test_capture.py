@@ -10,12 +10,12 @@ import time
 import numpy as np
 import pytest
 
-from forcelab.capture.emulator import VirtualOptoForce
 from forcelab.capture.journal import RecordKind, encode_header, read_journal
 from forcelab.capture.save import CAPTURES, unfinished_journals
 from forcelab.project import Project
 from forcelab.resources import asset
 from tests.capture.helpers import block_of, eventually
+from tests.capture.virtual_devices import VirtualOptoForce
 
 #: How often a recording is killed; more often when asked, as it takes seconds each.
 KILLS = int(os.environ.get("FORCELAB_KILLS", "1"))

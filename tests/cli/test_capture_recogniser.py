@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from factories import BAYES_SETTINGS, synthetic_set
 
-from forcelab.capture.emulator import VirtualOptoForce
 from forcelab.capture.reader import RingBuffer
 from forcelab.capture.replay import extract_sensors
 from forcelab.capture.save import unfinished_journals
@@ -29,7 +28,7 @@ from forcelab.recognition.storage import save_recogniser
 from forcelab.recognition.training import train
 from forcelab.resources import asset
 from tests.capture.helpers import FakeDevice, FakeEncoder
-from tests.capture.virtual_devices import table_source
+from tests.capture.virtual_devices import VirtualOptoForce, table_source
 
 CALIBRATION = asset("calibrations", "3-axis-40N.toml")
 LATENCY = 0.3

@@ -114,8 +114,6 @@ def test_from_training_to_verdicts_and_through_a_crash(screen, start, project, c
     train_and_go_on_labelling(program, project)
     three_keys_lead_to_the_first_mistake(program, project)
     killed_while_it_trains(program, project)
-    program = start(project, "--author", "Ada")
-    assert program.until(lambda state: state["run"] == 1, "the old run")["id"]
 
 
 def train_and_go_on_labelling(program, project):

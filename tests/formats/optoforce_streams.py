@@ -59,7 +59,8 @@ def parsed_slowly(data):
 
 def in_pieces(data, cuts, kind=None):
     """Feed a stream cut at some places; offsets, counts, status, values, and the parser."""
-    parser = Parser(kind)
+    parser = Parser()
+    parser.kind = kind
     edges = [0, *sorted(cut % (len(data) + 1) for cut in cuts), len(data)]
     pieces = [parser.feed(data[a:b]) for a, b in itertools.pairwise(edges)]
     pieces.append(parser.finish())
@@ -119,7 +120,8 @@ def chance(number, seed=0):
     noise[:, :4] = np.frombuffer(KINDS[0].frame.header, np.uint8)
     # Sums of twelve bytes are small: what has to agree is drawn from what they can be.
     noise[:, -2] &= 15
-    parser = Parser(KINDS[0])
+    parser = Parser()
+    parser.kind = KINDS[0]
     return len(parser.feed(noise.tobytes())) + len(parser.finish())
 
 

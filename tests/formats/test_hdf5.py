@@ -86,11 +86,14 @@ def test_uneven_stamps_are_kept(path):
     assert np.array_equal(load(path).demonstration.times, stamps - stamps[0])
 
 
-def test_a_long_array_takes_its_own_memory_and_little_beside_it(tmp_path, monkeypatch, peak_memory):
+@pytest.mark.parametrize("kind", ["f4", "f8"])
+def test_a_long_array_takes_its_own_memory_and_little_beside_it(
+    kind, tmp_path, monkeypatch, peak_memory
+):
     path, size = tmp_path / "long.h5", 300_000
     with h5py.File(path, "w") as file:
         file["t"] = np.cumsum(np.random.default_rng(3).uniform(0.001, 0.003, size))
-        file["force"] = np.random.default_rng(4).normal(size=(size, 3)).astype("f4")
+        file["force"] = np.random.default_rng(4).normal(size=(size, 3)).astype(kind)
     (recording,), peak = peak_memory(lambda: read(path))
     demonstration = recording.demonstration
     needed = demonstration.times.nbytes + demonstration.signals.nbytes

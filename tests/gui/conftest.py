@@ -121,6 +121,50 @@ def windows(app, until):
         window.close()
 
 
+@pytest.fixture(scope="module")
+def windows_of_file(app):
+    """The windows of the tests of a file; see `window_of_file`."""
+    created = []
+    yield created
+    for window in created:
+        window.close()
+        window.setProperty("of file", False)
+
+
+@pytest.fixture
+def window_of_file(windows_of_file, until):
+    """Begin in the window of the test before, or in a new one where that was closed.
+
+    It is as it was at first but for what hangs on the settings. For tests that leave no dialog.
+    """
+    from forcelab.gui.window import Window
+
+    def begin(start, author="Ann", size=(1100, 700)):
+        reused = bool(windows_of_file) and windows_of_file[-1].isVisible()
+        window = windows_of_file[-1] if reused else Window(author)
+        window.resize(*size)
+        if not reused:
+            window.setProperty("of file", True)
+            windows_of_file.append(window)
+            window.restore_layout()
+            window.show()
+        window.begin(start)
+        if reused:
+            window.commands["reset_layout"].trigger()
+            window.document.set_author(author)
+        until(lambda: window.settled)
+        return window
+
+    yield begin
+    for window in [*windows_of_file]:
+        window.show_workspace("label")
+        window.document.close()
+        until(lambda window=window: not window.jobs.busy)
+        if not window.isVisible():
+            windows_of_file.remove(window)
+            window.setProperty("of file", False)
+
+
 @pytest.fixture(autouse=True)
 def no_thread_is_left_behind():
     before = set(threading.enumerate())

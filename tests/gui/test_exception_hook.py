@@ -89,7 +89,7 @@ def test_an_error_in_a_thread_is_shown_too(watching, shown):
     assert "forcelab scalogram" in log()
 
 
-def test_an_error_while_drawing_fills_neither_screen_nor_disk(watching, shown, until):
+def test_an_error_while_drawing_fills_neither_screen_nor_disk(app, watching, shown, until):
     class Broken(QWidget):
         def paintEvent(self, event):  # noqa: N802, ARG002
             divide()
@@ -98,7 +98,9 @@ def test_an_error_while_drawing_fills_neither_screen_nor_disk(watching, shown, u
     widget.show()
 
     def drawn():
-        widget.update()
+        for _ in range(50):
+            widget.update()
+            app.processEvents()
         return sum(watching.counts.values()) >= 600
 
     # Not widget.grab(): where Python calls Qt and Qt calls Python again, PySide 6.11 on Python 3.10

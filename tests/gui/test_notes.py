@@ -16,7 +16,6 @@ from forcelab.gui import theme
 from forcelab.gui.demonstration_list import NoteDialog
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.removal_dialog import Removal, removal_of
-from forcelab.gui.window import Window
 from forcelab.project import Project
 
 TIP, ALOUD = Qt.ItemDataRole.ToolTipRole, Qt.ItemDataRole.AccessibleTextRole
@@ -30,18 +29,15 @@ def path(tmp_path):
 
 
 @pytest.fixture
-def window(app, path, until):
+def window(window_of_file, path):
     """Ada's window, with the first of two demonstrations open."""
-    window = Window("Ada", remembering=False)
-    window.resize(960, 540)
-    window.show()
-    window.begin(LaunchOptions(project=path))
+    window = window_of_file(LaunchOptions(project=path), "Ada", (960, 540))
     window.activateWindow()
     assert QTest.qWaitForWindowActive(window)
-    until(lambda: window.settled)
     assert window.document.demonstration.name == "01"
     yield window
-    window.close()
+    for dialog in window.findChildren(NoteDialog):
+        dialog.close()
 
 
 def index_of(window, name):

@@ -3,7 +3,8 @@
 import time
 
 import pytest
-from factories import make_foam_project
+import shiboken6
+from factories import cached_project, make_foam_project
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -43,20 +44,17 @@ from forcelab.recognition.presets import PRESETS
 
 
 @pytest.fixture
-def window(app, tmp_path, until):
-    make_foam_project(tmp_path / "study.forcelab", ())
-    created = Window("Ann", remembering=False)
-    try:
-        created.resize(1024, 640)
-        created.show()
-        created.begin(LaunchOptions(project=tmp_path / "study.forcelab"))
-        activate(created)
-        until(lambda: created.settled)
-        yield created
-    finally:
-        created.close()
-        theme.use_text_size(app, 100)
-        theme.use_theme(app, "light")
+def window(app, window_of_file, tmp_path):
+    path = cached_project(make_foam_project, tmp_path / "study.forcelab", ())
+    window = window_of_file(LaunchOptions(project=path), size=(1024, 640))
+    activate(window)
+    yield window
+    for preference in (REACTION_TIME, SNAPPING):
+        preference.reset()
+    theme.use_text_size(app, 100)
+    theme.use_theme(app, "light")
+    for dialog in window.findChildren(PreferencesDialog):
+        shiboken6.delete(dialog)
 
 
 def activate(window):
@@ -363,8 +361,8 @@ def test_recent_projects_are_removed_and_the_sample_goes_elsewhere(
         pos=listed.visualItemRect(listed.item(1)).center(),
     )
     click(remove)
-    assert [path.stem for path in settings.recent_projects()] == ["c", "a"]
-    assert listed.count() == 2
+    assert [path.stem for path in settings.recent_projects()] == ["c", "a", "study"]
+    assert listed.count() == 3
     monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(tmp_path))
     click(named(dialog, QPushButton, "Choose: Folder of the sample project"))
     assert sample_place() == tmp_path / "sample.forcelab"

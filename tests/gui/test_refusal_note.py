@@ -1,7 +1,7 @@
 """Why something is not done, beside the place where it was tried."""
 
 import pytest
-from factories import make_foam_project
+from factories import cached_project, make_foam_project
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLineEdit
@@ -10,7 +10,6 @@ from window_helpers import PanelMouse
 from forcelab.errors import InputError
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.refusal_note import RefusalNote
-from forcelab.gui.window import Window
 from forcelab.labels import Segment
 from forcelab.project import Project
 
@@ -18,18 +17,12 @@ TRACK = (Segment(0.2, 0.4, "grab"), Segment(0.5, 0.7, "hold"))
 
 
 @pytest.fixture
-def window(app, tmp_path, until):
-    path = tmp_path / "study.forcelab"
-    make_foam_project(path, (("Ann", TRACK),))
-    window = Window("Ann")
-    window.resize(1024, 640)
-    window.show()
-    window.begin(LaunchOptions(project=path))
-    until(lambda: window.settled)
+def window(window_of_file, tmp_path):
+    path = cached_project(make_foam_project, tmp_path / "study.forcelab", (("Ann", TRACK),))
+    window = window_of_file(LaunchOptions(project=path), size=(1024, 640))
     window.activateWindow()
     window.label.tracks.setFocus()
-    yield window
-    window.close()
+    return window
 
 
 @pytest.fixture
@@ -127,6 +120,7 @@ def test_a_stroke_that_the_store_refuses_goes_on_and_the_note_says_why(
 
 def test_what_another_window_changed_is_refused_where_it_was_tried(app, window, note):
     project, actions = window.document.project, window.label.vocabulary
+    window._look.stop()  # on a busy machine it may see what the other one does before it is tried
     with Project.open(project.path) as other:
         other.actions.add("foam", ["press"])
     actions.list.setFocus()
@@ -136,6 +130,7 @@ def test_what_another_window_changed_is_refused_where_it_was_tried(app, window, 
     assert note.isVisible()
     assert "changed elsewhere" in note.text()
     viewport = actions.list.viewport()
+    window._look.start()
     assert below(note, viewport, actions.list.visualRect(actions.list.currentIndex()))
 
 

@@ -10,8 +10,8 @@ from window_helpers import status_messages
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
 from forcelab.gui.launch_options import LaunchOptions
+from forcelab.gui.menus import BUTTONS
 from forcelab.gui.shortcuts import keys
-from forcelab.gui.toolbar import BUTTONS
 from forcelab.gui.window import LAYOUT
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
@@ -22,8 +22,8 @@ LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture
-def another_window(windows, tmp_path):
-    """Make windows in which Ann works on the first of four demonstrations, labelled by Ben."""
+def another_window(window_of_file, tmp_path):
+    """Windows in which Ann works on the first of four demonstrations, labelled by Ben."""
     path = tmp_path / "study.forcelab"
     with Project.create(path) as project:
         for number, name in enumerate(("01", "02", "03", "04")):
@@ -31,7 +31,7 @@ def another_window(windows, tmp_path):
             project.demonstrations.add(recording, [Track("Ben", HIS)] if name == "01" else [])
 
     def make():
-        window = windows(LaunchOptions(project=path, demonstration="01"))
+        window = window_of_file(LaunchOptions(project=path, demonstration="01"))
         window.activateWindow()
         assert QTest.qWaitForWindowActive(window)
         return window

@@ -3,7 +3,12 @@
 import time
 
 import pytest
-from factories import add_foam_demonstration, make_foam_project, remove_demonstration
+from factories import (
+    add_foam_demonstration,
+    cached_project,
+    make_foam_project,
+    remove_demonstration,
+)
 from PySide6 import __version_info__ as version_info
 from PySide6.QtCore import QEvent, QMimeData, QObject, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import (
@@ -43,13 +48,13 @@ HIS = (Segment(3, 4, "hold"),)
 
 @pytest.fixture
 def study(tmp_path):
-    make_foam_project(tmp_path / "study.forcelab", (("Ben", HIS),))
-    return tmp_path / "study.forcelab"
+    tracks = (("Ben", HIS),)
+    return cached_project(make_foam_project, tmp_path / "study.forcelab", tracks)
 
 
 @pytest.fixture
-def window(windows, study):
-    return windows(LaunchOptions(project=study))
+def window(window_of_file, study):
+    return window_of_file(LaunchOptions(project=study))
 
 
 def test_it_is_complete_while_a_training_goes_on_behind_it(windows, study, until):
@@ -131,8 +136,8 @@ def drag_border(page, dock, by, until):
     until(lambda: page._widths[dock] == before + abs(by))
 
 
-def test_lists_take_their_widths_back_once_a_small_window_is_enlarged(window, until):
-    window.resize(1440, 900)
+def test_lists_take_their_widths_back_once_a_small_window_is_enlarged(windows, study, until):
+    window = windows(LaunchOptions(project=study), size=(1440, 900))
     window.commands["reset_layout"].trigger()
     wide = [WIDEST, *[window.label._widths[window.label._docks["actions"]]] * 2]
     until(lambda: list_widths(window) == wide)
@@ -144,8 +149,8 @@ def test_lists_take_their_widths_back_once_a_small_window_is_enlarged(window, un
     until(lambda: list_widths(window) == wide)
 
 
-def test_lists_keep_the_widths_that_they_were_dragged_to(window, until):
-    window.resize(1440, 900)
+def test_lists_keep_the_widths_that_they_were_dragged_to(windows, study, until):
+    window = windows(LaunchOptions(project=study), size=(1440, 900))
     until(lambda: len(list_widths(window)) == 3)
     actions = window.label._docks["actions"]
     drag_border(window, window._dock, 60, until)
@@ -157,8 +162,10 @@ def test_lists_keep_the_widths_that_they_were_dragged_to(window, until):
     until(lambda: list_widths(window) == dragged)
 
 
-def test_a_click_in_a_small_window_does_not_make_its_lists_narrow_for_good(app, window, until):
-    window.resize(1440, 900)
+def test_a_click_in_a_small_window_does_not_make_its_lists_narrow_for_good(
+    app, windows, study, until
+):
+    window = windows(LaunchOptions(project=study), size=(1440, 900))
     until(lambda: len(list_widths(window)) == 3)
     wide = list_widths(window)
     window.resize(window.minimumSizeHint())
@@ -173,9 +180,9 @@ def test_a_click_in_a_small_window_does_not_make_its_lists_narrow_for_good(app, 
 
 
 def test_lists_of_a_window_that_was_closed_while_small_are_wide_when_it_is_enlarged(
-    window, windows, study, until
+    windows, study, until
 ):
-    window.resize(1440, 900)
+    window = windows(LaunchOptions(project=study), size=(1440, 900))
     until(lambda: len(list_widths(window)) == 3)
     drag_border(window, window._dock, 60, until)
     drag_border(window.label, window.label._docks["actions"], -60, until)
@@ -281,15 +288,15 @@ def test_a_project_that_is_gone_can_be_left_out_of_the_list(windows, tmp_path, a
     assert window.document.project is None
 
 
-def test_a_hidden_scalogram_is_not_computed(windows, study, monkeypatch):
-    first = windows(LaunchOptions(project=study))
+def test_a_hidden_scalogram_is_not_computed(window_of_file, study, monkeypatch):
+    first = window_of_file(LaunchOptions(project=study))
     first.label.toggles["scalogram"].setChecked(False)
     first.close()
     questions = []
     monkeypatch.setattr(
         "forcelab.gui.jobs.Jobs.run", lambda *_, key="", **__: questions.append(key)
     )
-    second = windows(LaunchOptions(project=study))
+    second = window_of_file(LaunchOptions(project=study))
     assert not second.label.scalogram.isVisible()
     second.document.view.set_span(1, 2)
     assert not [key for key in questions if "scalogram" in key]
@@ -297,12 +304,12 @@ def test_a_hidden_scalogram_is_not_computed(windows, study, monkeypatch):
     assert second.label.scalogram.isVisible()
 
 
-def test_panels_stay_hidden_until_they_are_put_back(windows, study):
-    first = windows(LaunchOptions(project=study))
+def test_panels_stay_hidden_until_they_are_put_back(window_of_file, study):
+    first = window_of_file(LaunchOptions(project=study))
     for name in ("segments", "force"):
         first.label.toggles[name].setChecked(False)
     first.close()
-    second = windows(LaunchOptions(project=study))
+    second = window_of_file(LaunchOptions(project=study))
     assert not second.label.segments.isVisible()
     assert not second.label.force.isVisible()
     second.commands["reset_layout"].trigger()
@@ -310,15 +317,15 @@ def test_panels_stay_hidden_until_they_are_put_back(windows, study):
     assert second.label.force.isVisible()
 
 
-def test_the_demonstration_of_last_time_is_opened(windows, study):
+def test_the_demonstration_of_last_time_is_opened(window_of_file, study):
     with Project.open(study) as project:
         add_foam_demonstration(project, "02")
-    first = windows(LaunchOptions(project=study))
+    first = window_of_file(LaunchOptions(project=study))
     assert first.document.demonstration.name == "01"
     first.commands["next_demonstration"].trigger()
     assert first.document.demonstration.name == "02"
     first.close()
-    second = windows()
+    second = window_of_file(LaunchOptions())
     assert second.document.demonstration.name == "02"
 
 

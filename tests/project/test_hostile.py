@@ -266,6 +266,7 @@ def pipe_instead(file: Path) -> None:
         folder_instead,
         pipe_instead,
         lambda file: np.save(file, np.zeros((3, 3))),
+        lambda file: np.save(file, np.array([{}], dtype=object)),
         lambda file: np.save(file, np.zeros((500, 2), np.complex128)),
         lambda file: file.write_bytes(file.read_bytes() + b"more"),
         lambda file: file.write_bytes(b"PK\x03\x04" + file.read_bytes()),

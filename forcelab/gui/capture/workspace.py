@@ -175,8 +175,7 @@ class NextRecording(QWidget):
         self.refresh()
 
     def _make_fields(self) -> None:
-        self.task = QComboBox()
-        self.task.setEditable(True)
+        self.task = QComboBox(editable=True)
         self.task.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
         self.task.setAccessibleName("Task of the recordings")
         self.task.setSizeAdjustPolicy(
@@ -248,7 +247,6 @@ class NextRecording(QWidget):
         self.show_name()
 
     def show_name(self) -> None:
-        """Show the name of the next recording."""
         if self._controller.phase in IDLE_STATES and self.isVisible():
             self.name.setPlaceholderText(self._controller.next_name())
 
@@ -358,7 +356,8 @@ class CaptureWorkspace(QWidget):
         self.record_button.setMinimumHeight(2 * self.fontMetrics().height())
         emphasise(self.record_button)
         self.discard_button = push_button("", self.controller.discard)
-        self.recover_button = push_button("", self.controller.recover)
+        tip = "Make demonstrations of recordings that a crash or a power cut ended"
+        self.recover_button = push_button("", self.controller.recover, tip=tip)
         self.elapsed = ElapsedTime(self.controller)
         self.legend = MarkLegend(self.controller, self)
 
@@ -473,12 +472,8 @@ class CaptureWorkspace(QWidget):
         _label_button(self.record_button, text, keys().shown("record"))
         self._update_record_button()
         self._update_discard_button()
-        _label_button(
-            self.recover_button, f"Recover unfinished recordings: {controller.unfinished}"
-        )
-        self.recover_button.setToolTip(
-            "Make demonstrations of recordings that a crash or a power cut ended"
-        )
+        text = f"Recover unfinished recordings: {controller.unfinished}"
+        _label_button(self.recover_button, text)
         self.recover_button.setVisible(controller.unfinished > 0)
         set_enabled_with_reason(self.recover_button, "" if phase in IDLE_STATES else WAIT)
 

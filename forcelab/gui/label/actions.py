@@ -150,8 +150,7 @@ class KeyDialog(QDialog):
         self._vocabulary, self._name = vocabulary, name
         self.key: str | None = None
         self.setWindowTitle(f"Key of '{name}'")
-        ask = QLabel(f"Press a key for '{name}'. Backspace removes its key.")
-        ask.setWordWrap(True)
+        ask = QLabel(f"Press a key for '{name}'. Backspace removes its key.", wordWrap=True)
         self.trouble = toned_label("trouble")
         self.trouble.setMinimumHeight(2 * self.fontMetrics().height())
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
@@ -303,8 +302,7 @@ class ActionSuggestions(QScrollArea):
         super().__init__()
         page = QWidget()
         column = QVBoxLayout(page)
-        self._text = QLabel()
-        self._text.setWordWrap(True)
+        self._text = QLabel(wordWrap=True)
         tip = "Show only the actions of this task; painting hides suggestions, too"
         self.hide_button = push_button("Hide suggestions", self.dismissed, tip=tip)
         fill_layout(column, self._text, self.hide_button)
@@ -467,17 +465,14 @@ class ActionList(SideList):
         brush.setChecked(document.action == name)
         brush.triggered.connect(lambda: self._toggle_brush(name))
         if document.view.range is not None:
-            fill = menu.addAction(icon("range"), "Fill the marked range")
-            fill.triggered.connect(lambda: fill_range(document, name))
+            text = "Fill the marked range"
+            menu.addAction(icon("range"), text, lambda: fill_range(document, name))
         menu.addSeparator()
-        key = menu.addAction(icon("key"), "Change key…")
-        key.triggered.connect(lambda: self._ask_key(name))
+        menu.addAction(icon("key"), "Change key…", lambda: self._ask_key(name))
         current = document.vocabulary[name].colour
         colour_menu(current, lambda colour: self.recolour(name, colour), menu)
-        rename = menu.addAction(icon("pencil"), "Rename…")
-        rename.triggered.connect(lambda: self._ask_name(name))
-        remove = menu.addAction(icon("trash"), "Remove")
-        remove.triggered.connect(lambda: self.remove(name))
+        menu.addAction(icon("pencil"), "Rename…", lambda: self._ask_name(name))
+        menu.addAction(icon("trash"), "Remove", lambda: self.remove(name))
         return menu
 
     # Inside

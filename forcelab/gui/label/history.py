@@ -176,7 +176,6 @@ class HistoryModel(QAbstractListModel):
         return list(reversed(edits))
 
     def _append_page(self, page: list[Edit]) -> None:
-        """Append a page of older edits."""
         self._complete = len(page) < PAGE
         self._edits += page
         self._update_states()

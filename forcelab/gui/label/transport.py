@@ -255,13 +255,18 @@ class Transport(QWidget):
         self.range = ElidedLabel()
         self.range.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.range.setAccessibleName("Marked range")
-        self.reaction = QSpinBox()
+        field = REACTION_TIME.field
+        self.reaction = QSpinBox(
+            maximum=round(field.highest),
+            singleStep=round(field.step),
+            prefix="Reaction ",
+            suffix=f" {field.unit}",
+        )
         self.saved = SavedIndicator(document)
         self._rows = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
         self._rows.setContentsMargins(6, 3, 6, 3)
         self._rows.setSpacing(4)
-        self._line = QFrame()
-        self._line.setFrameShape(QFrame.Shape.VLine)
+        self._line = QFrame(frameShape=QFrame.Shape.VLine)
         self._line.setForegroundRole(QPalette.ColorRole.Mid)
         self._groups = self._playback_row(), self._labelling_row()
         self._rows.addLayout(self._groups[0])
@@ -341,10 +346,6 @@ class Transport(QWidget):
         )
         snap.setCheckable(True)
         snap.toggled.connect(self.document.view.set_snapping)
-        self.reaction.setRange(0, round(REACTION_TIME.field.highest))
-        self.reaction.setSingleStep(round(REACTION_TIME.field.step))
-        self.reaction.setPrefix("Reaction ")
-        self.reaction.setSuffix(" ms")
         self.reaction.setToolTip(REACTION_TIME.field.tip)
         self.reaction.setAccessibleName("Reaction time in milliseconds")
         self._show_reaction_time()

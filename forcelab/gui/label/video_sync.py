@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 import pyqtgraph as pg
@@ -46,6 +45,7 @@ from forcelab.gui.layout import (
     FRAME,
     fill_layout,
     label_of,
+    push_button,
     seconds_box,
     set_enabled_with_reason,
     toned_label,
@@ -241,8 +241,7 @@ class VideoPreview(QWidget):
     def _shown(self, number: int, image: QImage) -> None:
         """Show a decoded frame."""
         if number == self.number:
-            caption = f"frame {number + 1} of {max(self.times.size, 1)}"
-            self.picture.show_image(image, caption)
+            self.picture.show_image(image, f"frame {number + 1} of {max(self.times.size, 1)}")
 
     def _show_problem(self, sentence: str) -> None:
         """Show why a frame cannot be shown."""
@@ -283,15 +282,9 @@ class _FrameView(PictureView):
         self.set_image(None)
 
 
-ButtonT = TypeVar("ButtonT", QPushButton, QCheckBox)
-
-
-def _labelled_row(button: ButtonT) -> ButtonT:
+def _button(text: str, press: Callable[[], object]) -> QPushButton:
     """A button that screen readers name as it is labelled; Enter presses only the one in focus."""
-    button.setAccessibleName(button.text().replace("&", ""))
-    if isinstance(button, QPushButton):
-        button.setAutoDefault(False)
-    return button
+    return push_button(text, press, text.replace("&", ""), auto_default=False)
 
 
 #: The force tap is set to a contact event at most so far from the cursor (s).
@@ -349,14 +342,6 @@ class SynchroniseDialog(QDialog):
         self.residual: float | None = None
         self.proposal: Proposal | None = None
         self.setWindowTitle(f"Synchronise video and force – {demonstration.name}")
-        for button, verb in (
-            (self.frame_button, self.mark_frame),
-            (self.force_button, self.mark_force),
-            (self.remove_button, self.remove),
-            (self.propose_button, self.propose),
-            (self.reset_button, self.reset),
-        ):
-            button.clicked.connect(verb)
         self.fit_rate.toggled.connect(lambda: self.set_rows(self.rows))
         self.table.currentCellChanged.connect(self._show_tap)
         document.view.cursor_moved.connect(self._show_cursor)
@@ -404,16 +389,18 @@ class SynchroniseDialog(QDialog):
         self.force_time.setRange(*self.document.view.bounds)
         self.force_time.setSingleStep(0.001)
         self.force_time.valueChanged.connect(self.document.view.seek)
-        self.snap = _labelled_row(QCheckBox("&Snap to contact events"))
+        self.snap = QCheckBox("&Snap to contact events")
+        self.snap.setAccessibleName("Snap to contact events")
         self.snap.setChecked(True)
         label = label_of(self.force_time, "F&orce time")
         return fill_layout(QHBoxLayout(), label, self.force_time, self.snap, 1)
 
     def _taps_box(self) -> QGroupBox:
-        self.frame_button = _labelled_row(QPushButton("Set &video tap"))
-        self.force_button = _labelled_row(QPushButton("Set &force tap"))
-        self.remove_button = _labelled_row(QPushButton("&Remove"))
-        self.fit_rate = _labelled_row(QCheckBox("Fit the rate too, from &two taps on"))
+        self.frame_button = _button("Set &video tap", self.mark_frame)
+        self.force_button = _button("Set &force tap", self.mark_force)
+        self.remove_button = _button("&Remove", self.remove)
+        self.fit_rate = QCheckBox("Fit the rate too, from &two taps on")
+        self.fit_rate.setAccessibleName("Fit the rate too, from two taps on")
         self.fit_rate.setChecked(True)
         self.table = QTableWidget(0, 3)
         self.table.setAccessibleName("Taps")
@@ -456,16 +443,14 @@ class SynchroniseDialog(QDialog):
         return box
 
     def _button_row(self) -> QHBoxLayout:
-        self.propose_button = _labelled_row(QPushButton("Find &taps"))
-        self.reset_button = _labelled_row(QPushButton("R&eset"))
+        self.propose_button = _button("Find &taps", self.propose)
+        self.reset_button = _button("R&eset", self.reset)
         self.trouble = toned_label("trouble")
-        self.accept_button = _labelled_row(QPushButton("&Accept"))
-        self.cancel_button = _labelled_row(QPushButton("Cancel"))
+        self.accept_button = _button("&Accept", self.accept)
+        self.cancel_button = _button("Cancel", self.reject)
         buttons = QDialogButtonBox()
         buttons.addButton(self.accept_button, QDialogButtonBox.ButtonRole.AcceptRole)
         buttons.addButton(self.cancel_button, QDialogButtonBox.ButtonRole.RejectRole)
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
         parts = self.propose_button, self.reset_button, (self.trouble, 1), buttons
         return fill_layout(QHBoxLayout(), *parts)
 

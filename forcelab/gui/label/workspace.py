@@ -26,7 +26,7 @@ from forcelab.gui.label.traces import ForcePanel
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.label.transport import Transport
 from forcelab.gui.label.video import VideoPanels, VideoSelection
-from forcelab.gui.layout import Dock, DockedWindow, page_layout, placeholder
+from forcelab.gui.layout import LAYOUT, Dock, DockedWindow, page_layout, placeholder
 from forcelab.signals.contacts import ContactEvent, find_contacts
 
 #: Contact events less clear than this are not snapped to: nobody sees them in the curves, and where
@@ -51,8 +51,7 @@ class Timeline(QWidget):
         transport: QWidget,
     ) -> None:
         super().__init__()
-        self.splitter = QSplitter(Qt.Orientation.Vertical)
-        self.splitter.setChildrenCollapsible(False)
+        self.splitter = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
         rows: list[tuple[QWidget, int]] = [(tracks, 0), *panels.items()]
         for i, (widget, share) in enumerate(rows):
             self.splitter.addWidget(widget)
@@ -130,8 +129,6 @@ def _least_size(widget: QWidget) -> QSize:
 
 #: From this width on, in pixels, a video gets more than the lists need.
 LARGE = 1400
-#: The layout's version: a layout of another one is not restored.
-LAYOUT = 1
 
 
 class LabelWorkspace(DockedWindow):
@@ -227,7 +224,6 @@ class LabelWorkspace(DockedWindow):
         return self._stack, self.video
 
     def take_back(self) -> None:
-        """Take timeline and video back."""
         if self.centralWidget() is not self._stack:
             self.setCentralWidget(self._stack)
             self._stack.show()
@@ -241,11 +237,8 @@ class LabelWorkspace(DockedWindow):
     # Layout
 
     def restore_layout(self) -> None:
-        """Restore the layout of the last session."""
         self.force.source.restore_choices()
-        state = settings.data("label/layout")
-        if state and self.restoreState(QByteArray(state), LAYOUT):
-            self.recall_widths(settings.strings("label/widths"))
+        if self.restore_docks("label"):
             self._room_distributed = self._video_has_room = True
             self._splitter.restoreState(QByteArray(settings.data("label/panels")))
         if settings.flag("label/side_by_side"):
@@ -258,8 +251,7 @@ class LabelWorkspace(DockedWindow):
         """Store the layout, and what panels show."""
         self.force.source.save_choices()
         self._restore_lists()
-        settings.store("label/layout", bytes(self.saveState(LAYOUT).data()))
-        settings.store("label/widths", self.widths)
+        self.store_docks("label")
         settings.store("label/panels", bytes(self._splitter.saveState().data()))
         settings.store("label/side_by_side", self.videos.side_by_side)
         hidden = [name for name, action in self.toggles.items() if not action.isChecked()]
@@ -313,9 +305,7 @@ class LabelWorkspace(DockedWindow):
 
     def _add_action(self, name: str, text: str, show: Callable[[bool], object]) -> None:
         """Add the entry of a panel in the View menu."""
-        action = QAction(text, self)
-        action.setCheckable(True)
-        action.setChecked(True)
+        action = QAction(text, self, checkable=True, checked=True)
         action.toggled.connect(show)
         self.toggles[name] = action
 

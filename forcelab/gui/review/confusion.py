@@ -94,21 +94,6 @@ def cell_sentence(cells: ConfusionCounts, cell: tuple[int, int], unit: Unit, sha
     return f"{event}: {seconds}, {share_text}, in {counted(number, 'place')}"
 
 
-def missing_matrix_text(run: RunResult | None, *, opened: bool) -> str:
-    """Why there is no matrix; `opened` says whether a project is open."""
-    if not opened:
-        return "Open a project to see which actions are confused."
-    if run is None:
-        return (
-            "Train a recogniser; this then shows which actions it confuses, and every place where "
-            "it does."
-        )
-    return (
-        "No demonstration that you may see was tested in this run: label at least two, or finish "
-        "those that you code blind."
-    )
-
-
 def matrix_as_tsv(cells: ConfusionCounts, unit: Unit, share: Share) -> str:
     """What the matrix shows as lines of cells with tabs between them."""
     matrix = cells.matrix(unit)
@@ -567,7 +552,7 @@ class ConfusionView(QWidget):
         if run is None or not run.tested:
             self._jobs.cancel(CONFUSION_JOB)
             self._run = None
-            self._show_empty(missing_matrix_text(run, opened=self.document.project is not None))
+            self._show_empty(self._missing(run))
             return
         requested = (tuple(d.id for d in run.tested), self.switches.stage)
         if self._run is not self.document.review.run or self._requested_cell != requested:
@@ -579,6 +564,20 @@ class ConfusionView(QWidget):
             self.cells = None
             self.list.clear()
             self._jobs.run(count_confusion(run, self.switches.stage), self._take, key=CONFUSION_JOB)
+
+    def _missing(self, run: RunResult | None) -> str:
+        """Why there is no matrix."""
+        if self.document.project is None:
+            return "Open a project to see which actions are confused."
+        if run is None:
+            return (
+                "Train a recogniser; this then shows which actions it confuses, and every place "
+                "where it does."
+            )
+        return (
+            "No demonstration that you may see was tested in this run: label at least two, or "
+            "finish those that you code blind."
+        )
 
     def _changed(self) -> None:
         self._draw()

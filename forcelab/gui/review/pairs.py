@@ -58,29 +58,6 @@ class ActionStyles(dict[str, LabelStyle]):
         return LabelStyle("", QColor(colours().muted))
 
 
-def missing_pairs_text(
-    run: RunResult | None, *, training: bool, entries: bool, hidden: bool, shown: bool
-) -> str:
-    """Why there is nothing to show; empty where there is something.
-
-    `entries` and `hidden`: whether any demonstration is visible, and any coded blind; `shown`:
-    whether the filter lets any through.
-    """
-    if run is None and training:
-        return (
-            "A recogniser is being trained; human and predicted timelines appear here when it is."
-        )
-    if run is None:
-        key = keys().shown("train")
-        train = f"Press {key} to train" if key else "Train a recogniser"
-        return f"{train}; human and predicted timelines then appear here in pairs."
-    if not entries and hidden:
-        return "All demonstrations of this run are hidden while you code them blind."
-    if not entries:
-        return untested_text(run, "This run tested no demonstration.")
-    return "" if shown else "No demonstration fits the filter."
-
-
 ROWS_SETTING, ORDER_SETTING, STRETCHED_SETTING = (
     "review/pairs/rows",
     "review/pairs/order",
@@ -451,14 +428,7 @@ class PairsView(QWidget):
         """Say why there is nothing to show, or not all."""
         run = self.document.review.run
         shown = len(self.area.entries) if shown is None else shown
-        words = missing_pairs_text(
-            run,
-            training=self.document.review.training,
-            entries=bool(self._entries),
-            hidden=bool(self._hidden),
-            shown=bool(shown),
-        )
-        self.pages.say(words)
+        self.pages.say("" if run is not None and shown else self._missing(run))
         self.tools.setHidden(not self._entries)
         count = 0
         if run is not None and self._entries:
@@ -466,6 +436,23 @@ class PairsView(QWidget):
             count = sum(reviewed.id in self._hidden for reviewed in demonstrations)
         self.note.setText(f"Demonstrations left out while you code them blind: {count}.")
         self.note.setHidden(not count)
+
+    def _missing(self, run: RunResult | None) -> str:
+        """Why there is nothing to show."""
+        if run is None and self.document.review.training:
+            return (
+                "A recogniser is being trained; human and predicted timelines appear here when it "
+                "is."
+            )
+        if run is None:
+            key = keys().shown("train")
+            train = f"Press {key} to train" if key else "Train a recogniser"
+            return f"{train}; human and predicted timelines then appear here in pairs."
+        if self._entries:
+            return "No demonstration fits the filter."
+        if self._hidden:
+            return "All demonstrations of this run are hidden while you code them blind."
+        return untested_text(run, "This run tested no demonstration.")
 
     # Going there
 

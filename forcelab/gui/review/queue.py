@@ -167,30 +167,6 @@ class QueueLoader(QObject):
             self.vocabulary = action_styles(project, self.read.run)
 
 
-def missing_queue_text(run: RunResult | None, read: QueueData | None, *, training: bool) -> str:
-    """Why there is nothing to list; empty where there is something."""
-    if run is None:
-        announcement = (
-            "A recogniser is being trained; every place where you and it differ will be listed "
-            "here."
-        )
-        none = "Train a recogniser, and every place where you and it differ is listed here."
-        return announcement if training else none
-    if read is None:
-        return "Comparing…"
-    if read.queue.open or read.queue.judged:
-        return ""
-    if not run.tested:
-        return untested_text(
-            run,
-            "Nothing was tested, so nothing can differ.",
-            "See the page Proposals.",
-        )
-    if not read.run.tested:
-        return "You code these demonstrations blind; what differs is shown when done."
-    return "Labels and predictions agree everywhere."
-
-
 def queue_summary(queue: Queue) -> str:
     """How much is open, and who was right so far."""
     main = len(queue.suspected) + len(queue.actions) + len(queue.missed)
@@ -465,14 +441,14 @@ class QueueView(QWidget):
         undone; the difference is open again then.
         """
         item, read = self.current, self.reader.read
-        if item is None or read is None or not isinstance(item.about, Difference):
+        if read is None or not isinstance(item, Difference):
             if self.reader.stale and self.document.review.examined is not None:
                 self._verdict = verdict  # it may be open again, after an undo
                 self.reader.compare()
                 return False
             self.document.refuse(CHOOSE_DIFFERENCE)
             return False
-        difference, run = item.about, read.run
+        difference, run = item, read.run
         self.document.show_message("")  # what became of the verdict before is over
         after = self.list.after()
         project, author = self.document.project, self.document.author
@@ -517,14 +493,14 @@ class QueueView(QWidget):
     def withdraw(self) -> bool:
         """Withdraw the verdict on the chosen item; it is open again."""
         item, project = self.current, self.document.project
-        if item is None or project is None or not isinstance(item.about, StoredVerdict):
+        if project is None or not isinstance(item, StoredVerdict):
             self.document.show_message(
                 "Choose a judged place first, at the end of the queue.", True
             )
             return False
         try:
-            withdraw_verdict(project, item.about, self.document.author)
-            self.history.add(item.about, withdrawn=True)
+            withdraw_verdict(project, item, self.document.author)
+            self.history.add(item, withdrawn=True)
         except ForcelabError as error:
             self.document.refuse(str(error))
             return False
@@ -563,7 +539,7 @@ class QueueView(QWidget):
     def _offer(self) -> None:
         item = self.current
         self.buttons.offer(
-            open_=item is not None and not item.judged, judged=bool(item and item.judged)
+            open_=isinstance(item, Difference), judged=isinstance(item, StoredVerdict)
         )
 
     def _training_changed(self) -> None:
@@ -586,9 +562,24 @@ class QueueView(QWidget):
 
     @property
     def _missing(self) -> str:
-        return missing_queue_text(
-            self.document.review.run, self.reader.read, training=self.document.review.training
-        )
+        """Why there is nothing to list; empty where there is something."""
+        run, read = self.document.review.run, self.reader.read
+        if run is None and self.document.review.training:
+            return (
+                "A recogniser is being trained; every place where you and it differ will be "
+                "listed here."
+            )
+        if run is None:
+            return "Train a recogniser, and every place where you and it differ is listed here."
+        if read is None:
+            return "Comparing…"
+        if read.queue.open or read.queue.judged:
+            return ""
+        if not run.tested:
+            nothing = "Nothing was tested, so nothing can differ."
+            return untested_text(run, nothing, "See the page Proposals.")
+        blind = "You code these demonstrations blind; what differs is shown when done."
+        return "Labels and predictions agree everywhere." if read.run.tested else blind
 
     def _show(self) -> None:
         read = self.reader.read

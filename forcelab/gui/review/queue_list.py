@@ -99,16 +99,8 @@ def action_name(action: str | None) -> str:
     return "unlabelled" if action is None else action
 
 
-@dataclass(frozen=True, slots=True)
-class QueueItem:
-    """A difference, or a verdict on one, with the name of its demonstration."""
-
-    about: Difference | StoredVerdict
-    name: str
-
-    @property
-    def judged(self) -> bool:
-        return isinstance(self.about, StoredVerdict)
+#: What is listed: a difference, or a verdict on one.
+QueueItem = Difference | StoredVerdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,16 +108,11 @@ class QueueSection:
     """One part of the queue."""
 
     kind: SectionKind
-    listed: tuple[Difference | StoredVerdict, ...]  # what the filter lets through
+    listed: tuple[QueueItem, ...]  # what the filter lets through
     total: int  # without the filter
-    names: Mapping[str, str]  # the demonstrations', by their ids
 
     def __len__(self) -> int:
         return len(self.listed)
-
-    def item(self, row: int) -> QueueItem:
-        about = self.listed[row]
-        return QueueItem(about, self.names.get(about.demonstration, ""))
 
     @property
     def title(self) -> str:
@@ -164,7 +151,7 @@ def queue_sections(
         items = tuple(getattr(queue, kind))
         listed = tuple(filter(fits, items)) if text else items
         if listed:
-            sections.append(QueueSection(kind, listed, len(items), names))
+            sections.append(QueueSection(kind, listed, len(items)))
     return tuple(sections)
 
 
@@ -177,16 +164,17 @@ class QueueModel(QAbstractListModel):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.sections: tuple[QueueSection, ...] = ()
+        self.names: Mapping[str, str] = {}  # the demonstrations', by their ids
         self.folded: set[str] = set(FOLDED_AT_FIRST)
         self._heads: tuple[int, ...] = (0,)  # the rows of the headings, and how many rows there are
 
     def show(self, queue: Queue, names: Mapping[str, str], text: str = "") -> bool:
         """Show a queue; gives whether anything changed."""
         sections = queue_sections(queue, names, text)
-        if sections == self.sections:
+        if (sections, names) == (self.sections, self.names):
             return False
         self.beginResetModel()
-        self.sections = sections
+        self.sections, self.names = sections, names
         self._count()
         self.endResetModel()
         return True
@@ -238,7 +226,7 @@ class QueueModel(QAbstractListModel):
             return None
         number, item = self.where(index.row())
         section = self.sections[number]
-        return section if item < 0 else section.item(item)
+        return section if item < 0 else section.listed[item]
 
     # What Qt asks
 
@@ -258,19 +246,17 @@ class QueueModel(QAbstractListModel):
                 Qt.ItemDataRole.AccessibleTextRole: text,
                 Qt.ItemDataRole.ToolTipRole: item.tip,
             }.get(Qt.ItemDataRole(role))
+        texts = item_text(item, self.names.get(item.demonstration, ""))
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.AccessibleTextRole):
-            return "; ".join(item_text(item))
-        if role == Qt.ItemDataRole.ToolTipRole:
-            return "\n".join(item_text(item))
-        return None
+            return "; ".join(texts)
+        return "\n".join(texts) if role == Qt.ItemDataRole.ToolTipRole else None
 
 
-def item_text(item: QueueItem) -> list[str]:
-    about = item.about
+def item_text(about: QueueItem, name: str) -> list[str]:
     parts = [
         f"Human: {action_name(about.human)}",
         f"Model: {action_name(about.predicted)}",
-        f"{item.name}, {about.start:.3f} to {about.end:.3f} s",
+        f"{name}, {about.start:.3f} to {about.end:.3f} s",
     ]
     if isinstance(about, StoredVerdict):
         parts.append(f"Judged by {about.author}: {VERDICT_NAMES[about.verdict]}")
@@ -306,8 +292,9 @@ class QueuePainter(QStyledItemDelegate):
         if isinstance(item, QueueSection):
             _paint_section(painter, option, item, item.kind not in self._model.folded)
         elif item is not None:
-            styles = self._style(item.about.human), self._style(item.about.predicted)
-            _paint_item(painter, option, item, styles)
+            styles = self._style(item.human), self._style(item.predicted)
+            name = self._model.names.get(item.demonstration, "")
+            _paint_item(painter, option, item, name, styles)
         painter.restore()
 
     def _style(self, action: str | None) -> LabelStyle:
@@ -350,16 +337,17 @@ def _paint_section(
 def _paint_item(
     painter: QPainter,
     option: QStyleOptionViewItem,
-    item: QueueItem,
+    place: QueueItem,
+    demonstration: str,
     styles: tuple[LabelStyle, LabelStyle],
 ) -> None:
     """A difference: human, arrow, model and how sure above; where and how long below."""
-    theme, box, place = colours(), QRectF(option.rect), item.about
+    theme, box = colours(), QRectF(option.rect)
     face, small = option.font, smaller(option.font)
     height = QFontMetricsF(face).height()
     left, right = box.left() + SIDE * height + 0.9 * height, box.right() - SIDE * height
     line = QRectF(left, box.top() + ABOVE * height, right - left, height)
-    text = _verdict_or_probability(item)
+    text = _verdict_or_probability(place)
     room = QFontMetricsF(face).horizontalAdvance(text) + 1 if text else 0.0
     draw_line(painter, line, text, face, theme.text, RIGHT)
     line.setRight(right - room - (GAP * height if text else 0))
@@ -373,13 +361,12 @@ def _paint_item(
     wide = sizes.horizontalAdvance(span) + GAP * height
     name = QRectF(below)
     name.setRight(below.right() - wide)
-    written = draw_line(painter, name, item.name, small, theme.muted, elide=NAMES)
+    written = draw_line(painter, name, demonstration, small, theme.muted, elide=NAMES)
     below.setLeft(left + (written + GAP * height if written else 0))
     draw_line(painter, below, span, small, theme.muted)
 
 
-def _verdict_or_probability(item: QueueItem) -> str:
-    about = item.about
+def _verdict_or_probability(about: QueueItem) -> str:
     if isinstance(about, StoredVerdict):
         return VERDICT_NAMES[about.verdict]
     if about.suspicion >= SUSPECT:  # by which these are in order
@@ -475,7 +462,7 @@ class QueueList(QTableView):
     @property
     def current(self) -> QueueItem | None:
         item = self._model.at(self.currentIndex())
-        return item if isinstance(item, QueueItem) else None
+        return None if isinstance(item, QueueSection) else item
 
     @property
     def waiting(self) -> list[int]:
@@ -555,8 +542,8 @@ class QueueList(QTableView):
     def _clicked(self, index: QModelIndex) -> None:
         """Show an interval; fold or unfold a section."""
         item = self._model.at(index)
-        if isinstance(item, QueueItem):
-            self.chosen.emit(item.about)
-        elif item is not None:
+        if isinstance(item, QueueSection):
             number, _ = self._model.where(index.row())
             self._model.fold(number, item.kind not in self._model.folded)
+        elif item is not None:
+            self.chosen.emit(item)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -29,20 +29,21 @@ from forcelab.gui.widgets import NAME_CHARACTERS, ElidedComboBox
 from forcelab.recognition.groups import GROUPS
 
 
-class TaskChoiceForm(QWidget):
+class TaskChoiceDialog(QDialog):
     """Tasks to train on, and how they are tested; `trouble` says why this cannot be chosen."""
 
-    changed = Signal()
-
-    def __init__(self, document: Document, choice: TrainingChoice) -> None:
-        super().__init__()
+    def __init__(
+        self, document: Document, choice: TrainingChoice, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Tasks to train and test on")
         self.document = document
         self.trouble = ""
         self._also_from = choice.also_from  # chosen in the bar
         self.tasks = tuple(dict.fromkeys(info.task for info in document.infos))
         self._refusal, self._explanation = toned_label("trouble"), QLabel(wordWrap=True)
+        buttons, self.ok = dialog_buttons(self, "Use these tasks")
         column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self._training_box(choice))
         column.addWidget(self._testing_box(choice))
         column.addWidget(self._actions_box(choice))
@@ -50,6 +51,8 @@ class TaskChoiceForm(QWidget):
         column.addWidget(self._explanation)
         column.addWidget(self._refusal)
         column.addStretch(1)
+        column.addWidget(buttons)
+        self.setMinimumWidth(28 * self.fontMetrics().height())
         self._follow()
 
     def choice(self) -> TrainingChoice:
@@ -188,7 +191,7 @@ class TaskChoiceForm(QWidget):
         self._refusal.setVisible(bool(self.trouble))
         self._explanation.setText("" if self.trouble else self._note(tasks))
         self._explanation.setVisible(not self.trouble)
-        self.changed.emit()
+        set_enabled_with_reason(self.ok, self.trouble)
 
     def _error_sentence(self, tasks: tuple[str, ...]) -> str:
         """Why this cannot be trained and tested; empty where it can."""
@@ -215,28 +218,6 @@ class TaskChoiceForm(QWidget):
                 "trained all the same, and proposes labels for the others."
             )
         return f"Trained and tested: {choice_text(self.choice())}"
-
-
-class TaskChoiceDialog(QDialog):
-    """The choice of tasks in a window of its own."""
-
-    def __init__(
-        self, document: Document, choice: TrainingChoice, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("Tasks to train and test on")
-        self.form = TaskChoiceForm(document, choice)
-        buttons, self.ok = dialog_buttons(self, "Use these tasks")
-        column = QVBoxLayout(self)
-        column.addWidget(self.form, 1)
-        column.addWidget(buttons)
-        self.form.changed.connect(self._follow)
-        self.setMinimumWidth(28 * self.fontMetrics().height())
-        self._follow()
-
-    def _follow(self) -> None:
-        """What cannot be trained cannot be chosen."""
-        set_enabled_with_reason(self.ok, self.form.trouble)
 
 
 def choice_text(choice: TrainingChoice) -> str:
@@ -303,6 +284,6 @@ class TaskComboBox(ElidedComboBox):
         trainer = self._trainer
         if trainer.ready:
             dialog = TaskChoiceDialog(trainer.document, trainer.choice, self.window())
-            dialog.accepted.connect(lambda: trainer.set_choice(dialog.form.choice()))
+            dialog.accepted.connect(lambda: trainer.set_choice(dialog.choice()))
             dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
             dialog.open()

@@ -17,10 +17,11 @@ from forcelab.errors import ForcelabError, InputError
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import training_preferences
-from forcelab.gui.review.training_backend import Backend, SettingsAndChoice, freshness_text
+from forcelab.gui.review.training_backend import Backend, SettingsAndChoice
 from forcelab.gui.review.training_preferences import PRESET, TrainingChoice
 from forcelab.labels import Segments, is_model
 from forcelab.recognition.groups import default_fold_count
+from forcelab.text import counted
 
 if TYPE_CHECKING:
     from forcelab.project import Project, RunSummary
@@ -241,10 +242,7 @@ class Trainer(QObject):
         super().__init__(parent)
         training_preferences.name_own_code()
         self.document = document
-        self._path: Path | None = None
-        self._reset_task()
         self.jobs = jobs
-        self.runs: tuple[RunSummary, ...] = ()
         self._backend = backend or Backend()
         document.listing_changed.connect(self._listing_changed)
         self._counter = EditCounter(document, self._backend.count_edits, self)
@@ -253,19 +251,25 @@ class Trainer(QObject):
         self.pause = QTimer(self, singleShot=True, interval=QUIET_TIME)
         self.pause.timeout.connect(self._train_automatically)
         self._automatic_runs = AutomaticRuns(document)
-        self._forget()
         PRESET.changed.connect(self._preset_changed)
         document.project_changed.connect(self._project_changed)
         document.demonstration_changed.connect(self._demonstration_changed)
         self._project_changed()
 
-    def _reset_task(self) -> None:
-        self.task = ""
-        self.trouble = ""
+    def _forget(self) -> None:
+        self._path: Path | None = None
+        self.task = self.trouble = ""
         self._settings: Settings | None = None
         self._choice: TrainingChoice | None = None
         self._author: tuple[tuple[object, ...], str | None] | None = None
         self._other_coders: tuple[tuple[object, ...], dict[str, int]] | None = None
+        self.document.review.set_training(False)
+        self.step: TrainingStep | None = None
+        self.step_history: list[TrainingStep] = []
+        self.automatic = False
+        self.runs: tuple[RunSummary, ...] = ()
+        self._training_automatically = False
+        self._automatic_runs.forget()
 
     @property
     def ready(self) -> bool:
@@ -511,16 +515,6 @@ class Trainer(QObject):
         self.document.review.set_run(None)
         self._failed_to_load(error)
 
-    def _forget(self) -> None:
-        self._reset_task()
-        self.document.review.set_training(False)
-        self.step: TrainingStep | None = None
-        self.step_history: list[TrainingStep] = []
-        self.automatic = False
-        self.runs = ()
-        self._training_automatically = False
-        self._automatic_runs.forget()
-
     # How it stands
 
     @property
@@ -558,12 +552,20 @@ class Trainer(QObject):
     @property
     def freshness(self) -> tuple[str, str]:
         """How up to date the reviewed run is, at length and in short."""
-        return freshness_text(
-            self.edits,
-            self.reviewed_author,
-            has_recogniser=self.has_recogniser,
-            resettled=self.settings_changed,
-        )
+        edits, coder, kept = self.edits, self.reviewed_author, self.has_recogniser
+        if edits is None:
+            return "not trained yet", ""
+        if coder:  # while the next training takes another's labels
+            return f"trained on the labels of {coder}", f"trained on {coder}"
+        if edits:
+            changes = f"{counted(edits, 'change')} since"
+            return f"{changes} {'training' if kept else 'this run'}", changes
+        if not kept:
+            age = "other settings" if self.settings_changed else "up to date"
+            return f"{age}, no recogniser kept", "no recogniser kept"
+        if self.settings_changed:
+            return "trained with other settings", "other settings"
+        return "up to date", ""
 
     @property
     def _outdated(self) -> bool:

@@ -1,6 +1,5 @@
 """The Capture workspace in the whole window, with virtual devices on real pseudo-terminals."""
 
-import errno
 import sys
 from subprocess import run
 from types import SimpleNamespace
@@ -24,7 +23,7 @@ from forcelab.project import Project
 from forcelab.vocabulary import Vocabulary
 
 
-def start_recording(window, page, until, samples=150):
+def start_recording(window, page, until, samples=50):
     """Press the key and wait until so many samples are in the recording."""
     window.commands["record"].trigger()
     until(lambda: page.controller.recording)
@@ -220,28 +219,16 @@ def test_a_task_that_is_nearly_one_there_is_is_asked_about_once(window, monkeypa
     assert len(questions) == 1
 
 
-@pytest.mark.parametrize("trouble", ["away", "full"])
-def test_what_the_disk_refuses_is_an_alarm_and_is_kept(window, connected, until, study, trouble):
+def test_what_the_disk_refuses_is_an_alarm_and_is_kept(window, connected, until, study):
     page = connected
     start_recording(window, page, until, 20)
     away = study.with_suffix(".away")
-    file = page.controller.recorder._journal._file
-
-    def full(_):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    if trouble == "away":
-        study.rename(away)
-    else:
-        file.write = full
+    study.rename(away)
     until(lambda: "kept in memory" in page.status.alarms.text())
     assert "goes on in memory" in page.status.messages.text()
     before = page.controller.recorder.state().devices[0].samples
     until(lambda: page.controller.recorder.state().devices[0].samples > before + 200)
-    if trouble == "away":
-        away.rename(study)
-    else:
-        del file.write
+    away.rename(study)
     until(lambda: "kept in memory" not in page.status.alarms.text())
     assert "can be written again" in page.status.messages.text()
     keep(window, page, until)
@@ -260,7 +247,7 @@ def test_a_window_that_is_closed_while_recording_keeps_the_recording(
     assert unfinished_journals(study) == ()
     with Project.open(study) as project:
         [info] = project.demonstrations.infos()
-        assert len(project.demonstrations.load(info.id).times) > 100
+        assert len(project.demonstrations.load(info.id).times) > 40
 
 
 def test_a_window_that_is_closed_while_connecting_leaves_nothing_open(window, tongs):

@@ -13,6 +13,12 @@ def shared_document(app, tmp_path_factory):
         yield document
 
 
+@pytest.fixture(autouse=True)
+def _no_pause_before_labels_are_compared(monkeypatch):
+    monkeypatch.setattr("forcelab.gui.review.queue.COMPARE_DELAY", 10)
+    monkeypatch.setattr("forcelab.gui.review.agreement.COMPARE_DELAY", 10)
+
+
 @pytest.fixture
 def document(shared_document):
     shared_document.open_demonstration(shared_document.infos[0].id)

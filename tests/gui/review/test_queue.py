@@ -15,7 +15,7 @@ from window_helpers import open_foam_document, status_messages, stored_rows
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import guard_typing
 from forcelab.gui.review.queue import QueueView
-from forcelab.gui.review.queue_list import QueueSection
+from forcelab.gui.review.queue_list import QueueModel, QueueSection
 from forcelab.labels import Interval, Segment
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.results import DemonstrationResult
@@ -105,17 +105,19 @@ EDGE = (2, 2.1, "hold", "grab")
 
 def test_what_differs_is_listed_by_section(view):
     assert kinds(view) == [("actions", 1), ("missed", 1), ("boundaries", 1), ("invented", 1)]
-    assert view.model.sections[0].item(0).name == "01"
+    assert (
+        view.model.index(1).data().endswith("01, 3.000 to 4.500 s; Confidence of the model: 90 %")
+    )
 
 
 def test_every_section_says_what_its_percentages_are(view):
     entry = view.model.sections[0].listed[0]
-    suspected = QueueSection("suspected", (entry,), 1, {})
-    actions = QueueSection("actions", (entry,), 1, {})
+    suspected = QueueSection("suspected", (entry,), 1)
+    actions = QueueSection("actions", (entry,), 1)
     assert (suspected.percentages, actions.percentages) == ("suspicion", "confidence")
     assert "error of the coder" in suspected.tip
     assert "how sure the model is" in actions.tip
-    unknown = QueueSection("actions", (replace(entry, confidence=None),), 1, {})
+    unknown = QueueSection("actions", (replace(entry, confidence=None),), 1)
     assert unknown.percentages == ""
     assert unknown.tip == unknown.explained
 
@@ -302,7 +304,7 @@ def test_undo_gives_a_withdrawn_verdict_back(view, until):
     view.step(1)
     view.judge("human")
     until(lambda: not view.reader.stale)
-    view.document.review.examine(view.model.sections[-1].item(0).about)
+    view.document.review.examine(view.model.sections[-1].listed[0])
     assert view.withdraw()
     assert view.undo()
     assert verdicts(view) == [(3, "human")]
@@ -341,7 +343,7 @@ def test_a_verdict_is_withdrawn_and_the_place_is_open_again(view, until):
     view.step(1)
     view.judge("ambiguous")
     until(lambda: not view.reader.stale)
-    view.document.review.examine(view.model.sections[-1].item(0).about)
+    view.document.review.examine(view.model.sections[-1].listed[0])
     assert not view.buttons.withdraw.isHidden()
     assert view.withdraw()
     until(lambda: not view.reader.stale)
@@ -364,7 +366,7 @@ def test_delete_in_the_queue_withdraws_the_verdict_and_erases_no_label(view, unt
     QTest.keyClick(view.list, Qt.Key.Key_Delete)
     assert document.editor.segments == before
     assert len(document.project.coding.verdicts()) == 1  # an open place has none to withdraw
-    document.review.examine(view.model.sections[-1].item(0).about)
+    document.review.examine(view.model.sections[-1].listed[0])
     QTest.keyClick(view.list, Qt.Key.Key_Delete)
     until(lambda: not view.reader.stale)
     assert document.editor.segments == before
@@ -424,12 +426,12 @@ def test_the_keyboard_opens_a_row_and_leaves_letters_to_the_window(view):
 def test_of_thousands_of_places_only_those_in_view_are_made_into_rows(view, app, monkeypatch):
     """Otherwise each step and each verdict would take a fifth of a second."""
     calls = []
-    item = QueueSection.item
+    at = QueueModel.at
     many = tuple(
         Difference(view.document.id, t, t + 0.01, "grab", "hold", 0.5)
         for t in np.linspace(0.5, 9.5, 4000).tolist()
     )
-    monkeypatch.setattr(QueueSection, "item", lambda *args: calls.append(args) or item(*args))
+    monkeypatch.setattr(QueueModel, "at", lambda *args: calls.append(args) or at(*args))
     view.reader.put_away(Queue(actions=many))
     app.processEvents()
     assert view.model.rowCount() == 4001

@@ -3,7 +3,7 @@
 import pytest
 from window_helpers import open_training_document
 
-from forcelab.gui.review.task_choice import TaskChoiceDialog, TaskChoiceForm
+from forcelab.gui.review.task_choice import TaskChoiceDialog
 from forcelab.gui.review.trainer import OWN_MINIMUM, default_author
 from forcelab.gui.review.training_preferences import TrainingChoice
 from forcelab.labels import Segment
@@ -18,7 +18,7 @@ def document(app):
 
 @pytest.fixture
 def ask(document, show):
-    return lambda choice: show(TaskChoiceForm(document, choice))
+    return lambda choice: show(TaskChoiceDialog(document, choice))
 
 
 @pytest.fixture
@@ -90,16 +90,16 @@ def test_no_task_is_no_choice(form):
 def test_with_one_labelled_demonstration_it_says_what_can_be_done_anyway(show):
     with open_training_document(labelled=("01",)) as document:
         dialog = show(TaskChoiceDialog(document, TrainingChoice(("foam",))))
-        assert "nothing can be tested" in dialog.form._explanation.text()
+        assert "nothing can be tested" in dialog._explanation.text()
         assert dialog.ok.isEnabled()
-        dialog.form.across.setChecked(True)
-        assert "nothing can be tested" not in dialog.form._explanation.text()
+        dialog.across.setChecked(True)
+        assert "nothing can be tested" not in dialog._explanation.text()
 
 
 def test_what_nobody_labelled_cannot_be_trained(show):
     with open_training_document(labelled=()) as document:
         dialog = show(TaskChoiceDialog(document, TrainingChoice(("foam",))))
-        assert "two actions" in dialog.form.trouble
+        assert "two actions" in dialog.trouble
         assert not dialog.ok.isEnabled()
 
 

@@ -345,7 +345,7 @@ def test_the_dialogs_set_what_was_chosen(bar, trainer, app):
     assert trainer.settings.stride == 5
     bar.task.activated.emit(bar.task.count() - 1)
     dialog = next(w for w in app.topLevelWidgets() if isinstance(w, QDialog) and w.isVisible())
-    dialog.form.boxes["stylus"].setChecked(True)
+    dialog.boxes["stylus"].setChecked(True)
     dialog.accept()
     assert trainer.choice.tasks == ("foam", "stylus")
 

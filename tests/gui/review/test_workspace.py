@@ -22,7 +22,7 @@ from forcelab.demonstration import VideoReference
 from forcelab.gui import settings
 from forcelab.gui.label.workspace import LAYOUT
 from forcelab.gui.launch_options import LaunchOptions
-from forcelab.gui.window import WORKSPACES, Window
+from forcelab.gui.window import WORKSPACES
 from forcelab.jobs import finish
 from forcelab.labels import Track
 from forcelab.project import Project
@@ -53,24 +53,17 @@ def study(reviewed_project, tmp_path):
 
 
 @pytest.fixture
-def windows(app, until):
-    """Open windows that are closed at the end."""
-    opened = []
+def open_window(window_of_file, until):
+    """Open a project in the window of the test before, if it was not closed."""
 
     def open_(path, workspace="label", demonstration=""):
-        window = Window("Ada")
-        opened.append(window)
-        window.resize(780, 700)  # less than the screen, else the next one opens smaller
-        window.restore_layout()
-        window.show()
-        window.begin(LaunchOptions(project=path, workspace=workspace, demonstration=demonstration))
-        until(lambda: window.settled and not window.jobs.busy)
+        start = LaunchOptions(project=path, workspace=workspace, demonstration=demonstration)
+        window = window_of_file(start, "Ada", (780, 700))  # a wide one lets the next be smaller
+        window.activateWindow()
+        until(lambda: window.isActiveWindow() and window.settled and not window.jobs.busy)
         return window
 
-    yield open_
-    for window in opened:
-        window.close()
-    app.processEvents()
+    return open_
 
 
 @pytest.fixture
@@ -95,8 +88,8 @@ def rows(segments):
     return [[s.start, s.end, s.action] for s in segments]
 
 
-def test_the_pairs_on_screen_are_those_of_evaluate(study, windows, until, tmp_path):
-    window = windows(study, "review")
+def test_the_pairs_on_screen_are_those_of_evaluate(study, open_window, until, tmp_path):
+    window = open_window(study, "review")
     trainer = window.review.trainer
     trainer.set_settings(BAYES_SETTINGS)
     before, children = set(threading.enumerate()), multiprocessing.active_children()
@@ -127,16 +120,16 @@ def test_the_pairs_on_screen_are_those_of_evaluate(study, windows, until, tmp_pa
     assert not [t for t in set(threading.enumerate()) - before if t.is_alive()]
 
 
-def test_opening_a_project_shows_its_last_run(study, windows):
-    window = windows(study)
+def test_opening_a_project_shows_its_last_run(study, open_window):
+    window = open_window(study)
     run = window.document.review.run
     assert (run.number, run.tasks) == (1, ("foam",))
     assert run.settings.seed == 1
     assert run.proposer in window.document.other_tracks
 
 
-def test_timeline_and_video_are_lent_and_come_back(study, windows, until, rested):
-    window = windows(study, demonstration="foam 01")
+def test_timeline_and_video_are_lent_and_come_back(study, open_window, until, rested):
+    window = open_window(study, demonstration="foam 01")
     label = window.label
     window.resize(1000, 700)  # a window with too little room for Review grows, and stays so
     label.toggles["scalogram"].setChecked(False)
@@ -165,8 +158,8 @@ def test_timeline_and_video_are_lent_and_come_back(study, windows, until, rested
     assert not label.segments.isVisible()
 
 
-def test_the_layout_is_remembered_whichever_workspace_is_in_front(study, windows, rested):
-    first = windows(study, demonstration="foam 01")
+def test_the_layout_is_remembered_whichever_workspace_is_in_front(study, open_window, rested):
+    first = open_window(study, demonstration="foam 01")
     first.label.toggles["history"].setChecked(False)
     rested(first)
     # Not its width: a window that wants more room than the screen has is not as wide again.
@@ -183,7 +176,7 @@ def test_the_layout_is_remembered_whichever_workspace_is_in_front(study, windows
     assert "history" in settings.strings("label/hidden")
     # Nor the layout that the lists have among themselves while timeline and video are lent.
     assert settings.data("label/layout") == whole
-    second = windows(study, demonstration="foam 01")
+    second = open_window(study, demonstration="foam 01")
     rested(second)
     assert not second.label.history.isVisible()
     assert second.label.video.isVisible()
@@ -192,9 +185,9 @@ def test_the_layout_is_remembered_whichever_workspace_is_in_front(study, windows
 
 @pytest.mark.parametrize("workspace", ["label", "review"])
 def test_an_empty_list_is_remembered_with_the_room_that_it_gave_away(
-    study, windows, rested, workspace
+    study, open_window, rested, workspace
 ):
-    first = windows(study, demonstration="foam 01")  # labelled, the next one is not
+    first = open_window(study, demonstration="foam 01")  # labelled, the next one is not
     rested(first)
     heights = [first.label._docks[name].height() for name in ("video", "actions", "segments")]
     first.document.set_author("Ben")
@@ -203,7 +196,7 @@ def test_an_empty_list_is_remembered_with_the_room_that_it_gave_away(
     first.show_workspace(workspace)
     rested(first)
     first.close()
-    second = windows(study, demonstration="foam 01")
+    second = open_window(study, demonstration="foam 01")
     second.document.set_author("Ada")
     rested(second)
     again = [second.label._docks[name].height() for name in ("video", "actions", "segments")]
@@ -211,12 +204,12 @@ def test_an_empty_list_is_remembered_with_the_room_that_it_gave_away(
 
 
 def test_a_window_that_opens_on_a_filmed_demonstration_without_segments_has_a_small_list(
-    study, windows, rested
+    study, open_window, rested
 ):
     with Project.open(study) as project:
         id_ = project.demonstrations.id_of("foam 01")
         project.tracks.edit(id_, "Ada", project.tracks.get(id_, "Ada").segments, (), "erased")
-    window = windows(study, demonstration="foam 01")
+    window = open_window(study, demonstration="foam 01")
     rested(window)
     docks = window.label._docks
     assert docks["video"].isVisible()
@@ -226,8 +219,8 @@ def test_a_window_that_opens_on_a_filmed_demonstration_without_segments_has_a_sm
     assert docks["segments"].height() == docks["segments"].minimumSizeHint().height()
 
 
-def test_without_a_run_the_timeline_has_the_room_of_the_pairs(study, windows, rested):
-    window = windows(study, "review", demonstration="foam 01")
+def test_without_a_run_the_timeline_has_the_room_of_the_pairs(study, open_window, rested):
+    window = open_window(study, "review", demonstration="foam 01")
     rested(window)
     review, splitter = window.review.workspace, window.review.workspace._left
     run, sizes = window.document.review.run, splitter.sizes()
@@ -248,9 +241,9 @@ def test_without_a_run_the_timeline_has_the_room_of_the_pairs(study, windows, re
 
 
 def test_in_a_low_window_lists_have_more_room_than_the_video_until_it_is_dragged(
-    study, windows, rested
+    study, open_window, rested
 ):
-    window = windows(study, "review", demonstration="foam 01")
+    window = open_window(study, "review", demonstration="foam 01")
     right = window.review.workspace._right
 
     def heights(width, height):
@@ -273,15 +266,15 @@ def test_in_a_low_window_lists_have_more_room_than_the_video_until_it_is_dragged
     assert heights(1600, 1000)[1] > large[1]
     assert heights(1024, 640) == pytest.approx(dragged, abs=4)
     window.close()
-    again = windows(study, "review", demonstration="foam 01")
+    again = open_window(study, "review", demonstration="foam 01")
     window = again
     right = window.review.workspace._right
     assert heights(1024, 640) == pytest.approx(dragged, abs=8)
 
 
-def test_a_video_is_large_once_the_window_fills_a_large_screen(study, windows, until):
+def test_a_video_is_large_once_the_window_fills_a_large_screen(study, open_window, until):
     """At first it had the room of a small window; a width that was dragged stays."""
-    window = windows(study, demonstration="foam 01")
+    window = open_window(study, demonstration="foam 01")
     video = window.label._docks["video"]
     window.resize(1900, 1000)
     until(lambda: video.width() > 600)
@@ -298,8 +291,8 @@ def test_a_video_is_large_once_the_window_fills_a_large_screen(study, windows, u
     assert video.width() == dragged
 
 
-def test_a_demonstration_without_video_has_no_room_for_one(study, windows, until):
-    window = windows(study, "review", "foam 02")
+def test_a_demonstration_without_video_has_no_room_for_one(study, open_window, until):
+    window = open_window(study, "review", "foam 02")
     assert not window.label.video.isVisible()
     assert window.label.tracks.isVisible()
     assert window.document.open_demonstration(window.document.infos[0].id)
@@ -307,8 +300,8 @@ def test_a_demonstration_without_video_has_no_room_for_one(study, windows, until
     assert window.label.video.isVisible()
 
 
-def test_another_task_has_its_own_run(study, windows, until):
-    window = windows(study, "review")
+def test_another_task_has_its_own_run(study, open_window, until):
+    window = open_window(study, "review")
     trainer = window.review.trainer
     pairs = window.review.workspace.pairs
     assert len(pairs.area.entries) == 4
@@ -322,9 +315,9 @@ def test_another_task_has_its_own_run(study, windows, until):
 
 
 def test_undo_goes_back_to_the_last_verdict_and_then_to_what_was_painted_here(
-    study, windows, until
+    study, open_window, until
 ):
-    window = windows(study, "review")
+    window = open_window(study, "review")
     document = window.document
     queue = window.review.workspace.queue
     first, second = (result.id for result in document.review.run.tested[:2])
@@ -391,8 +384,8 @@ print(json.dumps([list(sys.modules), threads, shown]))
     assert not shown
 
 
-def test_who_comes_back_to_the_queue_can_press_n_at_once(study, windows, until):
-    window = windows(study, "review")
+def test_who_comes_back_to_the_queue_can_press_n_at_once(study, open_window, until):
+    window = open_window(study, "review")
     workspace = window.review.workspace
     workspace.lists.setCurrentIndex(1)
     workspace.confusion.switches.unit_box.setFocus()
@@ -403,7 +396,7 @@ def test_who_comes_back_to_the_queue_can_press_n_at_once(study, windows, until):
 
 
 def test_who_comes_back_to_the_review_has_the_keyboard_where_it_was(study, windows, until):
-    window = windows(study)
+    window = windows(LaunchOptions(project=study), "Ada")
     window.show_workspace("review")
     assert window.label.tracks.hasFocus()
     queue = window.review.workspace.queue.list
@@ -416,14 +409,14 @@ def test_who_comes_back_to_the_review_has_the_keyboard_where_it_was(study, windo
 
 
 @pytest.mark.parametrize("elsewhere", [False, True])
-def test_keys_that_decide_a_consensus_paint_nothing(study, windows, until, elsewhere):
+def test_keys_that_decide_a_consensus_paint_nothing(study, open_window, until, elsewhere):
     """Nor where another demonstration was open, whose track has the keyboard when it opens."""
     with Project.open(study) as project:
         first, second = project.demonstrations.infos("foam")[:2]
         track = project.tracks.get(first.id, "Ada").segments
         other = (replace(track[0], action="release"), *track[1:])
         project.tracks.edit(first.id, "Ben", (), other, "made")
-    window = windows(study, "review", (second if elsewhere else first).name)
+    window = open_window(study, "review", (second if elsewhere else first).name)
     workspace = window.review.workspace
     window.label.tracks.setFocus()
     titles = [workspace.lists.tabText(at) for at in range(workspace.lists.count())]
@@ -459,11 +452,12 @@ def test_keys_that_decide_a_consensus_paint_nothing(study, windows, until, elsew
     assert document.stroke is not None or document.editor.segments != before
 
 
-def test_without_recordings_it_says_what_comes_first(tmp_path, windows, until):
+def test_without_recordings_it_says_what_comes_first(tmp_path, open_window, until):
     path = tmp_path / "empty.forcelab"
     Project.create(path).close()
-    window = windows(path, "review")
+    window = open_window(path, "review")
     workspace = window.review.workspace
+    workspace.lists.setCurrentIndex(0)
     assert workspace.hint.isVisible()
     assert "Import" in workspace.hint.text()
     assert not workspace.queue.isVisible()  # which would say "Train"
@@ -474,12 +468,8 @@ def test_without_recordings_it_says_what_comes_first(tmp_path, windows, until):
     assert not workspace.hint.isVisible()
 
 
-def test_every_workspace_fits_a_full_hd_screen_at_twice_the_size(study, windows, until):
-    window = windows(study, "review")
-    trainer = window.review.trainer
-    trainer.set_settings(BAYES_SETTINGS)
-    assert trainer.train()
-    until(lambda: not trainer.training and not window.jobs.busy)
+def test_every_workspace_fits_a_full_hd_screen_at_twice_the_size(study, open_window, until):
+    window = open_window(study, "review")
     lists = window.review.workspace.lists
     for place in range(lists.count()):
         lists.setCurrentIndex(place)
@@ -490,8 +480,8 @@ def test_every_workspace_fits_a_full_hd_screen_at_twice_the_size(study, windows,
         assert (window.width(), window.height()) == (960, 540), "it grows to what it needs"
 
 
-def test_arrows_move_in_the_list_that_has_the_keyboard_and_elsewhere_the_cursor(study, windows):
-    window = windows(study, "review", "foam 01")
+def test_arrows_move_in_the_list_that_has_the_keyboard_and_elsewhere_the_cursor(study, open_window):
+    window = open_window(study, "review", "foam 01")
     document, area = window.document, window.review.workspace.pairs.area
     cursor, row = document.view.cursor, area.row
     window.activateWindow()
@@ -505,8 +495,8 @@ def test_arrows_move_in_the_list_that_has_the_keyboard_and_elsewhere_the_cursor(
     assert document.view.cursor > cursor
 
 
-def test_accuracy_and_speed_is_a_page_that_its_key_and_the_old_name_open(windows, study):
-    window = windows(study, "tradeoff")
+def test_accuracy_and_speed_is_a_page_that_its_key_and_the_old_name_open(open_window, study):
+    window = open_window(study, "tradeoff")
     lists = window.review.workspace.lists
     assert window.commands["workspace_review"].isChecked()
     assert lists.tabText(lists.currentIndex()) == "Accuracy and speed"
