@@ -76,14 +76,27 @@ class Note:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict(Interval):
-    """What somebody says about an interval where a coder's labels and a prediction differ."""
+    """What somebody says about an interval where a coder's labels and a prediction differ.
 
-    author: str  # who judged
-    coder: str  # whose labels were judged
-    #: Who is right; or that it cannot be told; or that what was said before counts no more.
+    Parameters
+    ----------
+    author : str
+        Who judged.
+    coder : str
+        Whose labels were judged.
+    verdict : "human", "model", "ambiguous" or "withdrawn"
+        Who is right; or that it cannot be told; or that what was said before counts no more.
+    run : int, optional
+        The run that predicted, where there is one.
+    time : datetime, optional
+        When, in UTC; None for what is said now.
+    """
+
+    author: str
+    coder: str
     verdict: VerdictKind
-    run: int | None = None  # the one that predicted, where there is one
-    time: datetime | None = None  # when, in UTC; None for what is said now
+    run: int | None = None
+    time: datetime | None = None
 
     @property
     def place(self) -> tuple[str, str, float, float, str | None, str | None]:
@@ -126,23 +139,39 @@ class Author:
 
 @dataclass(frozen=True, slots=True)
 class NewDemonstration:
-    """A demonstration to add to a project."""
+    """A demonstration to add to a project.
 
-    demonstration: Demonstration  # its arrays and its videos are copied into the project
-    tracks: tuple[Track, ...] = ()  # coders' labels that came with it, at most one track an author
-    source: str = ""  # where it was read from, for people
-    labels_from: str = ""  # what the tracks were read from, where that is not the source
-    #: What stays as it is where the demonstration is in the project already, because nobody said
-    #: anything about it.
+    Parameters
+    ----------
+    demonstration : Demonstration
+        Its arrays and its video are copied into the project.
+    tracks : tuple of Track
+        Coders' labels that came with it, at most one track an author.
+    source : str
+        Where it was read from, for people.
+    labels_from : str
+        What the tracks were read from, where that is not the source.
+    keep : collection of "task" or "grid_rate"
+        What stays as it is where the demonstration is in the project already, because nobody said
+        anything about it.
+    vocabulary : Vocabulary
+        Keys and looks of the actions that the task does not have yet, where these are free. An
+        action of another task looks as it does there.
+    truth : mapping, optional
+        What no recording tells but whoever simulated it knows, such as the true times of the
+        video's frames; anything that JSON can hold. It is kept aside, and nothing is trained or
+        scored on it.
+    notes : tuple of Note
+        What coders wrote about it; those that the project has not got are added to its own.
+    """
+
+    demonstration: Demonstration
+    tracks: tuple[Track, ...] = ()
+    source: str = ""
+    labels_from: str = ""
     keep: Collection[Keepable] = ()
-    #: Keys and looks of the actions that the task does not have yet, where these are free. An
-    #: action of another task looks as it does there.
     vocabulary: Vocabulary = field(default_factory=Vocabulary)
-    #: What no recording tells but whoever simulated it knows, such as the true times of the video's
-    #: frames; anything that JSON can hold. It is kept aside, and nothing is trained or scored on
-    #: it.
     truth: Mapping[str, Any] | None = None
-    #: What coders wrote about it; those that the project has not got are added to its own.
     notes: tuple[Note, ...] = ()
 
 

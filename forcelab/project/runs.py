@@ -63,14 +63,27 @@ class LabelsUsed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Provenance:
-    """How a run or a recogniser was computed: everything needed to repeat it."""
+    """How a run or a recogniser was computed: everything needed to repeat it.
 
-    settings: dict[str, Any]  # everything that was asked for, as JSON has it
-    seed: int | None  # the random one, if there was one
-    #: What it was computed from, one for each demonstration; see ``tracks.head``.
+    Parameters
+    ----------
+    settings : dict
+        Everything that was asked for, as JSON has it.
+    seed : int or None
+        The random seed, if there was one.
+    labels : tuple of LabelsUsed
+        What it was computed from, one for each demonstration; see ``tracks.head``.
+    versions : dict of str to str
+        Of the program and the libraries.
+    time : datetime
+        When it was made, in UTC; by default now.
+    """
+
+    settings: dict[str, Any]
+    seed: int | None
     labels: tuple[LabelsUsed, ...]
-    versions: dict[str, str]  # of the program and the libraries
-    time: datetime = field(default_factory=utc_now)  # when it was made, in UTC
+    versions: dict[str, str]
+    time: datetime = field(default_factory=utc_now)
 
     @property
     def demonstrations(self) -> tuple[str, ...]:
